@@ -1,0 +1,30 @@
+"""How forces share one acceleration. Without branches: which force exceeds its limit is too random to predict."""
+
+import math
+
+from kernels.jit import jit
+
+TINY = 1e-300
+
+
+@jit
+def limit(x: float, y: float, most: float) -> tuple[float, float]:
+    """The vector (x, y), scaled to length `most` where it is longer: Eq. (9) of nguyen2024."""
+    scale = most / max(math.sqrt(x * x + y * y), TINY)
+    scale = scale if scale < 1.0 else 1.0
+    return x * scale, y * scale
+
+
+@jit
+def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
+    """The acceleration (ax, ay) with what of the force (x, y) fits in `budget`, and the budget left.
+
+    A force that fits is added whole; one that does not is cut to the budget, and nothing is left for later ones.
+    Section 2 of aziel_chen2025.
+    """
+    length = math.sqrt(x * x + y * y)
+    scale = budget / max(length, TINY)
+    scale = scale if scale < 1.0 else 1.0
+    left = budget - length
+    left = left if left > 0.0 else 0.0
+    return ax + x * scale, ay + y * scale, left

@@ -1,0 +1,125 @@
+"""Visited pixels. A pixel is an integer point (column, row) of the world; it is traversable outside all obstacles."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.jit import jit
+from kernels.settings import STAMP, Observation
+from kernels.state import Indices, World
+from kernels.worlds import Reach, inside_any
+
+BLOCKED = -(2**30)
+"""Where the visit counts of obstacle pixels start: they stay negative, so that no second array is needed."""
+
+
+class Coverage(NamedTuple):
+    """Visit counts and their running sums.
+
+    `visits` (rows * columns,) counts footprints, row after row, and is negative in obstacles; `traversable` is the
+    number of pixels that are not. `stamp` (P,) holds the P pixels of a footprint truncated to integers, counted from
+    the corner of its square; it is empty where footprints are discs about the true position. `sums` (3,) holds the
+    number of pixels visited, the sum and the sum of squares of the visit counts.
+    """
+
+    visits: NDArray[np.int32]
+    rows: int
+    columns: int
+    traversable: int
+    radius: float
+    stamp: Indices
+    sums: NDArray[np.int64]
+
+
+def build_coverage(world: World, contact: Reach, observation: Observation) -> Coverage:
+    """Nothing visited yet; `contact` is the Reach of `world` with margin 0."""
+    rows, columns, radius = int(world.height), int(world.width), observation.footprint_radius
+    visits = np.zeros(rows * columns, np.int32)
+    block(world, contact, visits, rows, columns)
+    traversable = int((visits == 0).sum())
+    stamp = _stamp(radius, columns) if observation.footprint == STAMP else np.zeros(0, np.uint32)
+    return Coverage(visits, rows, columns, traversable, radius, stamp, np.zeros(3, np.int64))
+
+
+def no_coverage() -> Coverage:
+    """A Coverage without pixels, for trials that record none."""
+    return Coverage(np.zeros(0, np.int32), 0, 0, 0, 0.0, np.zeros(0, np.uint32), np.zeros(3, np.int64))
+
+
+def _stamp(radius: float, columns: int) -> Indices:
+    whole = int(radius)
+    y, x = np.mgrid[-whole : whole + 1, -whole : whole + 1]
+    inside = x * x + y * y <= radius * radius
+    return ((y + whole) * columns + x + whole)[inside].astype(np.uint32)
+
+
+@jit
+def block(world: World, contact: Reach, visits: NDArray[np.int32], rows: int, columns: int) -> None:
+    """Mark the pixels of `visits` that lie in an obstacle."""
+    for row in range(rows):
+        for column in range(columns):
+            if inside_any(world, contact, float(column), float(row)):
+                visits[row * columns + column] = BLOCKED
+
+
+@jit
+def mark(coverage: Coverage, x: float, y: float) -> None:
+    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or of it truncated to integers.
+
+    Pixels outside the world or in obstacles do not count. Section 3.2 of aziel_chen2025.
+    """
+    radius = coverage.radius
+    right, top = coverage.columns - radius - 1.0, coverage.rows - radius - 1.0
+    if coverage.stamp.size > 0 and radius <= x < right and radius <= y < top:
+        corner = (int(y) - int(radius)) * coverage.columns + int(x) - int(radius)
+        _mark_stamp(coverage, np.uint32(corner))
+    elif -radius - 1.0 < x < coverage.columns + radius and -radius - 1.0 < y < coverage.rows + radius:
+        _mark_clipped(coverage, x, y)
+
+
+@jit
+def _mark_stamp(coverage: Coverage, corner: int) -> None:
+    """Count the stamp whose square has its first pixel at `corner`; all of it lies in the world."""
+    new, visits, total = 0, 0, 0
+    for k in range(coverage.stamp.size):
+        pixel = corner + coverage.stamp[k]
+        count = coverage.visits[pixel]
+        coverage.visits[pixel] = count + 1
+        new += int(count == 0)
+        visits += int(count >= 0)
+        total += max(count, 0)
+    _add(coverage, new, visits, total)
+
+
+@jit
+def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
+    """Count the footprint about (x, y), or that point truncated, leaving out what lies outside the world."""
+    radius = coverage.radius
+    if coverage.stamp.size > 0:
+        x, y = float(int(x)), float(int(y))
+    new, visits, total = 0, 0, 0
+    for row in range(max(0, math.ceil(y - radius)), min(coverage.rows - 1, math.floor(y + radius)) + 1):
+        half = math.sqrt(max(0.0, radius * radius - (row - y) * (row - y)))
+        for column in range(max(0, math.ceil(x - half)), min(coverage.columns - 1, math.floor(x + half)) + 1):
+            count = coverage.visits[row * coverage.columns + column]
+            coverage.visits[row * coverage.columns + column] = count + 1
+            new += int(count == 0)
+            visits += int(count >= 0)
+            total += max(count, 0)
+    _add(coverage, new, visits, total)
+
+
+@jit
+def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
+    """Add pixels that went from `total` visits in all to one more each: squares grow by 2 count + 1."""
+    coverage.sums[0] += new
+    coverage.sums[1] += visits
+    coverage.sums[2] += 2 * total + visits
+
+
+def heatmap(coverage: Coverage) -> NDArray[np.int32]:
+    """Visit counts, shape (rows, columns), -1 in obstacles."""
+    counts = np.where(coverage.visits < 0, np.int32(-1), coverage.visits)
+    return counts.reshape(coverage.rows, coverage.columns)

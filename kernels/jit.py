@@ -1,0 +1,31 @@
+"""How kernels are compiled: two decorators, and nothing else in the project calls numba.
+
+Lazy (no signatures), cached on disk, IEEE arithmetic: `fastmath` gives other bits on other processors. With
+NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python, which is the reference the tests compare with.
+
+numba counts references to every array that a function touches, with atomic instructions, and a boid-step touches
+dozens. A kernel that allocates nothing needs none of it: without reference counts and with all calls inlined,
+aziel_chen2025 ran 5.5 times faster (930 to 170 ns a boid-step).
+"""
+
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar, cast
+
+import numba
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+    return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy", **options)(function))
+
+
+def jit(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile `function`, which must not allocate: no new arrays, no `a[:] = b` between arrays."""
+    return _compiled(function, forceinline=True, _nrt=False)
+
+
+def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile `function`, which may allocate arrays."""
+    return _compiled(function)

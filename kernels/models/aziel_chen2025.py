@@ -1,0 +1,187 @@
+"""Coverage by boids with a prioritised acceleration budget (Aziel and Chen 2025)."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.arbitration import limit, serve
+from kernels.jit import jit
+from kernels.neighbours import cone, move, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
+from kernels.rules.social import flocking_sums
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+OBSTACLE_FIRST, SEPARATION_FIRST = 0, 1
+
+
+class Params(NamedTuple):
+    """Gains, perception and limits of section 2 and 3.4."""
+
+    separation_weight: Annotated[float, About("k_col", "1/step^2", low=0)]
+    alignment_weight: Annotated[float, About("k_ali", "1/step", low=0)]
+    cohesion_weight: Annotated[float, About("k_coh", "1/step^2", low=0)]
+    obstacle_weight: Annotated[float, About("strength of an obstacle's repulsion", "px^2/step^2", low=0)]
+    wall_weight: Annotated[float, About("k_wall", "px^2/step^2", low=0)]
+    target_weight: Annotated[float, About("pull towards the target", "1/step^2", low=0)]
+    target_x: Annotated[float, About("position of the target", "px")]
+    target_y: Annotated[float, About("position of the target", "px")]
+    perception_range: Annotated[float, About("radius within which others are seen", "px", low=0)]
+    fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
+    separation_range: Annotated[float, About("radius within which visible neighbours repel", "px", low=0)]
+    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
+    epsilon: Annotated[float, About("regularisation of obstacle and wall forces", "px", low=0)]
+    max_acceleration: Annotated[float, About("budget shared by all forces", "px/step^2", low=0)]
+    max_speed: Annotated[float, About("upper limit of the speed", "px/step", low=0)]
+    priority: Annotated[
+        int,
+        About(
+            "which force is served first; wall, alignment, cohesion and target follow",
+            choices=("obstacle_first", "separation_first"),
+        ),
+    ]
+    walls_are_obstacles: Annotated[bool, About("wall and obstacle forces share one place in the priority order")]
+    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "separation_weight": 0.003,
+    "alignment_weight": 0.003,
+    "cohesion_weight": 0.213,
+    "obstacle_weight": 1.0,
+    "wall_weight": 10.0,
+    "target_weight": 0.0,
+    "target_x": 400.0,
+    "target_y": 300.0,
+    "perception_range": 50.0,
+    "fov": 150.0,
+    "separation_range": 50.0,
+    "obstacle_range": math.inf,
+    "epsilon": 1e-10,
+    "max_acceleration": 0.5,
+    "max_speed": 5.0,
+    "priority": "obstacle_first",
+    "walls_are_obstacles": True,
+    "range_inclusive": True,
+    "update": "synchronous",
+    "n": 100,
+    "steps": 3600,
+    "dt": 1.0,
+    "map": "cafeteria",
+    "width": 800.0,
+    "height": 600.0,
+    "start_speed": 5.0,
+}
+AS_RUN = AS_WRITTEN | {
+    "obstacle_weight": 500.0,
+    "separation_range": 20.0,
+    "obstacle_range": 40.0,
+    "priority": "separation_first",
+    "walls_are_obstacles": False,
+    "range_inclusive": False,
+    "update": "sequential",
+    "start_margin": 50.0,
+    "start_draws": "python_random",
+    "footprint": "stamp",
+    "coverage_cv_ddof": 1,
+}
+
+
+def interaction_range(params: Params) -> float:
+    """The perception range, px."""
+    return params.perception_range
+
+
+@jit
+def _obstacle_and_wall(
+    params: Params, world: World, work: Workspace, x: float, y: float
+) -> tuple[float, float, float, float]:
+    """The obstacle and the wall force at (x, y); where walls are obstacles, their sum and zero."""
+    obstacle_x, obstacle_y = repulsion_inverse(world, work.reach, params.obstacle_range, params.epsilon, x, y)
+    obstacle_x, obstacle_y = params.obstacle_weight * obstacle_x, params.obstacle_weight * obstacle_y
+    wall_x = params.wall_weight * wall_repulsion(x, world.width, params.epsilon)
+    wall_y = params.wall_weight * wall_repulsion(y, world.height, params.epsilon)
+    if params.walls_are_obstacles:
+        return obstacle_x + wall_x, obstacle_y + wall_y, 0.0, 0.0
+    return obstacle_x, obstacle_y, wall_x, wall_y
+
+
+@jit
+def _acceleration(
+    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
+) -> tuple[float, float]:
+    """The forces on boid `i` in order of priority, each served from what the earlier ones left of the budget."""
+    x, y = seen.x[i], seen.y[i]
+    range2 = square_range(params.separation_range, params.range_inclusive)
+    crowd_x, crowd_y, to_x, to_y, sum_vx, sum_vy = flocking_sums(seen, work.near, found, range2)
+    first_x, first_y = -params.separation_weight * crowd_x, -params.separation_weight * crowd_y
+    second_x, second_y, wall_x, wall_y = _obstacle_and_wall(params, world, work, x, y)
+    if params.priority == OBSTACLE_FIRST:
+        first_x, first_y, second_x, second_y = second_x, second_y, first_x, first_y
+    ax, ay, left = serve(0.0, 0.0, first_x, first_y, params.max_acceleration)
+    ax, ay, left = serve(ax, ay, second_x, second_y, left)
+    ax, ay, left = serve(ax, ay, wall_x, wall_y, left)
+    if found > 0:
+        share = 1.0 / found
+        weight = params.alignment_weight
+        ax, ay, left = serve(
+            ax, ay, weight * (sum_vx * share - seen.vx[i]), weight * (sum_vy * share - seen.vy[i]), left
+        )
+        weight = params.cohesion_weight
+        ax, ay, left = serve(ax, ay, weight * (to_x * share), weight * (to_y * share), left)
+    if params.target_weight > 0.0:
+        weight = params.target_weight
+        ax, ay, left = serve(ax, ay, weight * (params.target_x - x), weight * (params.target_y - y), left)
+    return ax, ay
+
+
+@jit
+def advance(
+    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+
+    v += a dt, limited to max_speed; p += v dt.
+    """
+    sequential = params.update == SEQUENTIAL
+    range2 = square_range(params.perception_range, params.range_inclusive)
+    view = cone(params.fov)
+    seen = flock if sequential else work.before
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(seen, world, work.grid, i, range2, view, work.near)
+            ax, ay = _acceleration(params, seen, world, i, work, found)
+            vx, vy = limit(flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)
+            x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + vy * params.dt, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+def interaction_range(params: Params) -> float:
+    """The perception range, px."""
+    return params.perception_range
+
+
+MODEL = Model(
+    name="aziel_chen2025",
+    source="B. Aziel and J. Chen (2025), Performance analysis of the boids algorithm in coverage scenarios",
+    params=Params,
+    presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
+    metrics=("coverage", "coverage_total", "coverage_cv", "escapes", "collisions"),
+    interaction_range=interaction_range,
+    advance=advance,
+)

@@ -1,0 +1,145 @@
+"""Boids with obstacles, swept over one weight at a time (Nguyen 2024, "Monte Carlo analysis of boid simulations")."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from numpy.random import Generator
+
+from kernels.arbitration import limit
+from kernels.jit import jit
+from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
+from kernels.recording import Record, observe
+from kernels.rules.borders import confine
+from kernels.rules.obstacles import repulsion_unit
+from kernels.rules.social import alignment, cohesion, separation_unit
+from kernels.rules.steering import wander
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model
+from kernels.state import Flock, World, remember
+from kernels.workspace import Workspace
+
+
+class Params(NamedTuple):
+    """Weights and ranges of Eqs. (1) to (9)."""
+
+    separation_weight: Annotated[float, About("w_s of Eq. (3)", low=0)]
+    alignment_weight: Annotated[float, About("w_a of Eq. (3)", low=0)]
+    cohesion_weight: Annotated[float, About("w_c of Eq. (3)", low=0)]
+    wander_weight: Annotated[float, About("w_w of Eq. (3)", low=0)]
+    obstacle_weight: Annotated[float, About("w_o of Eq. (3)", low=0)]
+    separation_range: Annotated[float, About("r_s of Eq. (4)", "px", low=0)]
+    alignment_range: Annotated[float, About("r_a of Eq. (5)", "px", low=0)]
+    cohesion_range: Annotated[float, About("r_c of Eq. (6)", "px", low=0)]
+    wander_range: Annotated[float, About("r_w of Eq. (8), each component", "px/step^2", low=0)]
+    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
+    max_force: Annotated[float, About("F_max of Eq. (9), for each force before its weight", "px/step^2", low=0)]
+    displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
+    drag: Annotated[float, About("share of the velocity lost after each move", low=0, high=1)]
+    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    update: Annotated[int, UPDATE]
+    dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]
+
+
+AS_WRITTEN = COMMON | {
+    "separation_weight": 1.0,
+    "alignment_weight": 1.0,
+    "cohesion_weight": 1.0,
+    "wander_weight": 1.0,
+    "obstacle_weight": 10.0,
+    "separation_range": 50.0,
+    "alignment_range": 50.0,
+    "cohesion_range": 200.0,
+    "wander_range": 0.2,
+    "obstacle_range": math.inf,
+    "max_force": 0.5,
+    "displacement_factor": 1.0,
+    "drag": 0.0,
+    "range_inclusive": True,
+    "update": "synchronous",
+    "n": 200,
+    "steps": 500,
+    "dt": 1.0,
+    "map": "random_obstacles",
+    "width": 1280.0,
+    "height": 740.0,
+    "borders": "open",
+    "n_obstacles": 6,
+    "start_speed": 3.0,
+}
+AS_RUN = AS_WRITTEN | {
+    "obstacle_range": 10.0,
+    "displacement_factor": 3.0,
+    "drag": 0.1,
+    "range_inclusive": False,
+    "update": "sequential",
+    "borders": "torus",
+    "start_positions": "integer",
+    "start_velocities": "components",
+    "start_speed": 1.0,
+}
+
+
+def interaction_range(params: Params) -> float:
+    """The longest of the three ranges, px."""
+    return max(params.separation_range, params.alignment_range, params.cohesion_range)
+
+
+@jit
+def _acceleration(
+    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int, rng: Generator
+) -> tuple[float, float]:
+    """The weighted sum of Eq. (3) for boid `i`: each force limited to max_force, the wander and the sum not."""
+    most, near = params.max_force, work.near
+    range2 = square_range(params.separation_range, params.range_inclusive)
+    x, y = limit(*separation_unit(near, found, range2), most)
+    ax, ay = params.separation_weight * x, params.separation_weight * y
+    range2 = square_range(params.alignment_range, params.range_inclusive)
+    x, y = limit(*alignment(seen, i, near, found, range2), most)
+    ax, ay = ax + params.alignment_weight * x, ay + params.alignment_weight * y
+    range2 = square_range(params.cohesion_range, params.range_inclusive)
+    x, y = limit(*cohesion(near, found, range2), most)
+    ax, ay = ax + params.cohesion_weight * x, ay + params.cohesion_weight * y
+    x, y = wander(rng, params.wander_range)
+    ax, ay = ax + params.wander_weight * x, ay + params.wander_weight * y
+    x, y = limit(*repulsion_unit(world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]), most)
+    return ax + params.obstacle_weight * x, ay + params.obstacle_weight * y
+
+
+@jit
+def advance(
+    flock: Flock, world: World, params: Params, work: Workspace, record: Record, rng: Generator, steps: int
+) -> bool:
+    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+
+    Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag takes its share of v.
+    """
+    sequential = params.update == SEQUENTIAL
+    range2 = square_range(max(params.separation_range, params.alignment_range, params.cohesion_range), True)
+    seen = flock if sequential else work.before
+    step, kept = params.displacement_factor * params.dt, 1.0 - params.drag
+    for _ in range(steps):
+        remember(flock, seen)
+        for i in range(flock.x.size):
+            found = search(seen, world, work.grid, i, range2, ALL_ROUND, work.near)
+            ax, ay = _acceleration(params, seen, world, i, work, found, rng)
+            vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
+            x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)
+            y, vy = confine(flock.y[i] + step * vy, vy, world.height, world.borders)
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx * kept, vy * kept
+            if sequential:
+                move(work.grid, i, x, y)
+        if not sequential:
+            move_all(work.grid, flock)
+        if not observe(flock, world, record):
+            return False
+    return True
+
+
+MODEL = Model(
+    name="nguyen2024",
+    source="Q. C. Nguyen (2024), Monte Carlo analysis of boid simulations with obstacles: a physics-based perspective",
+    params=Params,
+    presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
+    metrics=("speed", "flock_radius", "turn_rate", "turn_rate_unwrapped", "dispersion", "polarization"),
+    interaction_range=interaction_range,
+    advance=advance,
+)

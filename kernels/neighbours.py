@@ -1,0 +1,254 @@
+"""Who sees whom: range and field of view, through a cell grid that is exact under sequential updates.
+
+The plane is folded onto a torus of cells no smaller than the range. Every cell lists the boids of its 3 x 3 block in
+ascending order, so a search reads one list, and sums over neighbours have the same bits whatever the grid. A move
+into another cell changes at most nine lists. Where a list would overflow, `full` is set and searches read the list
+of everyone instead, which is all-pairs search: the same neighbours, more slowly, until the grid is built larger.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.jit import jit
+from kernels.state import Floats, Flock, Indices, World
+
+
+FAR = 9
+ALL_ROUND = -4.0
+
+
+class Grid(NamedTuple):
+    """C = columns x rows cells for N boids.
+
+    `members` (C, capacity) holds the lists, the first `count[c]` places of each in use; `home` (N,) is the cell of
+    every boid; `full` (1,) says that a list has overflowed. Indices are unsigned, which numba reads faster.
+    """
+
+    columns: int
+    rows: int
+    columns_per_length: float
+    rows_per_length: float
+    members: Indices
+    count: Indices
+    home: Indices
+    full: NDArray[np.bool_]
+
+
+class Near(NamedTuple):
+    """Room for the neighbours of one boid: index, displacement to it and its square; arrays of shape (N + 1,)."""
+
+    index: Indices
+    dx: Floats
+    dy: Floats
+    distance2: Floats
+
+
+def build_near(n: int) -> Near:
+    """Room for the neighbours of one of `n` boids."""
+    return Near(np.zeros(n + 1, np.uint32), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
+
+
+def all_pairs(n: int) -> Grid:
+    """The grid of one cell that is always full: every search reads everyone."""
+    return Grid(1, 1, 0.0, 0.0, *_lists(1, 0, n), np.ones(1, np.bool_))
+
+
+def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices]:
+    return np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32), np.zeros(n, np.uint32)
+
+
+def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 64) -> Grid:
+    """The grid of `flock` for searches up to `search_range`; all-pairs where a grid would not pay.
+
+    Cells tile the world, so that the fold is the torus where positions wrap. There are at most about 4 N of them.
+    """
+    n = flock.x.size
+    columns, rows = _shape(world, search_range, 4 * n + 16)
+    if columns * rows < 9:
+        return all_pairs(n)
+    capacity = min(capacity, n)
+    lists = _lists(columns * rows, capacity, n)
+    grid = Grid(columns, rows, columns / world.width, rows / world.height, *lists, np.zeros(1, np.bool_))
+    fill(grid, flock)
+    return grid
+
+
+def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
+    """Columns and rows: 1, or at least 3 so that a block holds no cell twice; cells a little over the range."""
+    cell = max(search_range * (1 + 1e-9), 1e-9)
+    columns, rows = world.width / cell, world.height / cell
+    shrink = min(1.0, math.sqrt(most / max(columns * rows, 1.0)))
+    columns, rows = int(columns * shrink), int(rows * shrink)
+    return (columns if columns >= 3 else 1), (rows if rows >= 3 else 1)
+
+
+@jit
+def cell_of(grid: Grid, x: float, y: float) -> int:
+    """The cell of (x, y) on the folded plane; x and y must be finite."""
+    column = int(math.floor(x * grid.columns_per_length))
+    row = int(math.floor(y * grid.rows_per_length))
+    if not (0 <= column < grid.columns and 0 <= row < grid.rows):
+        column %= grid.columns
+        row %= grid.rows
+    return row * grid.columns + column
+
+
+@jit
+def fill(grid: Grid, flock: Flock) -> None:
+    """Enter every boid of `flock` into an emptied `grid`."""
+    for cell in range(grid.count.size):
+        grid.count[cell] = 0
+    grid.full[0] = False
+    for i in range(flock.x.size):
+        cell = cell_of(grid, flock.x[i], flock.y[i])
+        grid.home[i] = cell
+        _change_block(grid, cell, FAR, FAR, i, True)
+
+
+@jit
+def _change_block(grid: Grid, cell: int, columns_off: int, rows_off: int, i: int, enter: bool) -> None:
+    """Enter boid `i` into the lists of the block about `cell`, or remove it from them.
+
+    Cells that are also in the block `columns_off` to the right and `rows_off` above are left as they are.
+    """
+    across = min(1, grid.columns - 1)
+    along = min(1, grid.rows - 1)
+    for r in range(-along, along + 1):
+        row = _fold(cell // grid.columns + r, grid.rows)
+        for c in range(-across, across + 1):
+            if abs(c - columns_off) > 1 or abs(r - rows_off) > 1:
+                here = row * grid.columns + _fold(cell % grid.columns + c, grid.columns)
+                if enter:
+                    _insert(grid, here, i)
+                else:
+                    _remove(grid, here, i)
+
+
+@jit
+def _fold(k: int, n: int) -> int:
+    """The index `k`, at most n off, back in 0..n-1."""
+    if k < 0:
+        return k + n
+    return k - n if k >= n else k
+
+
+@jit
+def _offset(k: int, n: int) -> int:
+    """The difference `k` of two indices on a circle of `n`: -1, 0 or 1 for neighbours, else FAR."""
+    if abs(k) <= 1:
+        return k
+    if abs(k) == n - 1:
+        return -1 if k > 0 else 1
+    return FAR
+
+
+@jit
+def _insert(grid: Grid, cell: int, i: int) -> None:
+    k = int(grid.count[cell])
+    if k == grid.members.shape[1]:
+        grid.full[0] = True
+        return
+    while k > 0 and grid.members[cell, k - 1] > i:
+        grid.members[cell, k] = grid.members[cell, k - 1]
+        k -= 1
+    grid.members[cell, k] = i
+    grid.count[cell] += 1
+
+
+@jit
+def _remove(grid: Grid, cell: int, i: int) -> None:
+    k, last = 0, int(grid.count[cell]) - 1
+    while grid.members[cell, k] != i:
+        k += 1
+    while k < last:
+        grid.members[cell, k] = grid.members[cell, k + 1]
+        k += 1
+    grid.count[cell] = last
+
+
+@jit
+def move(grid: Grid, i: int, x: float, y: float) -> None:
+    """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are left to the end of the step."""
+    if grid.full[0] or not math.isfinite(x + y):
+        return
+    cell = cell_of(grid, x, y)
+    home = int(grid.home[i])
+    if cell != home:
+        columns_off = _offset(cell % grid.columns - home % grid.columns, grid.columns)
+        rows_off = _offset(cell // grid.columns - home // grid.columns, grid.rows)
+        _change_block(grid, home, columns_off, rows_off, i, False)
+        _change_block(grid, cell, -columns_off, -rows_off, i, True)
+        grid.home[i] = cell
+
+
+@jit
+def move_all(grid: Grid, flock: Flock) -> None:
+    """Tell `grid` where all boids are now, in index order."""
+    for i in range(flock.x.size):
+        move(grid, i, flock.x[i], flock.y[i])
+
+
+@jit
+def square_range(length: float, inclusive: bool) -> float:
+    """The bound b such that `distance2 < b` means nearer than `length`, or up to it where `inclusive`."""
+    square = length * length
+    return np.nextafter(square, np.inf) if inclusive else square
+
+
+@jit
+def cone(fov: float) -> float:
+    """The bound of `search` for a field of view of `fov` degrees in all; everything is seen from 360 degrees on."""
+    cosine = math.cos(math.radians(0.5 * fov))
+    return ALL_ROUND if fov >= 360.0 else cosine * abs(cosine)
+
+
+@jit
+def search(seen: Flock, world: World, grid: Grid, i: int, range2: float, view: float, near: Near) -> int:
+    """Find the neighbours of boid `i` in ascending order, fill `near` and return how many there are.
+
+    A neighbour is nearer than the square root of `range2` and within the `cone` about the velocity: with the cosine
+    s/(|d||v|) of the angle, s|s| >= view |d|^2 |v|^2. A boid at rest sees all round.
+    """
+    found = 0
+    bound = view * (seen.vx[i] * seen.vx[i] + seen.vy[i] * seen.vy[i])
+    if grid.full[0]:
+        for j in range(seen.x.size):
+            found += _consider(seen, world, i, j, range2, bound, near, found)
+    else:
+        cell = grid.home[i]
+        for k in range(grid.count[cell]):
+            found += _consider(seen, world, i, grid.members[cell, k], range2, bound, near, found)
+    return found
+
+
+@jit
+def _consider(seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int) -> int:
+    """Enter boid `j` at `place` of `near` and return 1 if it is a neighbour, else 0.
+
+    It is entered in any case: the outcome is too random for the processor's branch prediction.
+    """
+    dx = seen.x[j] - seen.x[i]
+    dy = seen.y[j] - seen.y[i]
+    if world.minimum_image:
+        dx = nearest_image(dx, world.width)
+        dy = nearest_image(dy, world.height)
+    distance2 = dx * dx + dy * dy
+    along = dx * seen.vx[i] + dy * seen.vy[i]
+    near.index[place] = j
+    near.dx[place] = dx
+    near.dy[place] = dy
+    near.distance2[place] = distance2
+    return int((distance2 < range2) & (along * abs(along) >= bound * distance2) & (j != i))
+
+
+@jit
+def nearest_image(d: float, period: float) -> float:
+    """The difference `d` of two coordinates in [0, period), taken the short way round."""
+    if d > 0.5 * period:
+        return d - period
+    if d < -0.5 * period:
+        return d + period
+    return d

@@ -1,0 +1,132 @@
+"""The named settings of a study, each described once: what it is, its unit, its range or its choices.
+
+Every model has its own `Params`; the groups here are common to all: Schedule, WorldSettings, StartSettings and
+Observation. A setting with `choices` is stored in these tuples as the index of its choice.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+
+class About(NamedTuple):
+    """What a user must know of one setting; `exclusive` says that `low` itself is not allowed."""
+
+    text: str
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    exclusive: bool = False
+    choices: tuple[str, ...] = ()
+
+
+SEQUENTIAL, SYNCHRONOUS = 0, 1
+UPDATE = About(
+    "sequential: boid after boid, later ones see the new state of earlier ones; synchronous: all read the old state",
+    choices=("sequential", "synchronous"),
+)
+OPEN, TORUS, BOUNDED = 0, 1, 2
+CONTINUOUS, INTEGER = 0, 1
+HEADING, COMPONENTS = 0, 1
+NUMPY, PYTHON_RANDOM = 0, 1
+DISC, STAMP = 0, 1
+
+
+class Schedule(NamedTuple):
+    """How many boids for how long."""
+
+    n: Annotated[int, About("number of boids", low=1, high=10_000_000)]
+    steps: Annotated[int, About("number of updates", low=1, high=10**9)]
+
+
+class WorldSettings(NamedTuple):
+    """Where the boids are; `map` names an entry of kernels.worlds.MAPS."""
+
+    map: Annotated[str, About("environment map: which obstacles there are")]
+    width: Annotated[float, About("width of the world", "px", low=0, exclusive=True)]
+    height: Annotated[float, About("height of the world", "px", low=0, exclusive=True)]
+    borders: Annotated[
+        int,
+        About(
+            "open: none; torus: positions wrap; bounded: positions and velocities are mirrored at the border",
+            choices=("open", "torus", "bounded"),
+        ),
+    ]
+    minimum_image: Annotated[bool, About("boids see each other across the borders of a torus")]
+    n_obstacles: Annotated[int, About("number of obstacles of map random_obstacles", low=0, high=100_000)]
+    obstacle_radius: Annotated[float, About("their radius", "px", low=0)]
+    obstacle_margin: Annotated[float, About("least distance of their centres from the borders", "px", low=0)]
+
+
+class StartSettings(NamedTuple):
+    """How the initial flock is drawn."""
+
+    start_positions: Annotated[
+        int, About("uniform in the world, or on its integer points", choices=("continuous", "integer"))
+    ]
+    start_velocities: Annotated[
+        int,
+        About(
+            "heading: start_speed in a uniform direction; components: each uniform within +-start_speed",
+            choices=("heading", "components"),
+        ),
+    ]
+    start_speed: Annotated[float, About("initial speed, or bound of its components", "px/step", low=0)]
+    start_margin: Annotated[float, About("least distance of initial positions from the borders", "px", low=0)]
+    start_draws: Annotated[
+        int,
+        About(
+            "numpy: NumPy's generator; python_random: Python's random.Random in the order of aziel_chen2025",
+            choices=("numpy", "python_random"),
+        ),
+    ]
+
+
+class Observation(NamedTuple):
+    """What the metrics need to know."""
+
+    flock_range: Annotated[float, About("boids nearer than this are of one flock", "px", low=0)]
+    footprint: Annotated[
+        int,
+        About(
+            "pixels a boid visits. disc: those whose centre is within footprint_radius; "
+            "stamp: the same about its position truncated to integers",
+            choices=("disc", "stamp"),
+        ),
+    ]
+    footprint_radius: Annotated[float, About("radius of the footprint", "px", low=0, high=50)]
+    coverage_cv_ddof: Annotated[int, About("delta degrees of freedom of coverage_cv", low=0, high=1)]
+
+
+COMMON: dict[str, Any] = {
+    "borders": "open",
+    "minimum_image": False,
+    "n_obstacles": 0,
+    "obstacle_radius": 25.0,
+    "obstacle_margin": 100.0,
+    "start_positions": "continuous",
+    "start_velocities": "heading",
+    "start_margin": 0.0,
+    "start_draws": "numpy",
+    "flock_range": 50.0,
+    "footprint": "disc",
+    "footprint_radius": 2.0,
+    "coverage_cv_ddof": 0,
+}
+"""Values for the settings that most models leave alone."""
+
+
+class Model(NamedTuple):
+    """A published model: its settings, what its authors wrote and ran, and the kernel that advances a flock.
+
+    `presets` gives every setting a value, choices by name; `metrics` are those recorded unless a study says
+    otherwise. `interaction_range(params)` is the longest distance at which boids act on each other.
+    """
+
+    name: str
+    source: str
+    params: type[Any]
+    presets: dict[str, dict[str, Any]]
+    metrics: tuple[str, ...]
+    interaction_range: Callable[[Any], float]
+    advance: Callable[..., int]

@@ -1,0 +1,155 @@
+"""From a design to its trials, each with an id that is a hash of its content.
+
+The id of a point covers the model, the preset and the settings that differ from the preset's. So a new axis
+leaves the points with its preset value what they were. The id of a trial adds the kernels, the seed, the
+streams and what is recorded: trials that could differ in a single number are different trials.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from itertools import repeat
+from typing import Literal, overload
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from sweep.design import Design
+from sweep.fields import Column, Value, preset_settings
+from sweep.seeds import address, point_words
+from sweep.spec import Record, Streams, Study
+
+Purpose = Literal["start", "world", "noise"]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One trial and all that is needed to run it, anywhere and at any time, to the same bits.
+
+    With `literal`, `seed` is one of the listed seeds and `replicate` only its place in the list. Otherwise
+    `seed` is that of the study, and `replicate` tells apart the trials of a point.
+    """
+
+    trial_id: str
+    point: str
+    replicate: int
+    seed: int
+    literal: bool
+    model: str
+    preset: str
+    settings: dict[str, Value]
+    record: Record
+    streams: Streams
+    time_limit: float | None
+
+
+def stream(job: Job, purpose: Purpose) -> SeedSequence:
+    """The seed sequence of one kind of randomness in a trial; a common one is the same at all points."""
+    replicate = 0 if job.literal else job.replicate
+    common = getattr(job.streams, purpose) == "common"
+    return address(job.seed, purpose, replicate, *(() if common else point_words(job.point)))
+
+
+def literal_seed(job: Job, purpose: Purpose) -> int:
+    """A seed for Python's `random.Random`: the listed seed where the stream is common, else 64 bits."""
+    if job.literal and getattr(job.streams, purpose) == "common":
+        return job.seed
+    return int(stream(job, purpose).generate_state(1, np.uint64)[0])
+
+
+def point_id(model: str, preset: str, settings: Mapping[str, Value]) -> str:
+    """16 hexadecimal digits that stand for a point: a hash of the settings that differ from the preset's."""
+    defaults = preset_settings(model, preset)
+    different = {name: value for name, value in settings.items() if value != defaults[name]}
+    return _point_hash(json.dumps([model, preset, different], sort_keys=True, separators=(",", ":")))
+
+
+def _point_hash(canonical: str) -> str:
+    return hashlib.sha256(canonical.encode()).hexdigest()[:16]
+
+
+class Jobs(Sequence[Job]):
+    """All trials of a study, made when asked for: point after point, the replicates of a point together."""
+
+    def __init__(self, study: Study, design: Design, kernels_sha: str) -> None:
+        self.study = study
+        self.design = design
+        record = asdict(study.record) | {"metrics": sorted(study.record.metrics)}
+        content = [kernels_sha, asdict(study.streams), record | {"series": sorted(study.record.series)}]
+        self._common = json.dumps(content, sort_keys=True)
+
+    def __len__(self) -> int:
+        return self.design.n_points * self.study.trials_per_point
+
+    @overload
+    def __getitem__(self, index: int) -> Job: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Job]: ...
+    def __getitem__(self, index: int | slice) -> Job | list[Job]:
+        if isinstance(index, slice):
+            return [self[position] for position in range(len(self))[index]]
+        point, replicate = divmod(range(len(self))[index], self.study.trials_per_point)
+        return self._job(point, replicate)
+
+    def table(self) -> dict[str, Column]:
+        """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
+        replicates = range(self.study.trials_per_point)
+        ids = [self._trial_id(point, replicate) for point in self.points for replicate in replicates]
+        return {
+            "trial_id": np.array(ids, dtype=np.object_),
+            "point": np.repeat(np.array(self.points, dtype=np.object_), len(replicates)),
+            "replicate": np.tile(np.arange(len(replicates)), len(self.points)),
+            "seed": np.tile([self._seed(replicate) for replicate in replicates], len(self.points)),
+        }
+
+    @cached_property
+    def points(self) -> list[str]:
+        """The ids of all points, in their order."""
+        return _point_ids(self.study, self.design)
+
+    def _job(self, point: int, replicate: int) -> Job:
+        study = self.study
+        return Job(
+            trial_id=self._trial_id(self.points[point], replicate),
+            point=self.points[point],
+            replicate=replicate,
+            seed=self._seed(replicate),
+            literal=study.seeds is not None,
+            model=study.model,
+            preset=study.preset,
+            settings=self.design.settings(point),
+            record=study.record,
+            streams=study.streams,
+            time_limit=study.time_limit,
+        )
+
+    def _seed(self, replicate: int) -> int:
+        return self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
+
+    def _trial_id(self, point: str, replicate: int) -> str:
+        # The place of a listed seed is left out, so that the list may be reordered.
+        which = f"replicate {replicate}" if self.study.seeds is None else "listed"
+        content = f"{self._common} {point} {self._seed(replicate)} {which}"
+        return hashlib.sha256(content.encode()).hexdigest()[:24]
+
+
+def _point_ids(study: Study, design: Design) -> list[str]:
+    """`point_id` of every point, from the same text put together column by column, which is much faster."""
+    preset, columns = preset_settings(study.model, study.preset), design.columns
+    members: list[Iterable[str]] = [repeat("", design.n_points)]
+    for name in sorted(preset):
+        if name in columns:
+            members.append(_members(name, columns[name].tolist(), preset[name]))
+        elif design.base[name] != preset[name]:
+            members.append(repeat(_members(name, [design.base[name]], preset[name])[0]))
+    head = json.dumps([study.model, study.preset], separators=(",", ":"))[:-1] + ",{"
+    return [_point_hash(head + "".join(member)[1:] + "}]") for member in zip(*members, strict=False)]
+
+
+def _members(name: str, values: list[Value], default: Value) -> list[str]:
+    """`,"name":value` in JSON for each value, or nothing where it is the default."""
+    texts = json.dumps(values, separators=("\n", ":"))[1:-1].split("\n")
+    key = f",{json.dumps(name)}:"
+    return ["" if value == default else key + text for value, text in zip(values, texts, strict=True)]

@@ -1,0 +1,243 @@
+"""One trial, from a job to its numbers: the only place where the machine meets the kernels.
+
+Pure: the result depends on the job alone, reads and writes nothing, and takes one process and one thread.
+"""
+
+import time
+import traceback
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.coverage import Coverage, build_coverage, heatmap, no_coverage
+from kernels.metrics import METRICS, Ground
+from kernels.models import MODELS
+from kernels.neighbours import build_grid, build_near
+from kernels.recording import FILLED, Frames, Record, build_frames, keep_frame
+from kernels.settings import PYTHON_RANDOM, Observation, Schedule, StartSettings, WorldSettings
+from kernels.starts import start_numpy, start_python_random
+from kernels.state import Flock, World, empty_flock
+from kernels.workspace import Workspace
+from kernels.worlds import MAPS, Reach, build_reach, build_world
+from sweep.fields import fields, settings_tuple
+from sweep.jobs import Job, literal_seed, stream
+
+BOID_STEPS_A_CALL = 50_000
+"""A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
+FRAME_BYTES = 4 * 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a trial gave.
+
+    `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
+    metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
+    (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
+    holds visit counts, -1 in obstacles.
+    """
+
+    job: Job
+    status: str
+    seconds: float
+    step: int = 0
+    error: str = ""
+    last: dict[str, float] = field(default_factory=dict)
+    mean: dict[str, float] = field(default_factory=dict)
+    frames: NDArray[np.int64] | None = None
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    heatmap: NDArray[np.int32] | None = None
+
+
+def run(job: Job) -> Result:
+    """The result of `job`. An exception becomes a result with status failed and the traceback as its error."""
+    began = time.perf_counter()
+    try:
+        return Simulation(job).result(began)
+    except Exception:
+        return Result(job, "failed", time.perf_counter() - began, error=traceback.format_exc())
+
+
+def failed(job: Job, error: str) -> Result:
+    """The result of a job that never returned one."""
+    return Result(job, "failed", 0.0, error=error)
+
+
+class Simulation:
+    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own."""
+
+    def __init__(self, job: Job) -> None:
+        known = fields(job.model)
+        self.job = job
+        self.model = MODELS[job.model]
+        self.params = settings_tuple(self.model.params, job.settings, known)
+        self.schedule: Schedule = settings_tuple(Schedule, job.settings, known)
+        self.observation: Observation = settings_tuple(Observation, job.settings, known)
+        world_settings = settings_tuple(WorldSettings, job.settings, known)
+        start_settings = settings_tuple(StartSettings, job.settings, known)
+        margin = job.settings.get("obstacle_range", 0.0)
+        self.world, self.contact, reach = _world(job, world_settings, float(margin))
+        self.flock = _start(job, self.schedule.n, start_settings, self.world, self.contact)
+        self.rng = np.random.default_rng(stream(job, "noise"))
+        n = self.schedule.n
+        grid = build_grid(self.flock, self.world, self.model.interaction_range(self.params))
+        self.work = Workspace(grid, build_near(n), reach, empty_flock(n))
+        self.record = _record(job, self.schedule, self.world, world_settings, self.contact, self.observation)
+        keep_frame(self.flock, self.record)
+        self.step = 0
+
+    @property
+    def steps_left(self) -> int:
+        return self.schedule.steps - self.step
+
+    def advance(self, steps: int) -> bool:
+        """Take up to `steps` steps; False where the state stopped being finite."""
+        steps = min(steps, self.steps_left)
+        going = self.model.advance(
+            self.flock, self.world, self.params, self.work, self.record, self.rng, steps
+        )
+        self.step = int(self.record.progress[0])
+        grid = self.work.grid
+        room = grid.members.shape[1]
+        if going and grid.full[0] and room > 0:
+            reach = self.model.interaction_range(self.params)
+            self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, 2 * room))
+        return going
+
+    def take_frames(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Steps (F,) and metrics (number of metrics, F) of the frames recorded since the last call."""
+        filled = int(self.record.progress[FILLED])
+        self.record.progress[FILLED] = 0
+        values = np.empty((len(self.job.record.metrics), filled))
+        coverage = self.record.coverage
+        ground = Ground(coverage.traversable, coverage.visits.size)
+        for row, name in zip(values, self.job.record.metrics, strict=True):
+            METRICS[name].measure(self.record.frames, filled, ground, self.observation, row)
+        return self.record.frames.step[:filled].copy(), values
+
+    def result(self, began: float) -> Result:
+        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began."""
+        steps_a_call = _steps_a_call(self.record, self.schedule.n)
+        blocks = [self.take_frames()]
+        limit = self.job.time_limit
+        status = "done"
+        while self.steps_left > 0 and status == "done":
+            if not self.advance(steps_a_call):
+                status = "diverged"
+            elif self.steps_left > 0 and limit is not None and time.perf_counter() - began > limit:
+                status = "timeout"
+            blocks.append(self.take_frames())
+        frames = np.concatenate([steps for steps, _ in blocks])
+        values = dict(zip(self.job.record.metrics, np.hstack([block for _, block in blocks]), strict=True))
+        return self._summary(status, frames, values, began)
+
+    def _summary(
+        self, status: str, frames: NDArray[np.int64], values: dict[str, NDArray[np.float64]], began: float
+    ) -> Result:
+        late = 2 * frames > self.schedule.steps
+        done = status == "done"
+        wanted = self.job.record
+        return Result(
+            self.job,
+            status,
+            time.perf_counter() - began,
+            self.step,
+            _ERRORS.get(status, "").format(step=self.step, limit=self.job.time_limit),
+            {name: float(value[-1]) for name, value in values.items()} if done else {},
+            {name: float(value[late].mean()) for name, value in values.items()} if done else {},
+            frames if wanted.series else None,
+            {name: values[name] for name in wanted.series},
+            heatmap(self.record.coverage) if wanted.heatmaps and done else None,
+        )
+
+
+_ERRORS = {
+    "diverged": "a position or velocity was not a finite number after step {step}",
+    "timeout": "time limit of {limit} s reached after step {step}",
+}
+
+
+def _steps_a_call(record: Record, n: int) -> int:
+    """As many steps as the frames have room for, at most about BOID_STEPS_A_CALL boid-steps."""
+    room = len(record.frames.step) - 1
+    return max(1, min(room * record.every, BOID_STEPS_A_CALL // n))
+
+
+@lru_cache(maxsize=16)
+def _fixed_world(settings: WorldSettings, margin: float) -> tuple[World, Reach, Reach]:
+    return _drawn_world(settings, margin, np.random.default_rng(0))
+
+
+def _drawn_world(
+    settings: WorldSettings, margin: float, rng: np.random.Generator
+) -> tuple[World, Reach, Reach]:
+    world = build_world(settings, rng)
+    return world, build_reach(world, 0.0), build_reach(world, margin)
+
+
+def _world(job: Job, settings: WorldSettings, margin: float) -> tuple[World, Reach, Reach]:
+    """The world, the reach of its obstacles' surfaces, and that of their forces."""
+    if MAPS[settings.map].random:
+        return _drawn_world(settings, margin, np.random.default_rng(stream(job, "world")))
+    return _fixed_world(settings, margin)
+
+
+def _start(job: Job, n: int, settings: StartSettings, world: World, contact: Reach) -> Flock:
+    if settings.start_draws == PYTHON_RANDOM:
+        return start_python_random(n, settings, world, contact, literal_seed(job, "start"))
+    return start_numpy(n, settings, world, contact, np.random.default_rng(stream(job, "start")))
+
+
+@lru_cache(maxsize=4)
+def _unvisited(settings: WorldSettings, observation: Observation) -> Coverage:
+    world, contact, _ = _fixed_world(settings, 0.0)
+    return build_coverage(world, contact, observation)
+
+
+def _coverage(settings: WorldSettings, world: World, contact: Reach, observation: Observation) -> Coverage:
+    if MAPS[settings.map].random:
+        return build_coverage(world, contact, observation)
+    fresh = _unvisited(settings, observation)
+    return fresh._replace(visits=fresh.visits.copy(), sums=fresh.sums.copy())
+
+
+def _record(
+    job: Job,
+    schedule: Schedule,
+    world: World,
+    settings: WorldSettings,
+    contact: Reach,
+    observation: Observation,
+) -> Record:
+    metrics = [METRICS[name] for name in job.record.metrics]
+    covers = job.record.heatmaps or any(metric.covers for metric in metrics)
+    n = schedule.n
+    return Record(
+        frames=_frames(n),
+        progress=np.zeros(2, np.int64),
+        every=job.record.every,
+        last=schedule.steps,
+        covering=covers,
+        coverage=_coverage(settings, world, contact, observation) if covers else no_coverage(),
+        counting=any(metric.counts for metric in metrics),
+        contact=contact,
+        outside=np.zeros(n, np.bool_),
+        inside=np.zeros(n, np.bool_),
+        events=np.zeros(2, np.int64),
+    )
+
+
+def _frames(n: int) -> Frames:
+    """Room for up to 256 frames and FRAME_BYTES, and for at least two: one on time and the last."""
+    return build_frames(max(2, min(256, FRAME_BYTES // (48 * n))), n)
+
+
+def warm(jobs: list[Job]) -> None:
+    """Compile what `jobs` will need, or load it from the cache, by running the first steps of each."""
+    for job in jobs:
+        simulation = Simulation(job)
+        simulation.advance(1)
+        simulation.take_frames()
+
