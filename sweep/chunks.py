@@ -1,0 +1,47 @@
+"""How jobs are dealt out to workers: in chunks of about equal work."""
+
+from collections.abc import Iterable, Sequence
+
+MAX_CHUNK_JOBS = 1000
+COST_RANGE = (1e-6, 1e9)
+
+
+class Chunks:
+    """Deals out job indices in chunks, longest jobs first, each about `seconds` of work.
+
+    Jobs go singly until a first chunk has been timed; from then on the estimates are scaled by the measured
+    pace. No chunk is more than a third of one worker's share of what is left, so that the workers finish
+    together. Estimates are clipped to COST_RANGE, in seconds.
+    """
+
+    def __init__(self, costs: Iterable[float], count: int, *, workers: int, seconds: float) -> None:
+        import numpy as np
+
+        self._costs = np.clip(np.fromiter(costs, float, count), *COST_RANGE)
+        self._order = np.argsort(-self._costs, kind="stable")
+        self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
+        self._seconds = seconds
+        self._share = 1 / (3 * workers)
+        self._first = 0
+        self._pace: float | None = None
+
+    def take(self) -> list[int]:
+        """The next chunk of indices; empty when every index has been dealt out."""
+        stop = self._first + self._size(len(self._order) - self._first)
+        indices: list[int] = self._order[self._first : stop].tolist()
+        self._first = stop
+        return indices
+
+    def observe(self, indices: Sequence[int], seconds: float) -> None:
+        """Learn that the jobs at `indices` took `seconds` together."""
+        pace = max(seconds, COST_RANGE[0]) / float(self._costs[indices].sum())
+        self._pace = pace if self._pace is None else (self._pace * pace) ** 0.5
+
+    def _size(self, left: int) -> int:
+        if self._pace is None:
+            return min(left, 1)
+        start, end = float(self._through[self._first]), float(self._through[-1])
+        budget = min(self._seconds / self._pace, (end - start) * self._share)
+        by_time = int(self._through.searchsorted(start + budget, side="right")) - 1 - self._first
+        by_count = min(MAX_CHUNK_JOBS, int(left * self._share))
+        return min(left, max(1, min(by_time, by_count)))

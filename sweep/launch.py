@@ -1,0 +1,119 @@
+"""Run what is missing of a study and store it."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import overload
+
+import pyarrow as pa
+
+from kernels import KERNELS_SHA
+from sweep.cost import job_seconds
+from sweep.design import Design, expand
+from sweep.jobs import Job, Jobs
+from sweep.provenance import provenance
+from sweep.rows import PROVENANCE, Tables
+from sweep.executors import ExecutorFactory
+from sweep.runner import drive
+from sweep.spec import Study
+from sweep.store import Store
+from sweep.trial import Result, failed, run, warm
+from sweep.writer import Writer
+
+
+@dataclass
+class Progress:
+    """How far a launch is: trials of the spec, those stored before, and the new ones by status."""
+
+    trials: int
+    stored: int
+    apart: int
+    statuses: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def missing(self) -> int:
+        return self.trials - self.stored
+
+    @property
+    def troubled(self) -> int:
+        """New trials that did not come to their end."""
+        return sum(count for status, count in self.statuses.items() if status != "done")
+
+
+class _Some(Sequence[Job]):
+    """Jobs at some indices, made when asked for."""
+
+    def __init__(self, jobs: Jobs, indices: Sequence[int]) -> None:
+        self.jobs, self.indices = jobs, indices
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    @overload
+    def __getitem__(self, index: int) -> Job: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Job]: ...
+    def __getitem__(self, index: int | slice) -> Job | list[Job]:
+        if isinstance(index, slice):
+            return [self.jobs[place] for place in self.indices[index]]
+        return self.jobs[self.indices[index]]
+
+
+def launch(
+    study: Study,
+    results: Path,
+    executor: ExecutorFactory,
+    *,
+    retry: bool = False,
+    report: Callable[[Progress], None] = lambda progress: None,
+) -> Progress:
+    """Run the trials of `study` that its store below `results` lacks, and with `retry` those not done.
+
+    The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. `report` is called
+    before the first trial and after each batch. Raises SpecError for a design that cannot be, StoreError where
+    the store cannot be read or written, KeyboardInterrupt after Ctrl-C with all finished trials stored.
+    """
+    design = expand(study)
+    jobs = Jobs(study, design, KERNELS_SHA)
+    store = Store(results / study.name)
+    origin = provenance(study)
+    plan = plan_table(study, design, jobs, origin)
+    stored = store.trial_ids()
+    ids = plan["trial_id"].to_pylist()
+    kept = [trial in stored and not (retry and stored[trial] != "done") for trial in ids]
+    missing = _Some(jobs, [index for index, keep in enumerate(kept) if not keep])
+    progress = Progress(len(ids), sum(kept), len(stored.keys() - set(ids)))
+    store.write_plan(plan)
+    (store.folder / "spec.yaml").write_text(study.text, encoding="utf-8")
+    report(progress)
+    if missing:
+        _run(missing, store, Tables(study, origin), executor, progress, report)
+    return progress
+
+
+def _run(
+    missing: Sequence[Job],
+    store: Store,
+    tables: Tables,
+    executor: ExecutorFactory,
+    progress: Progress,
+    report: Callable[[Progress], None],
+) -> None:
+    # Compiled here once, or four cold workers would each compile the same.
+    warm([missing[0]])
+    batches = drive(missing, run, executor=executor, cost=job_seconds, failed=failed)
+    with Writer[Result](store, tables) as writer:
+        for results in batches:
+            writer.add(results)
+            progress.statuses.update(result.status for result in results)
+            report(progress)
+    store.compact()
+
+
+def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
+    """The trials of the spec in its order; the metadata adds which fields vary."""
+    table = pa.table(jobs.table())
+    about = origin | {"varied": list(design.columns), "record": list(study.record.metrics)}
+    return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})

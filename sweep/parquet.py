@@ -1,0 +1,77 @@
+"""Parquet files as the store writes and reads them: durable, checksummed, and clear about damage."""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+
+class StoreError(Exception):
+    """A study's folder that cannot be read or written; the message names the file and the way out."""
+
+
+def remedy_for(part: Path) -> str:
+    return f"move the folder {part} elsewhere and its trials will be run again"
+
+
+@contextmanager
+def opened(path: Path, remedy: str | None = None) -> Iterator[Any]:
+    """A parquet file open for reading; what cannot be read in it is a StoreError."""
+    try:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            yield file
+    except (pa.ArrowException, OSError) as error:
+        raise StoreError(f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}") from error
+
+
+def load_table(part: Path, name: str, columns: list[str] | None = None) -> pa.Table:
+    with opened(part / f"{name}.parquet") as file:
+        return file.read(columns=columns)
+
+
+def stored_schema(path: Path) -> pa.Schema:
+    with opened(path) as file:
+        return file.schema_arrow
+
+
+def new_file(path: Path, schema: pa.Schema) -> pq.ParquetWriter:
+    """Strings as dictionaries, floats split by byte: trajectories are smaller so than in any dictionary."""
+    return pq.ParquetWriter(
+        path,
+        schema,
+        compression="zstd",
+        use_dictionary=[name for field in schema for name in _leaves(field, pa.types.is_string)],
+        use_byte_stream_split=[name for field in schema for name in _leaves(field, pa.types.is_floating)],
+        use_compliant_nested_type=False,
+        write_page_checksum=True,
+    )
+
+
+def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str]:
+    """The parquet path of a column whose values, or whose lists' values, match."""
+    kind, path = field.type, field.name
+    if isinstance(kind, pa.BaseExtensionType):
+        kind = kind.storage_type
+    while pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind):
+        kind, path = kind.value_type, f"{path}.list.{kind.value_field.name}"
+    return [path] if matches(kind) else []
+
+
+def move_durably(source: Path, target: Path) -> None:
+    """Rename, having made sure that the disk holds the content, then that it holds the new name."""
+    for path in [*source.iterdir(), source] if source.is_dir() else [source]:
+        _flush_to_disk(path)
+    source.replace(target)
+    _flush_to_disk(target.parent)
+
+
+def _flush_to_disk(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

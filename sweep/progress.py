@@ -1,0 +1,80 @@
+"""The progress of a launch, on stderr: a bar in a terminal, a line now and then elsewhere."""
+
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress as Bar, TextColumn, TimeRemainingColumn
+
+from sweep.launch import Progress
+
+LINE_SECONDS = 10.0
+
+
+class ProgressBar:
+    """Shows trials done, trials a second, time to go and failures of a study; a context manager."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.terminal = sys.stderr.isatty()
+        self.bar = Bar(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[pace]}"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[trouble]}"),
+            console=Console(stderr=True),
+            disable=not self.terminal,
+        )
+        self.task = self.bar.add_task(name, total=None, pace="", trouble="")
+        self.began = time.monotonic()
+        self.line_at = self.began
+
+    def __enter__(self) -> "ProgressBar":
+        self.bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.bar.stop()
+
+    def show(self, progress: Progress) -> None:
+        """Show `progress` now, or in a file or pipe when the last line is old enough."""
+        new = progress.statuses.total()
+        if new == 0:
+            self._first(progress)
+        pace = new / max(time.monotonic() - self.began, 1e-9)
+        trouble = f"[red]{progress.troubled} not done" if progress.troubled else ""
+        self.bar.update(
+            self.task,
+            completed=progress.stored + new,
+            total=progress.trials,
+            pace=f"{pace:.1f} trials/s" if new else "compiling",
+            trouble=trouble,
+        )
+        if not self.terminal and time.monotonic() - self.line_at > LINE_SECONDS:
+            self.line_at = time.monotonic()
+            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials, {pace:.1f} trials/s")
+
+    def _first(self, progress: Progress) -> None:
+        self._line(f"{progress.trials:,} trials, {progress.stored:,} of them stored already")
+        if progress.apart:
+            self._line(
+                f"{progress.apart:,} stored trials belong to another version of the spec or of the kernels: "
+                "they are kept, and stay out of the tables"
+            )
+
+    def _line(self, text: str) -> None:
+        self.bar.console.print(f"{self.name}: {text}", highlight=False, soft_wrap=True)
+
+    def summary(self, progress: Progress, folder: Path) -> str:
+        """What became of the launch, in one line."""
+        new = progress.statuses.total()
+        counts = ", ".join(f"{count:,} {status}" for status, count in sorted(progress.statuses.items()))
+        seconds = time.monotonic() - self.began
+        done = f"{new:,} new trials ({counts}) in {seconds:.1f} s" if new else "nothing was missing"
+        return f"{self.name}: {done}; {progress.trials:,} trials in {folder}"

@@ -1,0 +1,63 @@
+"""One stored trial, run again from its row."""
+
+import math
+from typing import Any
+
+from kernels.metrics import METRICS
+from sweep.fields import fields
+from sweep.jobs import Job
+from sweep.names import unknown
+from sweep.spec import Record, Streams
+from sweep.parquet import StoreError
+from sweep.study import StoredStudy
+from sweep.trial import Simulation, run
+
+
+def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
+    """The job of a stored trial, and its row. Raises StoreError where there is no such trial."""
+    import pyarrow as pa
+
+    table = study.store.read("trials", trial_ids=pa.array([trial]))
+    if table.num_rows == 0:
+        known = study.plan["trial_id"].to_pylist()
+        raise StoreError(f"study {study.name}: {unknown('trial', trial, known)}")
+    row: dict[str, Any] = table.to_pylist()[0]
+    streams = dict(item.split("=") for item in row["streams"].split())
+    job = Job(
+        trial_id=trial,
+        point=row["point"],
+        replicate=row["replicate"],
+        seed=row["seed"],
+        literal=row["seed_listed"],
+        model=row["model"],
+        preset=row["preset"],
+        settings={name: row[name] for name in fields(row["model"])},
+        record=_record(row),
+        streams=Streams(**streams),
+        time_limit=None,
+    )
+    return job, row
+
+
+def _record(row: dict[str, Any]) -> Record:
+    metrics = tuple(name for name in METRICS if name in row and f"{name}_mean" in row)
+    return Record(metrics=metrics, every=int(row["every"]))
+
+
+def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
+    """A report on the trial run again, and whether every stored metric has come out to the same bits.
+
+    An exception of the trial is raised as it is.
+    """
+    job, row = stored_job(study, trial)
+    Simulation(job)
+    result = run(job)
+    if result.status == "failed":
+        raise RuntimeError(result.error)
+    lines = [f"trial   {trial}", f"status  {result.status} (stored: {row['status']}) after step {result.step}"]
+    same = result.status == row["status"]
+    for name, value in result.last.items():
+        equal = row[name] is not None and (value == row[name] or (math.isnan(value) and math.isnan(row[name])))
+        same = same and equal
+        lines.append(f"{name:28} {value!r} {'as stored' if equal else f'but stored is {row[name]!r}'}")
+    return "\n".join(lines), same

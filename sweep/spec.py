@@ -1,0 +1,216 @@
+"""From a spec to a Study. All validation happens here and in what this module calls."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.settings import Model
+from sweep.axes import Axis, AxisReader
+from sweep.document import Document, Entry, Place
+from sweep.expressions import Expression
+from sweep.fields import Field, Value, fields
+from sweep.strict_yaml import dump, parse_document, read_document
+from sweep.values import check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
+
+Stream = Literal["common", "independent"]
+
+STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
+MOST_REPLICATES = 10**9
+REQUIRED = ("study", "model", "preset", "seed")
+KEYS = (
+    *REQUIRED,
+    *("fixed", "sweep", "derive", "require", "replicates", "seeds", "streams", "record", "time_limit"),
+)
+
+
+@dataclass(frozen=True)
+class Record:
+    """What is kept of a trial: frames 0, `every`, 2 `every` ...
+
+    and the last; `series` are among the `metrics`.
+    """
+
+    metrics: tuple[str, ...]
+    series: tuple[str, ...] = ()
+    every: int = 1
+    heatmaps: bool = False
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Whether the random numbers of each purpose are the same at all points (common) or not (independent)."""
+
+    start: Stream = "common"
+    world: Stream = "common"
+    noise: Stream = "independent"
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
+
+    Either `replicates` (trials a point) or `seeds` (one literal seed a trial) is given.
+    """
+
+    document: Document
+    name: str
+    model: str
+    preset: str
+    fixed: dict[str, Value]
+    axes: tuple[Axis, ...]
+    derive: dict[str, Expression]
+    require: tuple[Expression, ...]
+    replicates: int | None
+    seeds: tuple[int, ...] | None
+    seed: int
+    streams: Streams
+    record: Record
+    time_limit: float | None
+
+    @property
+    def text(self) -> str:
+        """The YAML as read."""
+        return self.document.text
+
+    @property
+    def path(self) -> Path:
+        """The file of the spec; tables stand relative to its folder."""
+        return self.document.path
+
+    @cached_property
+    def fields(self) -> dict[str, Field]:
+        """Every setting of the model."""
+        return fields(self.model)
+
+    @property
+    def trials_per_point(self) -> int:
+        """The number of replicates, or of seeds."""
+        return self.replicates if self.replicates is not None else len(self.seeds or ())
+
+    def place_of(self, field: str) -> Place | None:
+        """Where in the spec a field gets its value, or None where the preset gives it."""
+        if field in self.fixed:
+            return ("fixed", field)
+        if field in self.derive:
+            return ("derive", field)
+        return next((("sweep", axis.name) for axis in self.axes if field in axis.columns), None)
+
+
+def load_spec(path: Path) -> Study:
+    """The study that a spec file describes.
+
+    Raises SpecError, with file and line, for whatever is wrong with it.
+    """
+    return _study(read_document(path))
+
+
+def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) -> Study:
+    """The study that a YAML text or a mapping describes, as if it stood in the file `path`.
+
+    Raises SpecError.
+    """
+    text = spec if isinstance(spec, str) else dump(spec)
+    return _study(parse_document(text, path))
+
+
+def _study(root: Entry) -> Study:
+    if root.value is None:
+        raise root.error("is empty")
+    root.keys(KEYS, required=REQUIRED)
+    model = root.child("model").one_of("model", MODELS)
+    seed = root.child("seed").whole(0)
+    reader = AxisReader(fields(model), seed, root.document.path.parent)
+    fixed, axes = read_fixed(root.get("fixed"), reader.fields), read_axes(root.get("sweep"), reader)
+    derive = read_derive(root.get("derive"), reader.fields)
+    check_once(root, fixed, axes, derive)
+    check_conditions(root, axes, derive)
+    replicates, seeds = _replication(root)
+    return Study(
+        document=root.document,
+        name=_name(root.child("study")),
+        model=model,
+        preset=root.child("preset").one_of(f"preset of {model}", MODELS[model].presets),
+        fixed=fixed,
+        axes=axes,
+        derive=derive,
+        require=read_require(root.get("require"), reader.fields),
+        replicates=replicates,
+        seeds=seeds,
+        seed=seed,
+        streams=_streams(root.get("streams")),
+        record=_record(root.get("record"), MODELS[model]),
+        time_limit=_time_limit(root.get("time_limit")),
+    )
+
+
+def _name(entry: Entry) -> str:
+    name = entry.text()
+    if not STUDY_NAME.fullmatch(name) or len(name) > 200:
+        raise entry.error(
+            f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "." joined by "/", '
+            "none beginning with a dot"
+        )
+    return name
+
+
+def _replication(root: Entry) -> tuple[int | None, tuple[int, ...] | None]:
+    replicates, seeds = root.get("replicates"), root.get("seeds")
+    if (replicates is None) == (seeds is None):
+        raise (seeds or root).error(
+            'needs either "replicates" (trials a point) or "seeds" (a list), and not both'
+        )
+    if replicates:
+        return replicates.whole(1, MOST_REPLICATES), None
+    numbers = [(child, child.whole(0)) for child in cast(Entry, seeds).entries()]
+    for index, (child, number) in enumerate(numbers):
+        if any(number == other for _, other in numbers[:index]):
+            raise child.error(f'{number} stands twice in "seeds"')
+    return None, tuple(number for _, number in numbers)
+
+
+def _streams(entry: Entry | None) -> Streams:
+    if entry is None:
+        return Streams()
+    entry.keys(["start", "world", "noise"])
+    chosen = {
+        name: child.one_of("kind of stream", ["common", "independent"]) for name, child in entry.mapping()
+    }
+    return Streams(**cast(dict[str, Stream], chosen))
+
+
+def _record(entry: Entry | None, model: Model) -> Record:
+    if entry is None:
+        return Record(model.metrics)
+    entry.keys(["metrics", "series", "every", "heatmaps"])
+    metrics, series = entry.get("metrics"), entry.get("series")
+    every, heatmaps = entry.get("every"), entry.get("heatmaps")
+    recorded = _metrics(metrics) if metrics else model.metrics
+    followed = _metrics(series) if series else ()
+    return Record(
+        metrics=(*recorded, *(name for name in followed if name not in recorded)),
+        series=followed,
+        every=every.whole(1) if every else 1,
+        heatmaps=heatmaps.truth() if heatmaps else False,
+    )
+
+
+def _metrics(entry: Entry) -> tuple[str, ...]:
+    names = tuple(child.one_of("metric", METRICS) for child in entry.entries())
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            raise entry.child(index).error(f'"{name}" stands twice in "{entry.name}"')
+    return names
+
+
+def _time_limit(entry: Entry | None) -> float | None:
+    if entry is None:
+        return None
+    seconds = entry.number()
+    if seconds <= 0:
+        raise entry.expected("a number of seconds above 0")
+    return seconds

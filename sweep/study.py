@@ -1,0 +1,92 @@
+"""A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
+
+import json
+from collections import Counter
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from sweep.rows import PROVENANCE
+from sweep.store import Store
+
+
+class StoredStudy:
+    """The results of a study's spec as last launched; each table is read when first asked for.
+
+    `name` is the study's and `results` the folder that holds it. Raises StoreError where there is none.
+    """
+
+    def __init__(self, name: str, results: Path | str = "results") -> None:
+        self.name = name
+        self.store = Store(Path(results) / name)
+        self.plan = self.store.read_plan()
+        self.provenance: dict[str, Any] = json.loads(self.plan.schema.metadata[PROVENANCE])
+
+    def __repr__(self) -> str:
+        return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
+
+    @property
+    def spec(self) -> str:
+        """The YAML text of the spec as last launched."""
+        return str(self.provenance["spec"])
+
+    @property
+    def varied(self) -> list[str]:
+        """The settings that differ between points."""
+        return list(self.provenance["varied"])
+
+    @property
+    def metrics(self) -> list[str]:
+        """The recorded metrics."""
+        return list(self.provenance["record"])
+
+    @cached_property
+    def trials(self) -> pd.DataFrame:
+        """One row a stored trial of the spec, in its order: what it is, every setting, every metric."""
+        return self._in_order(self._table("trials"))
+
+    @cached_property
+    def series(self) -> pd.DataFrame:
+        """One row a recorded frame of a trial: trial_id, frame and the series metrics."""
+        return self._in_order(self._table("series"))
+
+    @cached_property
+    def heatmaps(self) -> pd.DataFrame:
+        """One row a trial: trial_id and `visits`, an array (rows, columns) of counts, -1 in obstacles."""
+        table = self._in_order(self._table("heatmaps"))
+        if table.empty:
+            return pd.DataFrame({"trial_id": [], "visits": []})
+        shapes = zip(table.pop("rows"), table.pop("columns"), strict=True)
+        arrays = [np.asarray(flat).reshape(shape) for flat, shape in zip(table["visits"], shapes, strict=True)]
+        table["visits"] = pd.Series(arrays, index=table.index, dtype=object)
+        return table
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every column of `trials` and `series` that has one."""
+        tables = [self._table("trials").schema, self._table("series").schema]
+        metadata = {column.name: column.metadata or {} for schema in tables for column in schema}
+        return {name: about[b"unit"].decode() for name, about in metadata.items() if about.get(b"unit")}
+
+    def statuses(self) -> Counter[str]:
+        """How many trials of the spec have which status; `missing` are not stored."""
+        stored = self.store.trial_ids()
+        return Counter(stored.get(trial, "missing") for trial in self.plan["trial_id"].to_pylist())
+
+    def apart(self) -> int:
+        """How many stored trials do not belong to the spec as last launched."""
+        return len(self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist()))
+
+    def _table(self, name: str) -> pa.Table:
+        return self.store.read(name, trial_ids=self.plan["trial_id"].combine_chunks())
+
+    def _in_order(self, table: pa.Table) -> pd.DataFrame:
+        """Rows in the order of the plan, those of one trial as stored."""
+        place = pd.Series(np.arange(self.plan.num_rows), index=self.plan["trial_id"].to_pandas())
+        frame: pd.DataFrame = table.to_pandas()
+        order = np.argsort(place.loc[frame["trial_id"]].to_numpy(), kind="stable")
+        return frame.iloc[order].reset_index(drop=True)

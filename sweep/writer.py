@@ -1,0 +1,61 @@
+"""Between the drive loop and the store: results are held for a moment, then stored together."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from types import TracebackType
+from typing import Generic, TypeVar
+
+import pyarrow as pa
+
+from sweep.store import Store
+
+R = TypeVar("R")
+
+
+class Writer(Generic[R]):
+    """Collects the drive loop's results and stores a part now and then; a context manager.
+
+    A part is stored when `rows` results are held, when `seconds` have passed since the last one, and on
+    leaving the context, for whatever reason. Results stay held until their part is stored. `build` makes the
+    tables of a non-empty list of results.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        build: Callable[[list[R]], Mapping[str, pa.Table]],
+        *,
+        rows: int = 1000,
+        seconds: float = 5.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._store = store
+        self._build = build
+        self._rows = rows
+        self._seconds = seconds
+        self._clock = clock
+        self._held: list[R] = []
+        self._flushed = clock()
+
+    def __enter__(self) -> "Writer[R]":
+        self._store.tidy()
+        self._flushed = self._clock()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.flush()
+
+    def add(self, results: Iterable[R]) -> None:
+        """Hold results, storing a part if it is time."""
+        self._held.extend(results)
+        if len(self._held) >= self._rows or self._clock() - self._flushed >= self._seconds:
+            self.flush()
+
+    def flush(self) -> None:
+        """Store what is held now."""
+        if self._held:
+            self._store.append(self._build(self._held))
+            self._held = []
+        self._flushed = self._clock()

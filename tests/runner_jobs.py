@@ -1,0 +1,93 @@
+"""Jobs for the drive loop's tests, importable by worker processes."""
+
+import os
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.runner import Failure, drive
+
+
+def square(job: int) -> tuple[int, int]:
+    return job, job * job
+
+
+def square_or_die(job: int) -> tuple[int, int]:
+    if job == 7:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return square(job)
+
+
+def die_once(job: tuple[int, str]) -> tuple[int, int]:
+    """Kills the worker on job 5, unless the marker file says that it already has."""
+    number, marker = job
+    if number == 5 and not Path(marker).exists():
+        Path(marker).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return square(number)
+
+
+def square_or_raise(job: int) -> tuple[int, int]:
+    if job == 3:
+        raise ValueError("three is not allowed")
+    if job == 4:
+        sys.exit("four leaves")
+    return square(job)
+
+
+def unpicklable_for_two(job: int) -> Any:
+    return threading.Lock() if job == 2 else square(job)
+
+
+def nap(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def thread_counts(_job: int) -> tuple[str | None, str | None]:
+    return os.environ.get("NUMBA_NUM_THREADS"), os.environ.get("OMP_NUM_THREADS")
+
+
+def break_at_start() -> None:
+    raise RuntimeError("no such cache")
+
+
+def run_all(jobs: Any, run: Any, executor: Any, **options: Any) -> list[Any]:
+    """Everything that `drive` yields, flattened; a failed job is (job, Failure)."""
+    batches = drive(jobs, run, executor=executor, failed=failed, **{"cost": a_millisecond} | options)
+    return [result for batch in batches for result in batch]
+
+
+def failed(job: Any, error: str) -> tuple[Any, Failure]:
+    return job, Failure(error)
+
+
+def a_millisecond(_job: Any) -> float:
+    return 0.001
+
+
+def shortest_first(seconds: float) -> float:
+    return 1 / seconds
+
+
+def processes_below(parent: int) -> set[int]:
+    """Ids of the live (not zombie) descendants of a process."""
+    found: set[int] = set()
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, ppid = stat.read_text().rpartition(")")[2].split()[:2]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if int(ppid) == parent and state != "Z":
+            child = int(stat.parent.name)
+            found |= {child} | processes_below(child)
+    return found
+
+
+def spread_costs(seed: int, count: int) -> list[float]:
+    return np.random.default_rng(seed).lognormal(-4, 1, count).tolist()
