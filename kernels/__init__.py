@@ -31,8 +31,10 @@ KERNELS_SHA = source_stamp(Path(__file__).parent)
 
 
 def _cache_folder() -> Path:
-    home = Path(os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    home = Path(
+        os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    )
     return home / "boidsweep" / KERNELS_SHA[:16]
 
 
-numba.config.CACHE_DIR = str(_cache_folder())
+setattr(numba.config, "CACHE_DIR", str(_cache_folder()))  # noqa: B010  numba declares it at run time

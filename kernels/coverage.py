@@ -52,7 +52,8 @@ def _stamp(radius: float, columns: int) -> Indices:
     whole = int(radius)
     y, x = np.mgrid[-whole : whole + 1, -whole : whole + 1]
     inside = x * x + y * y <= radius * radius
-    return ((y + whole) * columns + x + whole)[inside].astype(np.uint32)
+    pixels: Indices = ((y + whole) * columns + x + whole)[inside].astype(np.uint32)
+    return pixels
 
 
 @jit
@@ -80,7 +81,7 @@ def mark(coverage: Coverage, x: float, y: float) -> None:
 
 
 @jit
-def _mark_stamp(coverage: Coverage, corner: int) -> None:
+def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
     """Count the stamp whose square has its first pixel at `corner`; all of it lies in the world."""
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):

@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from kernels.jit import jit
 from kernels.state import Floats, Flock, Indices, World
 
-
 FAR = 9
+CAPACITY, SMALL_FLOCK = 64, 256
 ALL_ROUND = -4.0
 
 
 class Grid(NamedTuple):
     """C = columns x rows cells for N boids.
 
-    `members` (C, capacity) holds the lists, the first `count[c]` places of each in use; `home` (N,) is the cell of
-    every boid; `full` (1,) says that a list has overflowed. Indices are unsigned, which numba reads faster.
+    `members` (C, capacity) holds the lists, the first `count[c]` places of each in use; `column` and `row` (N,) say in
+    which cell a boid is; `full` (1,) says that a list has overflowed. Indices are unsigned, which numba reads faster.
     """
 
     columns: int
@@ -33,7 +33,8 @@ class Grid(NamedTuple):
     rows_per_length: float
     members: Indices
     count: Indices
-    home: Indices
+    column: Indices
+    row: Indices
     full: NDArray[np.bool_]
 
 
@@ -56,20 +57,22 @@ def all_pairs(n: int) -> Grid:
     return Grid(1, 1, 0.0, 0.0, *_lists(1, 0, n), np.ones(1, np.bool_))
 
 
-def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices]:
-    return np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32), np.zeros(n, np.uint32)
+def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices, Indices]:
+    members, count = np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32)
+    return members, count, np.zeros(n, np.uint32), np.zeros(n, np.uint32)
 
 
-def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 64) -> Grid:
+def build_grid(flock: Flock, world: World, search_range: float, capacity: int = CAPACITY) -> Grid:
     """The grid of `flock` for searches up to `search_range`; all-pairs where a grid would not pay.
 
-    Cells tile the world, so that the fold is the torus where positions wrap. There are at most about 4 N of them.
+    Cells tile the world, so that the fold is the torus where positions wrap. There are at most about 4 N of them. A
+    list has room for `capacity` boids, and for all of a small flock.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
     if columns * rows < 9:
         return all_pairs(n)
-    capacity = min(capacity, n)
+    capacity = n if n <= SMALL_FLOCK else min(capacity, n)
     lists = _lists(columns * rows, capacity, n)
     grid = Grid(columns, rows, columns / world.width, rows / world.height, *lists, np.zeros(1, np.bool_))
     fill(grid, flock)
@@ -86,14 +89,10 @@ def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
 
 
 @jit
-def cell_of(grid: Grid, x: float, y: float) -> int:
-    """The cell of (x, y) on the folded plane; x and y must be finite."""
-    column = int(math.floor(x * grid.columns_per_length))
-    row = int(math.floor(y * grid.rows_per_length))
-    if not (0 <= column < grid.columns and 0 <= row < grid.rows):
-        column %= grid.columns
-        row %= grid.rows
-    return row * grid.columns + column
+def _index(position: float, per_length: float, n: int) -> int:
+    """The column or row of a coordinate on the folded plane; `position` must be finite."""
+    k = math.floor(position * per_length)
+    return k if 0 <= k < n else k % n
 
 
 @jit
@@ -103,28 +102,29 @@ def fill(grid: Grid, flock: Flock) -> None:
         grid.count[cell] = 0
     grid.full[0] = False
     for i in range(flock.x.size):
-        cell = cell_of(grid, flock.x[i], flock.y[i])
-        grid.home[i] = cell
-        _change_block(grid, cell, FAR, FAR, i, True)
+        grid.column[i] = _index(flock.x[i], grid.columns_per_length, grid.columns)
+        grid.row[i] = _index(flock.y[i], grid.rows_per_length, grid.rows)
+        _change_block(grid, int(grid.column[i]), int(grid.row[i]), FAR, FAR, i, True)
 
 
 @jit
-def _change_block(grid: Grid, cell: int, columns_off: int, rows_off: int, i: int, enter: bool) -> None:
-    """Enter boid `i` into the lists of the block about `cell`, or remove it from them.
+def _change_block(
+    grid: Grid, column: int, row: int, columns_off: int, rows_off: int, i: int, enter: bool
+) -> None:
+    """Enter boid `i` into the lists of the block about a cell, or remove it from them.
 
     Cells that are also in the block `columns_off` to the right and `rows_off` above are left as they are.
     """
     across = min(1, grid.columns - 1)
     along = min(1, grid.rows - 1)
     for r in range(-along, along + 1):
-        row = _fold(cell // grid.columns + r, grid.rows)
+        first = _fold(row + r, grid.rows) * grid.columns
         for c in range(-across, across + 1):
             if abs(c - columns_off) > 1 or abs(r - rows_off) > 1:
-                here = row * grid.columns + _fold(cell % grid.columns + c, grid.columns)
                 if enter:
-                    _insert(grid, here, i)
+                    _insert(grid, first + _fold(column + c, grid.columns), i)
                 else:
-                    _remove(grid, here, i)
+                    _remove(grid, first + _fold(column + c, grid.columns), i)
 
 
 @jit
@@ -174,14 +174,15 @@ def move(grid: Grid, i: int, x: float, y: float) -> None:
     """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are left to the end of the step."""
     if grid.full[0] or not math.isfinite(x + y):
         return
-    cell = cell_of(grid, x, y)
-    home = int(grid.home[i])
-    if cell != home:
-        columns_off = _offset(cell % grid.columns - home % grid.columns, grid.columns)
-        rows_off = _offset(cell // grid.columns - home // grid.columns, grid.rows)
-        _change_block(grid, home, columns_off, rows_off, i, False)
-        _change_block(grid, cell, -columns_off, -rows_off, i, True)
-        grid.home[i] = cell
+    old_column, old_row = int(grid.column[i]), int(grid.row[i])
+    column = _index(x, grid.columns_per_length, grid.columns)
+    row = _index(y, grid.rows_per_length, grid.rows)
+    if column != old_column or row != old_row:
+        columns_off = _offset(column - old_column, grid.columns)
+        rows_off = _offset(row - old_row, grid.rows)
+        _change_block(grid, old_column, old_row, columns_off, rows_off, i, False)
+        _change_block(grid, column, row, -columns_off, -rows_off, i, True)
+        grid.column[i], grid.row[i] = column, row
 
 
 @jit
@@ -218,14 +219,16 @@ def search(seen: Flock, world: World, grid: Grid, i: int, range2: float, view: f
         for j in range(seen.x.size):
             found += _consider(seen, world, i, j, range2, bound, near, found)
     else:
-        cell = grid.home[i]
+        cell = grid.row[i] * grid.columns + grid.column[i]
         for k in range(grid.count[cell]):
             found += _consider(seen, world, i, grid.members[cell, k], range2, bound, near, found)
     return found
 
 
 @jit
-def _consider(seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int) -> int:
+def _consider(
+    seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int
+) -> int:
     """Enter boid `j` at `place` of `near` and return 1 if it is a neighbour, else 0.
 
     It is entered in any case: the outcome is too random for the processor's branch prediction.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, mark
 from kernels.jit import jit
-from kernels.state import Floats, Flock, World
+from kernels.state import Flock, World
 from kernels.worlds import Reach, inside_any
 
 COVERED, VISITS, SQUARED_VISITS, ESCAPES, COLLISIONS = 0, 1, 2, 3, 4
@@ -17,7 +17,10 @@ STEP, FILLED = 0, 1
 
 
 class Frames(NamedTuple):
-    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts` (F, 5), `step` (F,)."""
+    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts` (F, 5), `step` (F,).
+
+    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6, 0).
+    """
 
     bodies: NDArray[np.float64]
     counts: NDArray[np.int64]
@@ -46,8 +49,10 @@ class Record(NamedTuple):
 
 
 def build_frames(n_frames: int, n: int) -> Frames:
-    """Room for `n_frames` snapshots of `n` boids."""
-    return Frames(np.zeros((n_frames, 6, n)), np.zeros((n_frames, N_COUNTS), np.int64), np.zeros(n_frames, np.int64))
+    """Room for `n_frames` snapshots of `n` bodies."""
+    return Frames(
+        np.zeros((n_frames, 6, n)), np.zeros((n_frames, N_COUNTS), np.int64), np.zeros(n_frames, np.int64)
+    )
 
 
 @jit
@@ -58,7 +63,7 @@ def keep_frame(flock: Flock, record: Record) -> None:
         return
     f = record.progress[FILLED]
     bodies = record.frames.bodies
-    for i in range(flock.x.size):
+    for i in range(bodies.shape[2]):
         bodies[f, 0, i] = flock.x[i]
         bodies[f, 1, i] = flock.y[i]
         bodies[f, 2, i] = flock.vx[i]

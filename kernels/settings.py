@@ -129,4 +129,4 @@ class Model(NamedTuple):
     presets: dict[str, dict[str, Any]]
     metrics: tuple[str, ...]
     interaction_range: Callable[[Any], float]
-    advance: Callable[..., int]
+    advance: Callable[..., bool]

@@ -35,7 +35,9 @@ def start_numpy(n: int, settings: StartSettings, world: World, contact: Reach, r
 
 
 @jit
-def _draw_positions(flock: Flock, positions: int, margin: float, world: World, contact: Reach, rng: Generator) -> bool:
+def _draw_positions(
+    flock: Flock, positions: int, margin: float, world: World, contact: Reach, rng: Generator
+) -> bool:
     """Draw every position until it is free; integer positions include both borders. False where none is free."""
     for i in range(flock.x.size):
         for _ in range(MOST_DRAWS):

@@ -30,7 +30,9 @@ class Map(NamedTuple):
     random: bool = False
 
 
-def _table(x: float, y: float, radius: float, chairs: int, chair: float, distance: float) -> list[list[float]]:
+def _table(
+    x: float, y: float, radius: float, chairs: int, chair: float, distance: float
+) -> list[list[float]]:
     """A round table and `chairs` square chairs of half width `chair` at `distance` from its centre."""
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
     seats = [[x + distance * math.cos(a), y + distance * math.sin(a), chair, chair, 0.0] for a in angles]
@@ -183,8 +185,8 @@ def inside_obstacle(world: World, m: int, x: float, y: float) -> bool:
     dx = x - world.obstacle_x[m]
     dy = y - world.obstacle_y[m]
     if world.is_round[m]:
-        return dx * dx + dy * dy < world.half_width[m] * world.half_width[m]
-    return abs(dx) < world.half_width[m] and abs(dy) < world.half_height[m]
+        return bool(dx * dx + dy * dy < world.half_width[m] * world.half_width[m])
+    return bool(abs(dx) < world.half_width[m] and abs(dy) < world.half_height[m])
 
 
 @jit

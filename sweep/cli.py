@@ -19,7 +19,9 @@ app = typer.Typer(
 )
 
 Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
-StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")]
+StudyName = Annotated[
+    str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")
+]
 Results = Annotated[Path, typer.Option(help="Folder that holds the stored studies.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -59,9 +61,9 @@ def launch(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
+    from sweep.executors import Loky, core_count
     from sweep.launch import launch as run_study
     from sweep.progress import ProgressBar
-    from sweep.executors import Loky, core_count
     from sweep.spec import load_spec
 
     study = load_spec(spec)
@@ -79,8 +81,8 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
-    from sweep.plan import make_plan
     from sweep.executors import core_count
+    from sweep.plan import make_plan
     from sweep.spec import load_spec
 
     made = make_plan(load_spec(spec), workers or core_count())

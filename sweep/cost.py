@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design import Design
 from sweep.fields import Value, fields, settings_tuple

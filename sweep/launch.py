@@ -12,10 +12,10 @@ import pyarrow as pa
 from kernels import KERNELS_SHA
 from sweep.cost import job_seconds
 from sweep.design import Design, expand
+from sweep.executors import ExecutorFactory
 from sweep.jobs import Job, Jobs
 from sweep.provenance import provenance
 from sweep.rows import PROVENANCE, Tables
-from sweep.executors import ExecutorFactory
 from sweep.runner import drive
 from sweep.spec import Study
 from sweep.store import Store
@@ -67,7 +67,7 @@ def launch(
     executor: ExecutorFactory,
     *,
     retry: bool = False,
-    report: Callable[[Progress], None] = lambda progress: None,
+    report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
     """Run the trials of `study` that its store below `results` lacks, and with `retry` those not done.
 

@@ -7,8 +7,8 @@ from kernels.metrics import METRICS
 from sweep.fields import fields
 from sweep.jobs import Job
 from sweep.names import unknown
-from sweep.spec import Record, Streams
 from sweep.parquet import StoreError
+from sweep.spec import Record, Streams
 from sweep.study import StoredStudy
 from sweep.trial import Simulation, run
 
@@ -54,10 +54,15 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     result = run(job)
     if result.status == "failed":
         raise RuntimeError(result.error)
-    lines = [f"trial   {trial}", f"status  {result.status} (stored: {row['status']}) after step {result.step}"]
+    lines = [
+        f"trial   {trial}",
+        f"status  {result.status} (stored: {row['status']}) after step {result.step}",
+    ]
     same = result.status == row["status"]
     for name, value in result.last.items():
-        equal = row[name] is not None and (value == row[name] or (math.isnan(value) and math.isnan(row[name])))
+        equal = row[name] is not None and (
+            value == row[name] or (math.isnan(value) and math.isnan(row[name]))
+        )
         same = same and equal
         lines.append(f"{name:28} {value!r} {'as stored' if equal else f'but stored is {row[name]!r}'}")
     return "\n".join(lines), same

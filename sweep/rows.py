@@ -49,7 +49,10 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 
 def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     """One row a recorded frame: the steps done (`frame`) and the series metrics."""
-    columns = [_column("trial_id", pa.string(), "", "trial"), _column("frame", pa.int64(), "step", "steps done")]
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("frame", pa.int64(), "step", "steps done"),
+    ]
     for name in study.record.series:
         columns.append(_column(name, pa.float64(), METRICS[name].unit, METRICS[name].text))
     return pa.schema(columns, _metadata(provenance))

@@ -1,13 +1,15 @@
 """The JSON Schema of spec.yaml, from which editors complete names and show units and ranges.
 
-It describes the shape. What depends on several values at once, such as expressions, is checked by `sweep.spec`.
+It describes the shape. What depends on several values, as expressions do, is checked by `sweep.spec`.
 """
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
+from sweep.axes import GRIDS, MOST_POINTS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
 from sweep.sampling import DISTRIBUTIONS, SAMPLERS
@@ -15,17 +17,8 @@ from sweep.spec import MOST_REPLICATES, REQUIRED, STUDY_NAME
 
 Schema = dict[str, Any]
 
-CONDITION: Schema = {"type": "string", "description": "condition under which the axis applies"}
-POINTS: Schema = {"type": "integer", "minimum": 1, "description": "number of points"}
-PAIR: Schema = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 SEED: Schema = {"type": "integer", "minimum": 0, "exclusiveMaximum": INTEGER_BOUND}
-GRID: Schema = {
-    "type": "array",
-    "prefixItems": [{"type": "number"}, {"type": "number"}, {"type": "integer", "minimum": 1}],
-    "minItems": 3,
-    "maxItems": 3,
-    "description": "[first, last, number of values]",
-}
+TEXT: Schema = {"type": "string"}
 
 
 def json_schema() -> Schema:
@@ -34,7 +27,7 @@ def json_schema() -> Schema:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "boidsweep study",
-        **_mapping(properties, required=list(REQUIRED)),
+        **_mapping(properties, REQUIRED),
         "oneOf": [{"required": ["replicates"]}, {"required": ["seeds"]}],
         "allOf": [
             {
@@ -43,6 +36,7 @@ def json_schema() -> Schema:
             }
             for model in MODELS
         ],
+        "$defs": _shared() | {key: value for model in MODELS for key, value in _values(model).items()},
     }
 
 
@@ -94,41 +88,48 @@ def _properties() -> Schema:
     }
 
 
-def _of_model(model: str) -> Schema:
-    """What the spec of this model may hold, beyond what holds for all."""
-    known = fields(model)
-    values = {
-        name: _value(field) | {"description": _description(model, field)} for name, field in known.items()
+def _shared() -> Schema:
+    """What fields of all models have in common: grids, distributions, and the ways to write an axis."""
+    grid = {
+        "type": "array",
+        "prefixItems": [{"type": "number"}, {"type": "number"}, {"type": "integer", "minimum": 1}],
+        "minItems": 3,
+        "maxItems": 3,
+        "description": "[first, last, number of values]",
     }
-    axes = {
-        name: {"description": values[name]["description"], "anyOf": _forms(_value(field))}
-        for name, field in known.items()
+    pair = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+    grids: Schema = dict.fromkeys(GRIDS, grid)
+    drawn: Schema = {
+        name: {} if name == "choice" else pair | {"description": function.__doc__}
+        for name, function in DISTRIBUTIONS.items()
     }
-    expressions = {
-        name: {"type": "string", "description": values[name]["description"]}
-        for name in known
-        if name != "map"
+    points = {"type": "integer", "minimum": 1, "maximum": MOST_POINTS, "description": "number of points"}
+    when = TEXT | {"description": "condition under which the axis applies"}
+    axis = _mapping({"values": {}, **grids, **drawn, "points": points, "when": when})
+    return {
+        "points": points,
+        "when": when,
+        "grid": _mapping(grids) | _one_of(grids),
+        "distribution": _mapping(drawn) | _one_of(drawn),
+        "axis": axis
+        | _one_of(["values", *grids, *drawn])
+        | {"dependentRequired": {name: ["points"] for name in drawn}}
+        | {"dependentSchemas": {"points": _one_of(drawn)}},
     }
-    properties = {
-        "preset": {"enum": list(MODELS[model].presets)},
-        "fixed": _mapping(values),
-        "sweep": {**_mapping(axes), "additionalProperties": {"anyOf": _joint_forms(known)}},
-        "derive": _mapping(expressions),
-    }
-    return {"properties": properties}
 
 
-def _description(model: str, field: Field) -> str:
+def _values(model: str) -> Schema:
+    """What each field of a model may be, as `model.field`."""
+    return {f"{model}.{name}": _value(model, field) for name, field in fields(model).items()}
+
+
+def _value(model: str, field: Field) -> Schema:
     presets = (f"{name}: {preset_settings(model, name)[field.name]}" for name in MODELS[model].presets)
-    return f"{field.text}{f' ({field.unit})' if field.unit else ''}. {', '.join(presets)}"
-
-
-def _value(field: Field) -> Schema:
+    unit = f" ({field.unit})" if field.unit else ""
+    schema: Schema = {"description": f"{field.text}{unit}. {', '.join(presets)}"}
     if field.kind == "choice":
-        return {"enum": list(field.choices)}
-    if field.kind == "bool":
-        return {"type": "boolean"}
-    schema: Schema = {"type": "integer" if field.kind == "int" else "number"}
+        return schema | {"enum": list(field.choices)}
+    schema["type"] = {"float": "number", "int": "integer", "bool": "boolean"}[field.kind]
     if field.low > -math.inf:
         schema["exclusiveMinimum" if field.exclusive else "minimum"] = field.low
     if field.high < math.inf:
@@ -136,62 +137,63 @@ def _value(field: Field) -> Schema:
     return schema
 
 
-def _forms(value: Schema) -> list[Schema]:
-    """The ways to write an axis of one field."""
-    grids = [_mapping({grid: GRID, "when": CONDITION}, required=[grid]) for grid in ("linspace", "logspace")]
-    drawn = [
-        _mapping(
-            {**distribution["properties"], "points": POINTS, "when": CONDITION}, required=[name, "points"]
-        )
-        for name, distribution in _distributions(value).items()
-    ]
-    values = _mapping({"values": _listed(value), "when": CONDITION}, required=["values"])
-    return [_listed(value), values, *grids, *drawn]
+def _of_model(model: str) -> Schema:
+    """What the spec of this model may hold, beyond what holds for all."""
+    values = {name: _reference(f"{model}.{name}") for name in fields(model)}
+    axes = {name: _axis(value) for name, value in values.items()}
+    derived = {name: TEXT for name in values if name != "map"}
+    properties = {
+        "preset": {"enum": list(MODELS[model].presets)},
+        "fixed": _mapping(values),
+        "sweep": _mapping(axes) | {"additionalProperties": {"anyOf": _joint_axes(values)}},
+        "derive": _mapping(derived),
+    }
+    return {"properties": properties}
 
 
-def _joint_forms(known: dict[str, Field]) -> list[Schema]:
+def _axis(value: Schema) -> Schema:
+    """An axis of one field: a list, or a mapping that says how to make one."""
+    typed = {"values": _listed(value), "choice": _listed(value)}
+    return {"anyOf": [_listed(value), _reference("axis") | {"properties": typed}]}
+
+
+def _joint_axes(values: Schema) -> list[Schema]:
     """The ways to write an axis of several fields."""
+    options = {"points": _reference("points"), "when": _reference("when")}
     distributions = {
-        name: {"anyOf": list(_distributions(_value(field)).values())} for name, field in known.items()
+        name: _reference("distribution") | {"properties": {"choice": _listed(value)}}
+        for name, value in values.items()
     }
     members = {
-        name: {"anyOf": [{**_listed(_value(field)), "uniqueItems": False}, *_grids()]}
-        for name, field in known.items()
+        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]}
+        for name, value in values.items()
     }
-    columns = {"anyOf": [_listed({"enum": list(known)}), _mapping(dict.fromkeys(known, {"type": "string"}))]}
+    columns = {"anyOf": [_listed({"enum": list(values)}), _mapping(dict.fromkeys(values, TEXT))]}
+    table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns, "when": _reference("when")}
     return [
-        _mapping(
-            {"sample": {"enum": list(SAMPLERS)}, "points": POINTS, "when": CONDITION, **distributions},
-            required=["sample", "points"],
-        ),
-        _mapping(
-            {"sample": {"const": "table"}, "file": {"type": "string"}, "columns": columns, "when": CONDITION},
-            required=["sample", "file"],
-        ),
-        _mapping({"zip": _mapping(members), "when": CONDITION}, required=["zip"]),
+        _mapping({"sample": {"enum": list(SAMPLERS)}, **options, **distributions}, ["sample", "points"]),
+        _mapping(table, ["sample", "file"]),
+        _mapping({"zip": _mapping(members), "when": _reference("when")}, ["zip"]),
     ]
 
 
-def _grids() -> list[Schema]:
-    return [_mapping({grid: GRID}, required=[grid]) for grid in ("linspace", "logspace")]
+def _reference(name: str) -> Schema:
+    return {"$ref": f"#/$defs/{name}"}
 
 
-def _distributions(value: Schema) -> dict[str, Schema]:
-    return {
-        name: _mapping({name: _listed(value) if name == "choice" else PAIR}, required=[name])
-        for name in DISTRIBUTIONS
-    }
+def _one_of(keys: Iterable[str]) -> Schema:
+    return {"oneOf": [{"required": [key]} for key in keys]}
 
 
 def _listed(items: Schema) -> Schema:
     return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True}
 
 
-def _mapping(properties: Schema, required: list[str] | None = None) -> Schema:
+def _mapping(properties: Schema, required: Iterable[str] = ()) -> Schema:
     return {
         "type": "object",
         "properties": properties,
-        "required": required or [],
+        "required": list(required),
         "additionalProperties": False,
         "minProperties": 1,
     }

@@ -24,9 +24,9 @@ from kernels.worlds import MAPS, Reach, build_reach, build_world
 from sweep.fields import fields, settings_tuple
 from sweep.jobs import Job, literal_seed, stream
 
-BOID_STEPS_A_CALL = 50_000
-"""A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
-FRAME_BYTES = 4 * 2**20
+BOID_STEPS_A_CALL = 200_000
+"""About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
+MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +215,7 @@ def _record(
     covers = job.record.heatmaps or any(metric.covers for metric in metrics)
     n = schedule.n
     return Record(
-        frames=_frames(n),
+        frames=_frames(n if any(not (metric.covers or metric.counts) for metric in metrics) else 0),
         progress=np.zeros(2, np.int64),
         every=job.record.every,
         last=schedule.steps,
@@ -229,9 +229,9 @@ def _record(
     )
 
 
-def _frames(n: int) -> Frames:
-    """Room for up to 256 frames and FRAME_BYTES, and for at least two: one on time and the last."""
-    return build_frames(max(2, min(256, FRAME_BYTES // (48 * n))), n)
+def _frames(bodies: int) -> Frames:
+    """Room for as many frames as FRAME_BYTES hold, and for at least two: one on time and the last."""
+    return build_frames(max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies)
 
 
 def warm(jobs: list[Job]) -> None:
@@ -240,4 +240,3 @@ def warm(jobs: list[Job]) -> None:
         simulation = Simulation(job)
         simulation.advance(1)
         simulation.take_frames()
-

@@ -214,9 +214,7 @@ def deal(costs: list[float], workers: int, seconds: float, pace: float) -> list[
     seconds=st.floats(1e-3, 1e3),
     pace=st.floats(1e-3, 1e3),
 )
-def test_every_job_is_dealt_once_longest_first(
-    costs: list[float], workers: int, seconds: float, pace: float
-) -> None:
+def test_every_job_is_dealt_once_longest_first(costs: list[float], workers: int, seconds: float, pace: float) -> None:
     order = [index for chunk in deal(costs, workers, seconds, pace) for index in chunk]
     assert sorted(order) == list(range(len(costs)))
     clipped = [min(max(costs[index], 1e-6), 1e9) for index in order]

@@ -132,9 +132,7 @@ def test_the_latest_part_of_a_trial_counts_in_every_table(store: Store) -> None:
     assert store.read("series")["trial_id"].to_pylist() == ["b", "b"]
 
 
-def test_the_latest_counts_though_the_clock_was_set_back(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_latest_counts_though_the_clock_was_set_back(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     append(store, {"a": "failed"})
     monkeypatch.setattr(store_module.time, "time_ns", lambda: 5)
     append(store, {"a": "retried"})
@@ -173,9 +171,7 @@ def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
         ({"trials": pa.table({"trial_id": [1]})}, "`trial_id` column of strings"),
     ],
 )
-def test_a_part_that_breaks_the_rules_is_refused(
-    store: Store, tables: dict[str, pa.Table], message: str
-) -> None:
+def test_a_part_that_breaks_the_rules_is_refused(store: Store, tables: dict[str, pa.Table], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         store.append(tables)
     assert not store.folder.exists()
@@ -290,9 +286,7 @@ def test_being_killed_loses_and_doubles_nothing(store: Store, action: str, call:
     for index in range(3):
         append(store, {"a": str(index), f"b{index}": "ok"})
     rows, here = sorted_tables(store), Path(__file__).parent
-    script = KILLED.format(
-        tests=str(here), root=str(here.parent), folder=str(store.folder), call=call, action=action
-    )
+    script = KILLED.format(tests=str(here), root=str(here.parent), folder=str(store.folder), call=call, action=action)
     killed = subprocess.run([sys.executable, "-c", script], check=False)
     assert killed.returncode == -signal.SIGKILL
     assert sorted_tables(store) == rows
@@ -385,9 +379,7 @@ def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(store: St
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_a_writer_keeps_what_is_done_when_something_is_raised(
-    store: Store, error: type[BaseException]
-) -> None:
+def test_a_writer_keeps_what_is_done_when_something_is_raised(store: Store, error: type[BaseException]) -> None:
     def interrupted() -> None:
         with Writer(store, build) as writer:
             writer.add(["a"])
@@ -408,9 +400,7 @@ def test_a_writer_holds_on_to_what_could_not_be_stored(store: Store, monkeypatch
 
 
 STEPS = st.one_of(
-    st.tuples(
-        st.just("append"), st.dictionaries(st.sampled_from("abcdef"), st.sampled_from("xyz"), min_size=1)
-    ),
+    st.tuples(st.just("append"), st.dictionaries(st.sampled_from("abcdef"), st.sampled_from("xyz"), min_size=1)),
     st.tuples(st.just("other"), st.dictionaries(st.sampled_from("abcdef"), st.just("o"), min_size=1)),
     st.tuples(st.just("compact"), st.integers(1, 8)),
 )

@@ -11,7 +11,7 @@ from kernels.worlds import Reach, reach_cell
 @jit
 def _size(world: World, m: int) -> float:
     """Radius of a disc, larger half width of a rectangle."""
-    return max(world.half_width[m], world.half_height[m])
+    return float(max(world.half_width[m], world.half_height[m]))
 
 
 @jit
@@ -45,7 +45,9 @@ def repulsion_inverse(
         dx = x - world.obstacle_x[m]
         dy = y - world.obstacle_y[m]
         distance = math.sqrt(dx * dx + dy * dy)
-        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(distance * (distance + epsilon), TINY)
+        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(
+            distance * (distance + epsilon), TINY
+        )
         force_x += dx * scale
         force_y += dy * scale
     return force_x, force_y

@@ -56,7 +56,9 @@ def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
 
 
 @jit
-def flocking_sums(seen: Flock, near: Near, found: int, crowd2: float) -> tuple[float, float, float, float, float, float]:
+def flocking_sums(
+    seen: Flock, near: Near, found: int, crowd2: float
+) -> tuple[float, float, float, float, float, float]:
     """The sums behind f_col, f_coh and f_ali of aziel_chen2025, in one pass since they share their neighbours.
 
     x and y of: displacements to those nearer than sqrt(crowd2), displacements to all, velocities of all.

@@ -3,16 +3,17 @@
 import math
 
 import numba
-import numpy as np
 
 
 @numba.njit(cache=True, error_model="numpy")
 def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
     """Advance `steps` updates; `obstacles` (M, 3) holds centre and size, `weights` cohesion, alignment, separation.
 
-    `visits` (600, 800) counts footprints, negative in obstacles; returns the number of pixels visited.
+    `visits` (height, width) counts footprints, negative in obstacles; returns the number of pixels visited.
     """
     n, m = x.size, obstacles.shape[0]
+    rows, columns = visits.shape
+    height, width = float(rows), float(columns)
     cohesion, alignment, separation = weights
     cosine = math.cos(math.radians(75.0))
     covered = 0
@@ -42,11 +43,11 @@ def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
                 size = obstacles[k, 2] + 40.0
                 if d2 < size * size:
                     d = math.sqrt(d2)
-                    scale = 500.0 / (d * (d + 1e-10))
+                    scale = 1.0 / (d * (d + 1e-10))
                     ox += dx * scale
                     oy += dy * scale
-            wall_x = 10.0 * (1.0 / (xi + 1e-10) - 1.0 / (800.0 - xi + 1e-10))
-            wall_y = 10.0 * (1.0 / (yi + 1e-10) - 1.0 / (600.0 - yi + 1e-10))
+            wall_x = 10.0 * (1.0 / (xi + 1e-10) - 1.0 / (width - xi + 1e-10))
+            wall_y = 10.0 * (1.0 / (yi + 1e-10) - 1.0 / (height - yi + 1e-10))
             ali_x, ali_y, coh_x, coh_y = 0.0, 0.0, 0.0, 0.0
             if count > 0:
                 share = 1.0 / count
@@ -57,7 +58,7 @@ def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
                 if f == 0:
                     fx, fy = separation * sx, separation * sy
                 elif f == 1:
-                    fx, fy = ox, oy
+                    fx, fy = 500.0 * ox, 500.0 * oy
                 elif f == 2:
                     fx, fy = wall_x, wall_y
                 elif f == 3:
@@ -86,8 +87,8 @@ def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
             for dr in range(-2, 3):
                 reach = 2 if dr == 0 else (1 if abs(dr) == 1 else 0)
                 r = row + dr
-                if 0 <= r < 600:
-                    for c in range(max(0, column - reach), min(799, column + reach) + 1):
+                if 0 <= r < rows:
+                    for c in range(max(0, column - reach), min(columns - 1, column + reach) + 1):
                         covered += visits[r, c] == 0
                         visits[r, c] += 1
     return covered

@@ -1,0 +1,50 @@
+# make help lists the targets. The first one that needs it creates .venv and installs the pinned packages.
+
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/installed
+BENCH_STAMP := .venv/installed-bench
+UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
+
+.PHONY: help quickstart test test-slow bench check format clean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+
+quickstart: $(STAMP)  ## run a small study, print its table, draw its figure
+	$(BIN)/sweep launch experiments/nguyen2024/quickstart.yaml
+	$(BIN)/sweep table quickstart
+	$(BIN)/python experiments/nguyen2024/figures.py quickstart
+
+test: check  ## check the code and run the fast tests
+	$(BIN)/pytest
+
+test-slow: $(STAMP)  ## run the full-size tests
+	$(BIN)/pytest -m slow -n 0
+
+bench: $(BENCH_STAMP)  ## measure speed: ratios within one run
+	cd tests && ../$(BIN)/python -m bench $(ONLY)
+
+check: $(STAMP)  ## lint, formatting, types
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+format: $(STAMP)  ## format the code
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+clean:  ## delete the environment and all caches, not the results
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "boidsweep needs Python 3.11 or newer: make PYTHON=python3.11")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
+	$(UV) --group dev --editable .
+	@touch $@
+
+$(BENCH_STAMP): $(STAMP)
+	$(UV) --group bench
+	@touch $@

@@ -1,0 +1,142 @@
+"""What exists and what came out, for a reader in a terminal or a program."""
+
+import json
+import math
+from typing import Any
+
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.worlds import MAPS
+from sweep.analysis import by_point
+from sweep.fields import fields
+from sweep.names import unknown
+from sweep.study import StoredStudy
+
+
+def console() -> Console:
+    """Standard output; wide where it is not a terminal, so that a pipe loses no column."""
+    out = Console(highlight=False)
+    return out if out.is_terminal else Console(highlight=False, width=200)
+
+
+def model_table() -> Table:
+    """Models, presets and where they come from."""
+    table = Table("model", "presets", "metrics recorded by default", "source")
+    for name, model in MODELS.items():
+        table.add_row(name, ", ".join(model.presets), ", ".join(model.metrics), model.source)
+    return table
+
+
+def model_settings(name: str) -> Table:
+    """Every setting of a model with its unit, range and preset values."""
+    presets = MODELS[name].presets
+    table = Table("setting", *presets, "allowed", "what it is", title=name)
+    for setting in fields(name).values():
+        values = [_brief(preset[setting.name]) for preset in presets.values()]
+        table.add_row(setting.name, *values, setting.allowed(), setting.text)
+    return table
+
+
+def map_table() -> Table:
+    """Environment maps and where they come from."""
+    table = Table("map", "size (px)", "what it is", "source")
+    for name, map_ in MAPS.items():
+        size = f"{map_.size[0]:g} x {map_.size[1]:g}" if map_.size else "any"
+        table.add_row(name, size, map_.text, map_.source)
+    return table
+
+
+def metric_table() -> Table:
+    """Metrics, their units and where they come from."""
+    table = Table("metric", "unit", "what it is", "source")
+    for name, metric in METRICS.items():
+        table.add_row(name, metric.unit, metric.text, metric.source)
+    return table
+
+
+def point_table(study: StoredStudy, chosen: list[str], *, half: bool) -> tuple[pd.DataFrame, list[str]]:
+    """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
+
+    Raises ValueError for a metric that the study has not recorded.
+    """
+    for name in chosen:
+        if name not in study.metrics:
+            raise ValueError(f"study {study.name}: {unknown('metric', name, study.metrics)}")
+    names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
+    return by_point(study.trials, study.varied, names), names
+
+
+def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str]) -> None:
+    """Print `rows` of `point_table` as mean and half width of the 95 % interval."""
+    units = study.units
+    headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
+    table = Table(
+        *study.varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval"
+    )
+    for _, row in rows.iterrows():
+        cells = [_with_error(row[name], row[f"{name}_high"] - row[name]) for name in names]
+        table.add_row(*(_brief(row[name]) for name in study.varied), *cells, _count(row, names))
+    console().print(table)
+
+
+def _count(row: "pd.Series[Any]", names: list[str]) -> str:
+    n = max((int(row[f"{name}_n"]) for name in names), default=0)
+    return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
+
+
+def _with_error(mean: float, half: float) -> str:
+    """The mean to the decimal place of the second figure of its half width."""
+    if math.isnan(mean):
+        return "-"
+    if math.isnan(half):
+        return f"{mean:.5g}"
+    places = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 3
+    return f"{mean:.{places}f} ± {half:.{places}f}"
+
+
+def _brief(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def status_json(study: StoredStudy) -> str:
+    """Counts by status, as JSON."""
+    return json.dumps(
+        {
+            "study": study.name,
+            "trials": study.plan.num_rows,
+            "apart": study.apart(),
+            "statuses": study.statuses(),
+        }
+    )
+
+
+def status_text(study: StoredStudy) -> str:
+    """Counts by status, what went wrong and how to see it again, where it comes from."""
+    statuses, origin = study.statuses(), study.provenance
+    lines = [
+        f"study     {study.name}",
+        f"folder    {study.store.folder}",
+        f"trials    {study.plan.num_rows:,}",
+    ]
+    lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
+    lines += (
+        [f"apart     {study.apart():,} stored trials of another spec or other kernels"]
+        if study.apart()
+        else []
+    )
+    lines.append(f"kernels   {origin['kernels_sha'][:16]}")
+    lines.append(
+        f"commit    {origin['git'].get('commit', 'unknown')}"
+        + (" (modified)" if origin["git"].get("diff") else "")
+    )
+    if statuses.keys() - {"done", "missing"}:
+        troubled = study.trials[study.trials["status"] != "done"].head(5)
+        for _, row in troubled.iterrows():
+            lines.append(
+                f"{row['status']}: {row['error'].strip().splitlines()[-1]}\n          {row['replay']}"
+            )
+    return "\n".join(lines)

@@ -1,0 +1,154 @@
+"""Jobs, worlds and flocks for the tests, made in one line."""
+
+import hashlib
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.neighbours import build_grid
+from kernels.settings import OPEN, Observation
+from kernels.state import Flock, World, empty_flock
+from kernels.worlds import MAPS
+from sweep.fields import fields, preset_settings
+from sweep.jobs import Job, point_id
+from sweep.spec import Record, Streams
+from sweep.trial import Result, Simulation, run
+
+UPDATES = ("sequential", "synchronous")
+BORDERS = (
+    {"borders": "open"},
+    {"borders": "torus"},
+    {"borders": "torus", "minimum_image": True},
+    {"borders": "bounded"},
+)
+PRESETS = [(model, preset) for model in MODELS for preset in MODELS[model].presets]
+OBSERVATION = Observation(flock_range=50.0, footprint=0, footprint_radius=2.0, coverage_cv_ddof=0)
+
+
+def job(
+    model: str = "nguyen2024",
+    preset: str = "as_run",
+    *,
+    metrics: tuple[str, ...] | None = None,
+    series: tuple[str, ...] = (),
+    every: int = 1,
+    heatmaps: bool = False,
+    seed: int = 1,
+    literal: bool = False,
+    replicate: int = 0,
+    time_limit: float | None = None,
+    **changes: Any,
+) -> Job:
+    """A job with the settings of a preset but for `changes`; those that the model does not have are left out."""
+    known = fields(model)
+    changed = {name: known[name].coerce(value) for name, value in changes.items() if name in known}
+    settings = preset_settings(model, preset) | changed
+    recorded = MODELS[model].metrics if metrics is None else metrics
+    return Job(
+        trial_id="",
+        point=point_id(model, preset, settings),
+        replicate=replicate,
+        seed=seed,
+        literal=literal,
+        model=model,
+        preset=preset,
+        settings=settings,
+        record=Record(tuple(dict.fromkeys((*recorded, *series))), series, every, heatmaps),
+        streams=Streams(),
+        time_limit=time_limit,
+    )
+
+
+def weightless(model: str) -> dict[str, float]:
+    """The changes that switch off every force of a model."""
+    return {name: 0.0 for name in fields(model) if name.endswith("_weight")}
+
+
+def isotropic(model: str) -> dict[str, Any]:
+    """The changes that leave a model with only the forces between boids, which know neither place nor direction."""
+    others = ("wander_weight", "wall_weight", "target_weight", "obstacle_weight")
+    return {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
+
+
+def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulation:
+    """The simulation with its boids put elsewhere before the first step."""
+    for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
+        array[:] = values
+    reach = simulation.model.interaction_range(simulation.params)
+    simulation.work = simulation.work._replace(grid=build_grid(simulation.flock, simulation.world, reach))
+    return simulation
+
+
+def to_end(simulation: Simulation, steps_a_call: int = 10**6) -> Simulation:
+    """The simulation after its last step, or the one that diverged."""
+    while simulation.steps_left > 0 and simulation.advance(steps_a_call):
+        pass
+    return simulation
+
+
+def state(flock: Flock) -> np.ndarray:
+    """x, y, vx and vy as an array (4, N)."""
+    return np.stack(flock[:4])
+
+
+def trajectory(simulation: Simulation) -> np.ndarray:
+    """The frames of a simulation with every frame still there, as an array (F, 6, N)."""
+    return simulation.record.frames.bodies[: simulation.record.progress[1]]
+
+
+def a_flock(x: Any, y: Any, vx: Any = 0.0, vy: Any = 0.0) -> Flock:
+    """A flock from its coordinates."""
+    flock = empty_flock(len(x))
+    for array, values in zip(flock, (x, y, vx, vy, vx, vy), strict=True):
+        array[:] = values
+    return flock
+
+
+def a_world(
+    width: float = 800.0,
+    height: float = 600.0,
+    borders: int = OPEN,
+    minimum_image: bool = False,
+    obstacles: Any = (),
+) -> World:
+    """A world; each of the obstacles is x, y, half width, half height and 1 for a disc."""
+    columns = np.array(obstacles, float).reshape(-1, 5).T.copy()
+    return World(width, height, borders, minimum_image, *columns[:4], columns[4] == 1.0)
+
+
+def fingerprint(result: Result) -> str:
+    """A hash of every number of a result but the seconds it took."""
+    digest = hashlib.sha256(f"{result.status} {result.step}".encode())
+    numbers = [*result.last.values(), *result.mean.values()]
+    for array in (np.array(numbers), *result.series.values(), result.frames, result.heatmap):
+        digest.update(b"none" if array is None else np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def bits(a_job: Job) -> str:
+    """A hash of every number of a trial: its result, and the whole state at its end."""
+    simulation = to_end(Simulation(a_job), steps_a_call=7)
+    digest = hashlib.sha256(fingerprint(run(a_job)).encode())
+    for array in (*simulation.flock, simulation.record.events, simulation.record.coverage.sums):
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def exact_jobs(model: str) -> Iterator[Job]:
+    """Small jobs of a model, which together take every path: presets, updates, borders, maps, metrics.
+
+    The worlds with coverage are small, since without compilation their 480,000 pixels take a second.
+    """
+    every_metric = tuple(METRICS)
+    small = {"map": "random_obstacles", "width": 240, "height": 210, "n_obstacles": 3, "obstacle_radius": 12}
+    small |= {"obstacle_margin": 30, "n": 14, "steps": 10}
+    wanted = {"metrics": every_metric, "heatmaps": True, "seed": 27}
+    for preset, update, borders in product(MODELS[model].presets, UPDATES, BORDERS):
+        yield job(model, preset, series=every_metric, every=3, update=update, **borders, **small, **wanted)
+    for name, entry in MAPS.items():
+        width, height = entry.size or (800.0, 600.0)
+        yield job(model, "as_run", series=("speed",), map=name, width=width, height=height, n=20, steps=6)
