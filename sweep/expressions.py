@@ -137,12 +137,8 @@ class _Checker:
 
     def _choices(self, terms: list[ast.expr]) -> None:
         """A setting of named choices is compared only with choices that it has."""
-        fields = [
-            self.known[term.id] for term in terms if isinstance(term, ast.Name) and term.id in self.known
-        ]
-        texts = [
-            term.value for term in terms if isinstance(term, ast.Constant) and isinstance(term.value, str)
-        ]
+        fields = [self.known[term.id] for term in terms if isinstance(term, ast.Name) and term.id in self.known]
+        texts = [term.value for term in terms if isinstance(term, ast.Constant) and isinstance(term.value, str)]
         for setting in fields:
             for text in texts:
                 if text not in setting.choices:
@@ -153,7 +149,6 @@ class _Checker:
             raise ExpressionError(unknown("function", name, FUNCTIONS))
         _, least, most = FUNCTIONS[name]
         if not least <= len(arguments) <= most:
-            raise ExpressionError(
-                f"{name} takes {least if least == most else f'{least} to {most}'} arguments"
-            )
+            takes = f"{least} to {most} arguments" if most > least else "1 argument"
+            raise ExpressionError(f"{name} takes {takes}, not {len(arguments)}")
         return self._all(NUMBER, arguments, name)

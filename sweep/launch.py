@@ -102,7 +102,7 @@ def _run(
     report: Callable[[Progress], None],
 ) -> None:
     # Compiled here once, or four cold workers would each compile the same.
-    warm([missing[0]])
+    warm(missing[0])
     batches = drive(missing, run, executor=executor, cost=job_seconds, failed=failed)
     with Writer[Result](store, tables) as writer:
         for results in batches:

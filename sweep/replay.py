@@ -8,9 +8,10 @@ from sweep.fields import fields
 from sweep.jobs import Job
 from sweep.names import unknown
 from sweep.parquet import StoreError
+from sweep.rows import trial_metrics
 from sweep.spec import Record, Streams
 from sweep.study import StoredStudy
-from sweep.trial import Simulation, run
+from sweep.trial import simulate
 
 
 def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
@@ -41,7 +42,7 @@ def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
 
 def _record(row: dict[str, Any]) -> Record:
     metrics = tuple(name for name in METRICS if name in row and f"{name}_mean" in row)
-    return Record(metrics=metrics, every=int(row["every"]))
+    return Record(metrics=metrics, every=row["every"])
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
@@ -50,19 +51,16 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     An exception of the trial is raised as it is.
     """
     job, row = stored_job(study, trial)
-    Simulation(job)
-    result = run(job)
-    if result.status == "failed":
-        raise RuntimeError(result.error)
-    lines = [
-        f"trial   {trial}",
-        f"status  {result.status} (stored: {row['status']}) after step {result.step}",
-    ]
-    same = result.status == row["status"]
-    for name, value in result.last.items():
-        equal = row[name] is not None and (
-            value == row[name] or (math.isnan(value) and math.isnan(row[name]))
-        )
-        same = same and equal
-        lines.append(f"{name:28} {value!r} {'as stored' if equal else f'but stored is {row[name]!r}'}")
-    return "\n".join(lines), same
+    result = simulate(job)
+    found = {"status": result.status, "last_step": result.step} | trial_metrics(result)
+    differing = [name for name, value in found.items() if not _equal(value, row[name])]
+    lines = [f"trial {trial}"]
+    for name, value in found.items():
+        lines.append(f"{name:34} {value}" + (f", but stored is {row[name]}" if name in differing else ""))
+    lines.append("differs from what is stored" if differing else "equal to what is stored, to the last bit")
+    return "\n".join(lines), not differing
+
+
+def _equal(value: Any, stored: Any) -> bool:
+    both_nan = isinstance(value, float) and isinstance(stored, float) and math.isnan(value) and math.isnan(stored)
+    return both_nan or bool(value == stored)

@@ -27,6 +27,7 @@ ABOUT_TRIAL = (
     ("streams", pa.string(), "", "which random streams are common to all points"),
     ("model", pa.string(), "", "model"),
     ("preset", pa.string(), "", "preset that gives the settings not named in the spec"),
+    ("every", pa.int64(), "step", "steps between recorded frames, over which means are taken"),
     ("status", pa.string(), "", "done, failed, diverged or timeout"),
     ("error", pa.string(), "", "what went wrong"),
     ("replay", pa.string(), "", "command that runs the trial again"),
@@ -124,15 +125,20 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
         "streams": _streams(job),
         "model": job.model,
         "preset": job.preset,
+        "every": job.record.every,
         "status": result.status,
         "error": result.error,
         "replay": f"sweep replay {study} {job.trial_id}",
         "last_step": result.step,
         "seconds": result.seconds,
         **job.settings,
-        **result.last,
-        **{f"{name}_mean": value for name, value in result.mean.items()},
+        **trial_metrics(result),
     }
+
+
+def trial_metrics(result: Result) -> dict[str, float]:
+    """The metrics of a trial by the names of their columns; none unless it is done."""
+    return result.last | {f"{name}_mean": value for name, value in result.mean.items()}
 
 
 def _streams(job: Job) -> str:

@@ -76,7 +76,7 @@ def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     """The logarithm is uniform between those of two positive numbers."""
     low, high = _bounds(field, arguments)
     if low <= 0:
-        raise NotAllowedError("loguniform needs numbers above 0")
+        raise NotAllowedError("needs numbers above 0")
     values: Column = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
     return values.clip(low, high)
 
@@ -102,9 +102,9 @@ def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     for bound in (first, last):
         field.coerce(bound)
     if not all(abs(bound) < 2**53 and bound % 1 == 0 for bound in (first, last)):
-        raise NotAllowedError("integers needs whole numbers")
+        raise NotAllowedError("needs whole numbers")
     if first > last:
-        raise NotAllowedError(f"integers needs the smaller number first, not [{first}, {last}]")
+        raise NotAllowedError(f"needs the smaller number first, not [{first}, {last}]")
     return np.minimum(np.floor(first + unit * (last - first + 1)), last)
 
 
@@ -112,7 +112,7 @@ def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     """Any of the listed values, equally likely."""
     values = field.column(arguments)
     if len(set(values.tolist())) < len(values):
-        raise NotAllowedError("choice lists a value twice")
+        raise NotAllowedError("lists a value twice")
     return values[(unit * len(values)).astype(np.intp)]
 
 

@@ -5,7 +5,7 @@ Pure: the result depends on the job alone, reads and writes nothing, and takes o
 
 import time
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -55,9 +55,15 @@ def run(job: Job) -> Result:
     """The result of `job`. An exception becomes a result with status failed and the traceback as its error."""
     began = time.perf_counter()
     try:
-        return Simulation(job).result(began)
+        return simulate(job)
     except Exception:
         return Result(job, "failed", time.perf_counter() - began, error=traceback.format_exc())
+
+
+def simulate(job: Job) -> Result:
+    """The result of `job`; an exception is raised."""
+    began = time.perf_counter()
+    return Simulation(job).result(began)
 
 
 def failed(job: Job, error: str) -> Result:
@@ -234,9 +240,6 @@ def _frames(bodies: int) -> Frames:
     return build_frames(max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies)
 
 
-def warm(jobs: list[Job]) -> None:
-    """Compile what `jobs` will need, or load it from the cache, by running the first steps of each."""
-    for job in jobs:
-        simulation = Simulation(job)
-        simulation.advance(1)
-        simulation.take_frames()
+def warm(job: Job) -> None:
+    """Compile what trials like `job` need, or load it from the cache, by taking one step of it."""
+    run(replace(job, settings=job.settings | {"steps": 1}))

@@ -145,7 +145,7 @@ def test_even_coverage_does_not_vary() -> None:
 places = st.lists(st.tuples(st.integers(0, 300), st.integers(0, 300)), min_size=1, max_size=40)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(places, st.sampled_from([0.0, 1.0, 5.0, 25.0, 60.0, 1000.0]))
 def test_flocks_are_the_connected_components(boids: list[tuple[int, int]], flock_range: float) -> None:
     """Whole coordinates, so that distances just at the range occur: 25 is also that of 7 and 24, or 15 and 20."""

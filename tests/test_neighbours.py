@@ -68,7 +68,7 @@ def found_by(grid: Grid, flock: Flock, world: World, i: int, reach: float, fov: 
     return near.index[:found].tolist()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     flocks(),
     worlds,
@@ -91,7 +91,7 @@ def test_search_finds_the_boids_in_range_and_view_in_ascending_order(
         assert sure <= set(found) <= possible
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(flocks(), worlds, ranges, st.booleans(), capacities, st.sampled_from([1.0, 1.3, 4.0]))
 def test_a_grid_of_any_capacity_and_cell_finds_what_all_pairs_find(
     flock: Flock, world: World, reach: float, inclusive: bool, capacity: int, larger: float
@@ -102,7 +102,7 @@ def test_a_grid_of_any_capacity_and_cell_finds_what_all_pairs_find(
         assert first == second
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(flocks(), worlds, st.sampled_from([20.0, 50.0, 150.0, 200.0]), st.data())
 def test_moves_keep_the_lists_of_a_grid_as_if_built_anew(
     flock: Flock, world: World, reach: float, data: st.DataObject

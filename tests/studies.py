@@ -1,0 +1,47 @@
+"""Small studies that tests launch."""
+
+from pathlib import Path
+
+from sweep.executors import ExecutorFactory, Serial
+from sweep.launch import Progress, launch
+from sweep.spec import parse_spec
+from sweep.study import StoredStudy
+
+SMALL = """
+study: small
+model: nguyen2024
+preset: as_run
+fixed: {n: 12, steps: 9}
+sweep:
+  separation_weight: [0.5, 1]
+replicates: 3
+seed: 5
+record: {series: [speed], every: 2}
+"""
+
+COVERING = """
+study: covering
+model: aziel_chen2025
+preset: as_run
+fixed: {n: 10, steps: 20, map: cafeteria}
+sweep:
+  cohesion_weight: [0.1, 0.2]
+seeds: [27, 729]
+seed: 5
+record: {series: [coverage], heatmaps: true}
+"""
+
+IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250,")
+"""No free place for a boid: every trial raises."""
+
+
+def launched(spec: str, results: Path, executor: ExecutorFactory | None = None) -> StoredStudy:
+    """The study of `spec` after a launch into `results`."""
+    study = parse_spec(spec)
+    launch(study, results, executor or Serial())
+    return StoredStudy(study.name, results)
+
+
+def relaunch(spec: str, results: Path, *, retry: bool = False) -> Progress:
+    """The progress of a launch in this process."""
+    return launch(parse_spec(spec), results, Serial(), retry=retry)

@@ -1,0 +1,59 @@
+"""Estimates against analytic answers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweep.analysis import by_point, curves, mean_interval
+
+
+def test_the_interval_is_students() -> None:
+    """For 1, 2, 3: mean 2, standard error 1/sqrt(3), and t of two degrees of freedom at 97.5 % is 4.302653."""
+    mean, low, high, n = mean_interval(np.array([1.0, 2.0, 3.0]))
+    assert (mean, n) == (2.0, 3)
+    assert high - mean == pytest.approx(4.302653 / np.sqrt(3), rel=1e-6)
+    assert mean - low == pytest.approx(high - mean)
+
+
+@pytest.mark.parametrize("n", [2, 3, 10])
+def test_intervals_of_normal_values_cover_the_truth_as_often_as_they_say(n: int) -> None:
+    """20,000 intervals; two-sided bound at 4 standard errors, so one false alarm in 16,000."""
+    rng = np.random.default_rng(1)
+    intervals = [mean_interval(values) for values in rng.normal(3.0, 2.0, (20_000, n))]
+    share = np.mean([low <= 3.0 <= high for _, low, high, _ in intervals])
+    assert abs(share - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 20_000)
+
+
+def test_one_value_has_no_interval_and_missing_values_do_not_count() -> None:
+    mean, low, high, n = mean_interval(np.array([np.nan, 4.0]))
+    assert (mean, n) == (4.0, 1)
+    assert np.isnan([low, high]).all()
+    assert mean_interval(np.array([np.nan]))[3] == 0
+
+
+def trials() -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "trial_id": list("abcd"),
+            "point": ["p", "p", "q", "q"],
+            "weight": [0.5, 0.5, 1.0, 1.0],
+            "status": ["done", "done", "done", "failed"],
+            "speed": [1.0, 3.0, 5.0, np.nan],
+        }
+    )
+
+
+def test_points_keep_their_order_and_count_what_is_not_done() -> None:
+    table = by_point(trials(), ["weight"], ["speed"])
+    assert list(table["weight"]) == [0.5, 1.0]
+    assert list(table["speed"]) == [2.0, 5.0]
+    assert list(table["speed_n"]) == [2, 1]
+    assert list(table["not_done"]) == [0, 1]
+
+
+def test_curves_are_means_by_frame_with_the_same_interval() -> None:
+    series = pd.DataFrame({"trial_id": list("aabb"), "frame": [0, 1, 0, 1], "speed": [1.0, 2.0, 3.0, 6.0]})
+    table = curves(series, trials(), "weight", "speed")
+    assert list(table["mean"]) == [2.0, 4.0]
+    assert list(table["n"]) == [2, 2]
+    assert table["high"][1] == pytest.approx(mean_interval(np.array([2.0, 6.0]))[2])

@@ -1,0 +1,54 @@
+"""Settings take values of their type and range only, one at a time and by the column alike."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kernels.models import MODELS
+from sweep.fields import Field, NotAllowedError, fields, preset_settings
+
+FIELDS = fields("nguyen2024")
+NUMBERS = st.one_of(st.floats(), st.integers(-(2**40), 2**40), st.sampled_from([0.0, -0.0, 1, 0.5, math.inf]))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_preset_is_allowed(model: str) -> None:
+    for preset in MODELS[model].presets:
+        assert set(preset_settings(model, preset)) == set(fields(model))
+
+
+def test_equal_numbers_are_the_same_value() -> None:
+    assert repr(FIELDS["drag"].coerce(1)) == "1.0"
+    assert repr(FIELDS["drag"].coerce(-0.0)) == "0.0"
+    assert repr(FIELDS["n"].coerce(2.0)) == "2"
+
+
+def is_allowed(field: Field, number: float) -> bool:
+    try:
+        field.coerce(number)
+    except NotAllowedError:
+        return False
+    return True
+
+
+@given(st.sampled_from(["drag", "n", "width", "n_obstacles", "footprint_radius"]), st.lists(NUMBERS, min_size=1))
+def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> None:
+    field, array = FIELDS[name], np.array(numbers)
+    allowed = [is_allowed(field, number) for number in array.tolist()]
+    if all(allowed):
+        expected = [field.coerce(number) for number in array.tolist()]
+        assert list(map(repr, field.column(array).tolist())) == list(map(repr, expected))
+    else:
+        with pytest.raises(NotAllowedError) as error:
+            field.column(array)
+        assert error.value.index == allowed.index(False)
+
+
+def test_error_names_the_first_wrong_value() -> None:
+    with pytest.raises(NotAllowedError) as error:
+        FIELDS["map"].column(["empty", "cafeteria", "nowhere", "elsewhere"])
+    assert error.value.index == 2
+    assert str(error.value).startswith('unknown map "nowhere". Allowed: ')

@@ -1,0 +1,106 @@
+"""The JSON Schema accepts what loads and refuses what editors should mark."""
+
+import copy
+import json
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from ruamel.yaml import YAML
+from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
+
+from kernels.models import MODELS
+from sweep.fields import fields
+from sweep.schema import json_schema
+from sweep.spec import parse_spec
+
+VALIDATOR = Draft202012Validator(json_schema())
+TABLE = "sweep: {g: {sample: table, file: gains.csv, columns: {drag: k}}}"
+
+
+def content(text: str) -> Any:
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def test_schema_is_valid_and_plain_json() -> None:
+    Draft202012Validator.check_schema(json_schema())
+    assert json.loads(json.dumps(json_schema(), allow_nan=False)) == json_schema()
+
+
+@pytest.mark.parametrize(
+    "text", [SEPARATION, GAINS, EVERYTHING, SHORT], ids=["separation", "gains", "everything", "short"]
+)
+def test_what_loads_is_valid(text: str) -> None:
+    parse_spec(text)
+    VALIDATOR.validate(content(text))
+
+
+def test_tables_are_valid() -> None:
+    VALIDATOR.validate(content(short(TABLE)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_preset_value_is_valid(model: str) -> None:
+    for preset, values in MODELS[model].presets.items():
+        fixed = {name: values[name] for name in fields(model)}
+        head = content(SHORT) | {"model": model, "preset": preset}
+        VALIDATOR.validate(head | {"fixed": fixed})
+        VALIDATOR.validate(head | {"sweep": {name: [value] for name, value in fixed.items()}})
+
+
+@pytest.mark.parametrize("key", ["study", "model", "preset", "seed", "replicates"])
+def test_missing_keys_are_invalid(key: str) -> None:
+    spec = copy.deepcopy(content(SHORT))
+    del spec[key]
+    assert not VALIDATOR.is_valid(spec)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "sweeep: {n: [1]}",
+        "fixed: {nn: 1}",
+        "fixed: {perception_range: 1}",
+        "fixed: {n: 0}",
+        "fixed: {n: 1.5}",
+        "fixed: {drag: 2}",
+        "fixed: {width: 0}",
+        "fixed: {map: cafetria}",
+        "fixed: {minimum_image: 1}",
+        "sweep: {n: []}",
+        "sweep: {n: 5}",
+        "sweep: {drag: [0, 7]}",
+        "sweep: {drag: [0, 0]}",
+        "sweep: {drag: {values: [7]}}",
+        "sweep: {drag: {linspace: [0, 1]}}",
+        "sweep: {drag: {uniform: [0, 1]}}",
+        "sweep: {drag: {values: [0], points: 3}}",
+        "sweep: {drag: {uniform: [0, 1], normal: [0, 1], points: 3}}",
+        "sweep: {x: [1]}",
+        "sweep: {j: {sample: random, drag: {uniform: [0, 1]}}}",
+        "sweep: {j: {sample: sobool, points: 3, drag: {uniform: [0, 1]}}}",
+        "sweep: {j: {sample: lhs, points: 3, drag: {choice: [7]}}}",
+        "sweep: {j: {sample: table}}",
+        "sweep: {z: {zip: {nn: [1]}}}",
+        "derive: {map: n}",
+        "derive: {n: 5}",
+        "require: n > 1",
+        "seeds: [1]",
+        "streams: {start: shared}",
+        "record: {metrics: [polarisation]}",
+        "record: {every: 0}",
+        "time_limit: 0",
+    ],
+)
+def test_mistakes_are_invalid(line: str) -> None:
+    assert not VALIDATOR.is_valid(content(short(line)))
+
+
+def test_study_names_cannot_leave_the_results() -> None:
+    for name in ("../up", "/root", "a//b", "a/../b"):
+        assert not VALIDATOR.is_valid(content(SHORT) | {"study": name})
+
+
+def test_fields_are_described_with_unit_and_presets() -> None:
+    described = json_schema()["$defs"]["nguyen2024.separation_range"]["description"]
+    assert described == "r_s of Eq. (4) (px). as_written: 50.0, as_run: 50.0"

@@ -1,0 +1,201 @@
+"""A trial from its job to its result: every ending, and the same bits wherever and whenever it runs."""
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import builders
+import numpy as np
+import pytest
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.worlds import MAPS
+from sweep import trial
+from sweep.trial import Result, Simulation, run, warm
+
+OVERFLOWS = {
+    "nguyen2024": {"displacement_factor": 1e300, "separation_weight": 1e20},
+    "aziel_chen2025": {"max_acceleration": 1e308, "max_speed": 1e308, "cohesion_weight": 1e308, "dt": 1e10},
+}
+
+
+def small(model: str, **changes: Any) -> builders.Job:
+    """A short trial with coverage, escapes and a series, on a random map."""
+    settings = {"n": 12, "steps": 20, "map": "random_obstacles", "width": 240, "height": 180, "n_obstacles": 2}
+    settings |= {"obstacle_margin": 40, "obstacle_radius": 12} | changes
+    return builders.job(model, metrics=tuple(METRICS), series=("speed", "coverage"), heatmaps=True, **settings)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_result_has_every_metric_every_frame_and_the_heatmap(model: str) -> None:
+    result = run(small(model, every=6))
+    assert (result.status, result.step, result.error) == ("done", 20, "")
+    assert list(result.last) == list(result.mean) == list(METRICS)
+    assert result.frames.tolist() == [0, 6, 12, 18, 20]
+    assert {name: len(values) for name, values in result.series.items()} == {"speed": 5, "coverage": 5}
+    assert result.heatmap.shape == (180, 240)
+    assert result.seconds > 0.0
+
+
+def test_what_is_not_asked_for_is_not_given() -> None:
+    result = run(builders.job(n=5, steps=4, metrics=("speed",)))
+    assert (list(result.last), result.frames, result.series, result.heatmap) == (["speed"], None, {}, None)
+
+
+def without_numbers(result: Result) -> bool:
+    return (result.last, result.mean, result.heatmap) == ({}, {}, None)
+
+
+@pytest.mark.parametrize("update", builders.UPDATES)
+@pytest.mark.parametrize("borders", builders.BORDERS)
+@pytest.mark.parametrize("model", MODELS)
+def test_a_trial_that_overflows_ends_as_diverged_without_numbers(
+    model: str, update: str, borders: dict[str, Any]
+) -> None:
+    result = run(small(model, update=update, steps=400, **borders, **OVERFLOWS[model]))
+    assert result.status == "diverged", result.error
+    assert 0 < result.step < 400
+    assert result.error.endswith(f"after step {result.step}")
+    assert without_numbers(result)
+    assert all(np.isfinite(values).all() for values in result.series.values())
+    assert result.frames.tolist() == list(range(result.step))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_interpreter_diverges_at_the_same_step(model: str) -> None:
+    """Without compilation NumPy warns of an overflow: here it is the point, and ignored."""
+    jobs = [small(model, update=update, steps=400, **OVERFLOWS[model]) for update in builders.UPDATES]
+    compiled = [(result.status, result.step) for result in map(run, jobs)]
+    code = (
+        "import test_trial as t, builders as b\n"
+        f"for u in b.UPDATES: r = t.run(t.small({model!r}, update=u, steps=400, **t.OVERFLOWS[{model!r}]));"
+        "print(r.status, r.step, r.error)"
+    )
+    interpreted = in_another_process(code, "-W", "ignore::RuntimeWarning", NUMBA_DISABLE_JIT="1").splitlines()
+    assert [f"{status} {step} " in line for (status, step), line in zip(compiled, interpreted, strict=True)] == [
+        True
+    ] * 2
+    assert {status for status, _ in compiled} == {"diverged"}
+
+
+def in_another_process(code: str, *options: str, **environment: str) -> str:
+    """What `code` prints in a new process that finds the tests' helpers."""
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)} | environment
+    command = [sys.executable, *options, "-c", code]
+    finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert finished.returncode == 0, finished.stderr
+    return finished.stdout
+
+
+def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step() -> None:
+    for bad in (math.inf, math.nan):
+        simulation = Simulation(builders.job(n=9, steps=5))
+        simulation.flock.vx[3] = bad
+        assert not simulation.advance(5)
+        assert simulation.step == 1
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_trial_past_its_time_limit_ends_as_timeout_with_the_step(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 60)
+    result = run(replace(small(model, steps=1000), time_limit=1e-9))
+    assert (result.status, result.step) == ("timeout", 5)
+    assert "after step 5" in result.error
+    assert without_numbers(result)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_trial_that_is_finished_when_its_time_is_up_is_done(model: str) -> None:
+    assert run(replace(small(model), time_limit=1e-9)).status == "done"
+
+
+def test_an_exception_is_a_result_with_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: Any) -> None:
+        raise RuntimeError("the metric of this test is broken")
+
+    monkeypatch.setitem(METRICS, "speed", METRICS["speed"]._replace(measure=broken))
+    result = run(small("nguyen2024"))
+    assert result.status == "failed"
+    assert "Traceback" in result.error
+    assert "the metric of this test is broken" in result.error
+    assert without_numbers(result)
+
+
+def test_a_job_that_never_returned_is_a_failed_result() -> None:
+    a_job = small("nguyen2024")
+    assert trial.failed(a_job, "killed") == Result(a_job, "failed", 0.0, error="killed")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_job_gives_the_same_bits_again_and_after_other_jobs(model: str) -> None:
+    """On a map that is kept between trials, with its coverage, as well as on one that is drawn anew."""
+    others = [small(name, seed=seed, n=30) for name in MODELS for seed in (5, 6)]
+    for settings in ({}, {"map": "cafeteria", "width": 800, "height": 600}):
+        a_job = small(model, **settings)
+        first = builders.bits(a_job)
+        others.append(small(model, seed=7, footprint_radius=9, **settings))
+        for other in others:
+            run(other)
+        assert builders.bits(a_job) == first
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_job_gives_the_same_bits_in_another_process(model: str) -> None:
+    code = f"import test_trial as t; print(t.builders.bits(t.small({model!r})))"
+    assert in_another_process(code).strip() == builders.bits(small(model))
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("boid_steps", [1, 12 * 7, 10**9])
+def test_bits_do_not_depend_on_how_many_steps_a_call_takes(
+    model: str, boid_steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = builders.bits(small(model, steps=60))
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", boid_steps)
+    monkeypatch.setattr(trial, "FRAME_BYTES", boid_steps)
+    assert builders.bits(small(model, steps=60)) == whole
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_longer_trial_begins_as_the_shorter_one(model: str) -> None:
+    short, long = (run(small(model, steps=steps)).series["speed"] for steps in (9, 20))
+    assert long[:10].tolist() == short.tolist()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_recording_does_not_change_the_flight(model: str) -> None:
+    plain = builders.job(model, n=12, steps=20, metrics=("speed",))
+    recorded = builders.job(model, n=12, steps=20, metrics=tuple(METRICS), series=("speed",), heatmaps=True)
+    assert run(plain).last["speed"] == run(recorded).last["speed"]
+
+
+def speeds(a_job: builders.Job) -> list[float]:
+    return run(a_job).series["speed"].tolist()
+
+
+def test_seeds_and_replicates_differ_and_points_share_their_start() -> None:
+    first, other_seed, other_replicate = (
+        speeds(small("nguyen2024", **which)) for which in ({}, {"seed": 2}, {"replicate": 1})
+    )
+    assert len({tuple(trial) for trial in (first, other_seed, other_replicate)}) == 3
+    elsewhere = speeds(small("nguyen2024", separation_weight=3))
+    assert elsewhere[0] == first[0]
+    assert elsewhere[1:] != first[1:]
+
+
+def test_warming_up_takes_one_step_of_every_job() -> None:
+    warm([small(model) for model in MODELS])
+
+
+@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+def test_every_preset_runs_on_every_map(model: str, preset: str, name: str) -> None:
+    width, height = MAPS[name].size or (800, 600)
+    result = run(builders.job(model, preset, map=name, width=width, height=height, n=10, steps=5))
+    assert result.status == "done", result.error
+    assert set(result.last) == set(MODELS[model].metrics)
