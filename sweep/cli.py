@@ -4,6 +4,7 @@ Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a 
 Everything heavy is imported inside the commands, so that `sweep --help` answers at once.
 """
 
+import os
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -38,7 +39,10 @@ def main() -> None:
     try:
         app()
     except KeyboardInterrupt:
-        _stop("interrupted", 130)
+        _stop("interrupted; what is done is stored, and the same command goes on from there", 130)
+    except BrokenPipeError:
+        # The reader of our output has seen enough; Python would complain once more at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
         if type(error).__name__ not in ("SpecError", "StoreError", "WorkersError"):
             raise

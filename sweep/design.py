@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sweep.axes import MOST_POINTS, Axis
+from sweep.consistency import check_consistency
 from sweep.fields import Column, NotAllowedError, Value, preset_settings
 from sweep.points import Points, check_map_sizes, fitted_to_map
 from sweep.spec import Study
@@ -55,6 +56,7 @@ def expand(study: Study) -> Design:
             points = fitted_to_map(study, points)
     points, rejected = _derived(study, points)
     check_map_sizes(study, points)
+    check_consistency(study, points)
     _check_count(study, points.count, study.trials_per_point)
     duplicates = sum(axis.merged for axis in study.axes)
     return Design(points.base, points.columns, points.count, rejected, duplicates)

@@ -1,0 +1,52 @@
+"""What settings must fulfil together, in every study."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.metrics import METRICS
+from sweep.expressions import parse
+from sweep.points import Points
+from sweep.spec import Record, Study
+
+MOST_PIXELS = 10**8
+
+
+class Demand(NamedTuple):
+    """A condition on the settings of every point, and what to say where it does not hold."""
+
+    condition: str
+    message: str
+
+
+DEMANDS = (
+    Demand(
+        "2 * start_margin < min(width, height)",
+        "start_margin leaves boids no room: it must be less than half of width and of height",
+    ),
+    Demand(
+        "map != 'random_obstacles' or n_obstacles == 0 or 2 * obstacle_margin <= min(width, height)",
+        "obstacle_margin leaves obstacles no room: it must be at most half of width and of height",
+    ),
+    Demand("not minimum_image or borders == 'torus'", "minimum_image is for a torus: it needs borders: torus"),
+)
+PIXELS = Demand(
+    f"width * height <= {MOST_PIXELS}",
+    f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
+)
+
+
+def check_consistency(study: Study, points: Points) -> None:
+    """Raise SpecError, naming the first such point, where settings do not go together."""
+    for demand in (*DEMANDS, *([PIXELS] if _covers(study.record) else [])):
+        condition = parse(demand.condition, study.fields)
+        given = [name for name in sorted(condition.names) if study.place_of(name)]
+        place = study.place_of(given[0]) if given else None
+        holds = points.evaluate(study, condition, place or ("model",))
+        if not holds.all():
+            where = points.describe(int(np.argmin(holds)), condition.names)
+            raise study.document.error(place or ("model",), demand.message + where)
+
+
+def _covers(record: Record) -> bool:
+    return record.heatmaps or any(METRICS[name].covers for name in record.metrics)
