@@ -31,9 +31,7 @@ KERNELS_SHA = source_stamp(Path(__file__).parent)
 
 
 def _cache_folder() -> Path:
-    home = Path(
-        os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    )
+    home = Path(os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return home / "boidsweep" / KERNELS_SHA[:16]
 
 

@@ -75,13 +75,11 @@ def _mean_distance(frames: Frames, f: int, x: float, y: float) -> float:
     total = 0.0
     for i in range(frames.bodies.shape[2]):
         total += _centre_distance(frames, f, i, x, y)
-    return total / frames.bodies.shape[2]
+    return float(total / frames.bodies.shape[2])
 
 
 @jit
-def flock_radius(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def flock_radius(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
     """Mean distance from the centre of mass."""
     for f in range(filled):
         x, y = _centre(frames, f)
@@ -89,9 +87,7 @@ def flock_radius(
 
 
 @jit
-def dispersion(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def dispersion(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
     """Standard deviation (ddof 0) of the distances from the centre of mass."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -106,7 +102,7 @@ def dispersion(
 
 @jit
 def _turn(frames: Frames, f: int, i: int) -> float:
-    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 for a boid at rest, and at the start."""
+    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 at rest and at the start."""
     vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
     before_x, before_y = frames.bodies[f, PREVIOUS_VX, i], frames.bodies[f, PREVIOUS_VY, i]
     if (vx == 0.0 and vy == 0.0) or (before_x == 0.0 and before_y == 0.0):
@@ -115,9 +111,7 @@ def _turn(frames: Frames, f: int, i: int) -> float:
 
 
 @jit
-def turn_rate(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def turn_rate(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
     """Mean angle between the velocities before and after the last step, in [0, 180] degrees."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -142,9 +136,7 @@ def turn_rate_unwrapped(
 
 
 @jit
-def polarization(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def polarization(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
     """Length of the mean unit velocity: 1 where all head the same way. A boid at rest counts as zero."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -214,18 +206,14 @@ def _root(parent: NDArray[np.int64], i: int) -> int:
 
 
 @jit_with_memory
-def flock_count(
-    frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats
-) -> None:
+def flock_count(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
     """Number of flocks: connected components of boids nearer than `flock_range`."""
     for f in range(filled):
         values[f] = _flocks(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)[0]
 
 
 @jit_with_memory
-def largest_flock(
-    frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats
-) -> None:
+def largest_flock(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
     """Number of boids in the largest flock."""
     for f in range(filled):
         values[f] = _flocks(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)[1]
@@ -239,18 +227,14 @@ def coverage(frames: Frames, filled: int, ground: Ground, _observation: Observat
 
 
 @jit
-def coverage_total(
-    frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def coverage_total(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
     """Visited pixels in per cent of all pixels of the world."""
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.pixels
 
 
 @jit
-def coverage_cv(
-    frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats
-) -> None:
+def coverage_cv(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
     """Standard deviation over mean of the visit counts of traversable pixels; NaN before the first visit."""
     pixels = ground.traversable
     for f in range(filled):
@@ -269,9 +253,7 @@ def escapes(frames: Frames, filled: int, _ground: Ground, _observation: Observat
 
 
 @jit
-def collisions(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
-) -> None:
+def collisions(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
     """How often a boid's position has entered an obstacle since the start."""
     for f in range(filled):
         values[f] = frames.counts[f, COLLISIONS]

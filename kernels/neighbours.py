@@ -23,7 +23,7 @@ ALL_ROUND = -4.0
 class Grid(NamedTuple):
     """C = columns x rows cells for N boids.
 
-    `members` (C, capacity) holds the lists, the first `count[c]` places of each in use; `column` and `row` (N,) say in
+    `members` (C, capacity) holds the lists, the first `length[c]` places of each in use; `column` and `row` (N,) say in
     which cell a boid is; `full` (1,) says that a list has overflowed. Indices are unsigned, which numba reads faster.
     """
 
@@ -32,16 +32,16 @@ class Grid(NamedTuple):
     columns_per_length: float
     rows_per_length: float
     members: Indices
-    count: Indices
+    length: Indices
     column: Indices
     row: Indices
     full: NDArray[np.bool_]
 
 
 class Near(NamedTuple):
-    """Room for the neighbours of one boid: index, displacement to it and its square; arrays of shape (N + 1,)."""
+    """Room for the neighbours of one boid: who, displacement to it and its square; arrays of shape (N + 1,)."""
 
-    index: Indices
+    boid: Indices
     dx: Floats
     dy: Floats
     distance2: Floats
@@ -58,22 +58,23 @@ def all_pairs(n: int) -> Grid:
 
 
 def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices, Indices]:
-    members, count = np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32)
-    return members, count, np.zeros(n, np.uint32), np.zeros(n, np.uint32)
+    members, length = np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32)
+    return members, length, np.zeros(n, np.uint32), np.zeros(n, np.uint32)
 
 
-def build_grid(flock: Flock, world: World, search_range: float, capacity: int = CAPACITY) -> Grid:
+def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 0) -> Grid:
     """The grid of `flock` for searches up to `search_range`; all-pairs where a grid would not pay.
 
     Cells tile the world, so that the fold is the torus where positions wrap. There are at most about 4 N of them. A
-    list has room for `capacity` boids, and for all of a small flock.
+    list has room for `capacity` boids; if that is 0, for all of a small flock, for four times the mean of a large one.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
     if columns * rows < 9:
         return all_pairs(n)
-    capacity = n if n <= SMALL_FLOCK else min(capacity, n)
-    lists = _lists(columns * rows, capacity, n)
+    if capacity == 0:
+        capacity = n if n <= SMALL_FLOCK else max(CAPACITY, 36 * n // (columns * rows))
+    lists = _lists(columns * rows, min(capacity, n), n)
     grid = Grid(columns, rows, columns / world.width, rows / world.height, *lists, np.zeros(1, np.bool_))
     fill(grid, flock)
     return grid
@@ -98,8 +99,8 @@ def _index(position: float, per_length: float, n: int) -> int:
 @jit
 def fill(grid: Grid, flock: Flock) -> None:
     """Enter every boid of `flock` into an emptied `grid`."""
-    for cell in range(grid.count.size):
-        grid.count[cell] = 0
+    for cell in range(grid.length.size):
+        grid.length[cell] = 0
     grid.full[0] = False
     for i in range(flock.x.size):
         grid.column[i] = _index(flock.x[i], grid.columns_per_length, grid.columns)
@@ -108,9 +109,7 @@ def fill(grid: Grid, flock: Flock) -> None:
 
 
 @jit
-def _change_block(
-    grid: Grid, column: int, row: int, columns_off: int, rows_off: int, i: int, enter: bool
-) -> None:
+def _change_block(grid: Grid, column: int, row: int, columns_off: int, rows_off: int, i: int, enter: bool) -> None:
     """Enter boid `i` into the lists of the block about a cell, or remove it from them.
 
     Cells that are also in the block `columns_off` to the right and `rows_off` above are left as they are.
@@ -147,7 +146,7 @@ def _offset(k: int, n: int) -> int:
 
 @jit
 def _insert(grid: Grid, cell: int, i: int) -> None:
-    k = int(grid.count[cell])
+    k = int(grid.length[cell])
     if k == grid.members.shape[1]:
         grid.full[0] = True
         return
@@ -155,18 +154,18 @@ def _insert(grid: Grid, cell: int, i: int) -> None:
         grid.members[cell, k] = grid.members[cell, k - 1]
         k -= 1
     grid.members[cell, k] = i
-    grid.count[cell] += 1
+    grid.length[cell] += 1
 
 
 @jit
 def _remove(grid: Grid, cell: int, i: int) -> None:
-    k, last = 0, int(grid.count[cell]) - 1
+    k, last = 0, int(grid.length[cell]) - 1
     while grid.members[cell, k] != i:
         k += 1
     while k < last:
         grid.members[cell, k] = grid.members[cell, k + 1]
         k += 1
-    grid.count[cell] = last
+    grid.length[cell] = last
 
 
 @jit
@@ -220,15 +219,13 @@ def search(seen: Flock, world: World, grid: Grid, i: int, range2: float, view: f
             found += _consider(seen, world, i, j, range2, bound, near, found)
     else:
         cell = grid.row[i] * grid.columns + grid.column[i]
-        for k in range(grid.count[cell]):
+        for k in range(grid.length[cell]):
             found += _consider(seen, world, i, grid.members[cell, k], range2, bound, near, found)
     return found
 
 
 @jit
-def _consider(
-    seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int
-) -> int:
+def _consider(seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int) -> int:
     """Enter boid `j` at `place` of `near` and return 1 if it is a neighbour, else 0.
 
     It is entered in any case: the outcome is too random for the processor's branch prediction.
@@ -240,7 +237,7 @@ def _consider(
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
     along = dx * seen.vx[i] + dy * seen.vy[i]
-    near.index[place] = j
+    near.boid[place] = j
     near.dx[place] = dx
     near.dy[place] = dy
     near.distance2[place] = distance2

@@ -50,9 +50,7 @@ class Record(NamedTuple):
 
 def build_frames(n_frames: int, n: int) -> Frames:
     """Room for `n_frames` snapshots of `n` bodies."""
-    return Frames(
-        np.zeros((n_frames, 6, n)), np.zeros((n_frames, N_COUNTS), np.int64), np.zeros(n_frames, np.int64)
-    )
+    return Frames(np.zeros((n_frames, 6, n)), np.zeros((n_frames, N_COUNTS), np.int64), np.zeros(n_frames, np.int64))
 
 
 @jit

@@ -73,6 +73,7 @@ class StartSettings(NamedTuple):
     ]
     start_speed: Annotated[float, About("initial speed, or bound of its components", "px/step", low=0)]
     start_margin: Annotated[float, About("least distance of initial positions from the borders", "px", low=0)]
+    start_free: Annotated[bool, About("initial positions inside obstacles are drawn again")]
     start_draws: Annotated[
         int,
         About(
@@ -107,6 +108,7 @@ COMMON: dict[str, Any] = {
     "start_positions": "continuous",
     "start_velocities": "heading",
     "start_margin": 0.0,
+    "start_free": True,
     "start_draws": "numpy",
     "flock_range": 50.0,
     "footprint": "disc",

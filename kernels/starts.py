@@ -1,9 +1,8 @@
-"""Initial flocks: N positions outside all obstacles, and N velocities."""
+"""Initial flocks: N positions and N velocities."""
 
 import math
 from random import Random
 
-import numpy as np
 from numpy.random import Generator
 
 from kernels.jit import jit
@@ -21,34 +20,37 @@ def start_numpy(n: int, settings: StartSettings, world: World, contact: Reach, r
     Raises RuntimeError where no free place is found.
     """
     flock = empty_flock(n)
-    if not _draw_positions(flock, settings.start_positions, settings.start_margin, world, contact, rng):
+    if not _draw_positions(flock, settings, world, contact, rng):
         raise RuntimeError("no free place for a boid: obstacles fill the region of the start")
     speed = settings.start_speed
     if settings.start_velocities == COMPONENTS:
         flock.vx[:] = rng.uniform(-speed, speed, n)
         flock.vy[:] = rng.uniform(-speed, speed, n)
     else:
-        heading = rng.uniform(0.0, 2.0 * math.pi, n)
-        flock.vx[:] = speed * np.cos(heading)
-        flock.vy[:] = speed * np.sin(heading)
+        # Not np.cos, whose last bit depends on the processor.
+        headings = rng.uniform(0.0, 2.0 * math.pi, n).tolist()
+        flock.vx[:] = [speed * math.cos(heading) for heading in headings]
+        flock.vy[:] = [speed * math.sin(heading) for heading in headings]
     return flock
 
 
 @jit
-def _draw_positions(
-    flock: Flock, positions: int, margin: float, world: World, contact: Reach, rng: Generator
-) -> bool:
-    """Draw every position until it is free; integer positions include both borders. False where none is free."""
+def _draw_positions(flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator) -> bool:
+    """Draw every position, until it is free if it must be; False where no free place is found.
+
+    Integer positions include both borders.
+    """
+    margin = settings.start_margin
     for i in range(flock.x.size):
         for _ in range(MOST_DRAWS):
             u, v = rng.random(), rng.random()
             x = margin + u * (world.width - 2.0 * margin)
             y = margin + v * (world.height - 2.0 * margin)
-            if positions == INTEGER:
+            if settings.start_positions == INTEGER:
                 x = math.ceil(margin) + math.floor(u * (math.floor(world.width - 2.0 * margin) + 1.0))
                 y = math.ceil(margin) + math.floor(v * (math.floor(world.height - 2.0 * margin) + 1.0))
             flock.x[i], flock.y[i] = x, y
-            if not inside_any(world, contact, x, y):
+            if not settings.start_free or not inside_any(world, contact, x, y):
                 break
         else:
             return False
@@ -68,7 +70,7 @@ def start_python_random(n: int, settings: StartSettings, world: World, contact: 
         for _ in range(MOST_DRAWS):
             x = draws.uniform(margin, world.width - margin)
             y = draws.uniform(margin, world.height - margin)
-            if not inside_any(world, contact, x, y):
+            if not settings.start_free or not inside_any(world, contact, x, y):
                 break
         else:
             raise RuntimeError("no free place for a boid: obstacles fill the region of the start")

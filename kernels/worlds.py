@@ -30,9 +30,7 @@ class Map(NamedTuple):
     random: bool = False
 
 
-def _table(
-    x: float, y: float, radius: float, chairs: int, chair: float, distance: float
-) -> list[list[float]]:
+def _table(x: float, y: float, radius: float, chairs: int, chair: float, distance: float) -> list[list[float]]:
     """A round table and `chairs` square chairs of half width `chair` at `distance` from its centre."""
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
     seats = [[x + distance * math.cos(a), y + distance * math.sin(a), chair, chair, 0.0] for a in angles]
@@ -112,7 +110,7 @@ def build_world(settings: WorldSettings, rng: np.random.Generator) -> World:
 
 
 class Reach(NamedTuple):
-    """Which obstacles can act at a place: a grid whose cell c holds `index[first[c] : first[c + 1]]`, ascending.
+    """Which obstacles can act at a place: a grid whose cell c holds `obstacle[first[c] : first[c + 1]]`, ascending.
 
     The grid covers the world; a place outside may be reached by all M obstacles, whose indices stand last.
     """
@@ -122,7 +120,7 @@ class Reach(NamedTuple):
     columns_per_length: float
     rows_per_length: float
     first: NDArray[np.int64]
-    index: NDArray[np.int64]
+    obstacle: NDArray[np.int64]
 
 
 CELL = 10.0
@@ -136,16 +134,16 @@ def build_reach(world: World, margin: float) -> Reach:
     first = np.zeros(columns * rows + 2, np.int64)
     reach = np.maximum(world.half_width, world.half_height) + margin
     size = _fill_reach(world, reach, columns, rows, first, np.empty(0, np.int64))
-    index = np.empty(size, np.int64)
-    _fill_reach(world, reach, columns, rows, first, index)
-    return Reach(columns, rows, columns / world.width, rows / world.height, first, index)
+    obstacle = np.empty(size, np.int64)
+    _fill_reach(world, reach, columns, rows, first, obstacle)
+    return Reach(columns, rows, columns / world.width, rows / world.height, first, obstacle)
 
 
 @jit
 def _fill_reach(
-    world: World, reach: Floats, columns: int, rows: int, first: NDArray[np.int64], index: NDArray[np.int64]
+    world: World, reach: Floats, columns: int, rows: int, first: NDArray[np.int64], obstacle: NDArray[np.int64]
 ) -> int:
-    """Fill `first`, and `index` unless it is empty; return how long `index` must be."""
+    """Fill `first`, and `obstacle` unless it is empty; return how long `obstacle` must be."""
     width = world.width / columns
     height = world.height / rows
     size = 0
@@ -157,13 +155,13 @@ def _fill_reach(
             beside = abs(x - world.obstacle_x[m]) > 0.5 * width + reach[m]
             above = abs(y - world.obstacle_y[m]) > 0.5 * height + reach[m]
             if not (beside or above):
-                if index.size > 0:
-                    index[size] = m
+                if obstacle.size > 0:
+                    obstacle[size] = m
                 size += 1
     first[columns * rows] = size
     for m in range(reach.size):
-        if index.size > 0:
-            index[size] = m
+        if obstacle.size > 0:
+            obstacle[size] = m
         size += 1
     first[columns * rows + 1] = size
     return size
@@ -194,6 +192,6 @@ def inside_any(world: World, contact: Reach, x: float, y: float) -> bool:
     """Whether (x, y) lies strictly inside an obstacle; `contact` is the Reach with margin 0."""
     cell = reach_cell(contact, x, y)
     for k in range(contact.first[cell], contact.first[cell + 1]):
-        if inside_obstacle(world, contact.index[k], x, y):
+        if inside_obstacle(world, contact.obstacle[k], x, y):
             return True
     return False

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 CONFIDENCE = 0.95
 
 
-def mean_interval(
-    values: NDArray[np.float64], confidence: float = CONFIDENCE
-) -> tuple[float, float, float, int]:
+def mean_interval(values: NDArray[np.float64], confidence: float = CONFIDENCE) -> tuple[float, float, float, int]:
     """Mean, its two-sided Student-t interval and the number of values that are not NaN.
 
     Valid for independent values whose mean is about normal. The bounds are NaN for fewer than two values.

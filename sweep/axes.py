@@ -64,9 +64,7 @@ class AxisReader:
         elif name in self.fields:
             columns = {name: self._single(self.fields[name], entry)}
         else:
-            raise entry.error(
-                unknown("field", name, self.fields) + " (an axis of several fields has sample or zip)"
-            )
+            raise entry.error(unknown("field", name, self.fields) + " (an axis of several fields has sample or zip)")
         when = self._when(entry)
         kept = _distinct_rows(list(columns.values()))
         length = len(next(iter(columns.values())))

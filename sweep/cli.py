@@ -6,6 +6,7 @@ Everything heavy is imported inside the commands, so that `sweep --help` answers
 
 import os
 import sys
+from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -20,9 +21,7 @@ app = typer.Typer(
 )
 
 Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
-StudyName = Annotated[
-    str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")
-]
+StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")]
 Results = Annotated[Path, typer.Option(help="Folder that holds the stored studies.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -71,8 +70,10 @@ def launch(
     from sweep.spec import load_spec
 
     study = load_spec(spec)
-    with ProgressBar(study.name) as bar:
-        progress = run_study(study, results, Loky(workers or core_count()), retry=retry, report=bar.show)
+    engine = Loky(workers or core_count())
+    with ProgressBar(study.name) as bar, ExitStack() as ending:
+        ending.callback(engine.stop)
+        progress = run_study(study, results, engine, retry=retry, report=bar.show)
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     if progress.troubled:
         raise SystemExit(1)

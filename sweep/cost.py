@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design import Design
 from sweep.fields import Value, fields, settings_tuple
@@ -17,9 +18,9 @@ from sweep.spec import Record, Study
 
 TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
-CANDIDATE_SECONDS = 4e-9
-METRIC_SECONDS = 12e-9
-PAIR_METRIC_SECONDS = 300e-9
+CANDIDATE_SECONDS = 6e-9
+METRIC_SECONDS = 15e-9
+PAIR_METRIC_SECONDS = 250e-9
 ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
@@ -40,8 +41,9 @@ def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> flo
     share = min(1.0, side / width) * min(1.0, side / height)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     frames = steps / record.every + 1.0
-    slow = sum(name in PAIR_METRICS for name in record.metrics)
-    metrics = n * frames * (METRIC_SECONDS * len(record.metrics) + PAIR_METRIC_SECONDS * slow)
+    looking = sum(not (METRICS[name].covers or METRICS[name].counts) for name in record.metrics)
+    pairing = sum(name in PAIR_METRICS for name in record.metrics)
+    metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 
 

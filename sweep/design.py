@@ -109,9 +109,7 @@ def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...
         Rejection(condition.text, count) for condition, count in zip(study.require, rejected, strict=True)
     )
     if points.count == 0:
-        reasons = ", ".join(
-            f'"{rejection.expression}" rejects {rejection.count:,}' for rejection in rejections
-        )
+        reasons = ", ".join(f'"{rejection.expression}" rejects {rejection.count:,}' for rejection in rejections)
         raise study.document.error(("require",), f"no point is left: {reasons}")
     return points, rejections
 

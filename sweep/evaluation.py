@@ -84,13 +84,7 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
             return _constant(CONSTANTS[name], len(rows)) if name in CONSTANTS else _named(columns[name], rows)
         case ast.UnaryOp(op=operator, operand=operand):
             inner = value(operand)
-            return (
-                ~inner
-                if isinstance(operator, ast.Not)
-                else -inner
-                if isinstance(operator, ast.USub)
-                else inner
-            )
+            return ~inner if isinstance(operator, ast.Not) else -inner if isinstance(operator, ast.USub) else inner
         case ast.BinOp(left=left, op=operator, right=right):
             return _finite(node, ARITHMETIC[type(operator)], [value(left), value(right)], rows)
         case ast.Call(func=ast.Name(id=name), args=arguments):
@@ -138,10 +132,7 @@ def _unchained(comparison: ast.Compare) -> ast.BoolOp:
     terms = pairwise([comparison.left, *comparison.comparators])
     return ast.BoolOp(
         ast.And(),
-        [
-            ast.Compare(left, [operator], [right])
-            for (left, right), operator in zip(terms, comparison.ops, strict=True)
-        ],
+        [ast.Compare(left, [operator], [right]) for (left, right), operator in zip(terms, comparison.ops, strict=True)],
     )
 
 

@@ -33,9 +33,7 @@ def metric_curves(study: StoredStudy, by: str, metrics: Sequence[str] = ()) -> F
         for axes in panels[len(names) :]:
             axes.set_axis_off()
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(
-            handles, labels, title=by.replace("_", " "), loc="outside upper center", ncols=len(labels)
-        )
+        figure.legend(handles, labels, title=by.replace("_", " "), loc="outside upper center", ncols=len(labels))
         figure.supxlabel(f"{_trials(study, by)}, mean with pointwise 95 % interval", fontsize=8, color="0.35")
     return figure
 
@@ -46,9 +44,7 @@ def _curve_panel(axes: Axes, study: StoredStudy, by: str, metric: str) -> None:
         label = f"{value:g}" if isinstance(value, float) else str(value)
         style = LINE_STYLES[number % len(LINE_STYLES)]
         (line,) = axes.plot(curve["frame"], curve["mean"], linestyle=style, label=label)
-        axes.fill_between(
-            curve["frame"], curve["low"], curve["high"], color=line.get_color(), alpha=0.2, lw=0
-        )
+        axes.fill_between(curve["frame"], curve["low"], curve["high"], color=line.get_color(), alpha=0.2, lw=0)
     unit = study.units.get(metric, "")
     axes.set_xlabel("frame (steps)")
     axes.set_ylabel(metric.replace("_", " ") + (f" ({unit})" if unit else ""))

@@ -74,9 +74,7 @@ def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str]) -> None
     """Print `rows` of `point_table` as mean and half width of the 95 % interval."""
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
-    table = Table(
-        *study.varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval"
-    )
+    table = Table(*study.varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval")
     for _, row in rows.iterrows():
         cells = [_with_error(row[name], row[f"{name}_high"] - row[name]) for name in names]
         table.add_row(*(_brief(row[name]) for name in study.varied), *cells, _count(row, names))
@@ -123,20 +121,13 @@ def status_text(study: StoredStudy) -> str:
         f"trials    {study.plan.num_rows:,}",
     ]
     lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
-    lines += (
-        [f"apart     {study.apart():,} stored trials of another spec or other kernels"]
-        if study.apart()
-        else []
-    )
+    lines += [f"apart     {study.apart():,} stored trials of another spec or other kernels"] if study.apart() else []
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")
     lines.append(
-        f"commit    {origin['git'].get('commit', 'unknown')}"
-        + (" (modified)" if origin["git"].get("diff") else "")
+        f"commit    {origin['git'].get('commit', 'unknown')}" + (" (modified)" if origin["git"].get("diff") else "")
     )
     if statuses.keys() - {"done", "missing"}:
         troubled = study.trials[study.trials["status"] != "done"].head(5)
         for _, row in troubled.iterrows():
-            lines.append(
-                f"{row['status']}: {row['error'].strip().splitlines()[-1]}\n          {row['replay']}"
-            )
+            lines.append(f"{row['status']}: {row['error'].strip().splitlines()[-1]}\n          {row['replay']}")
     return "\n".join(lines)

@@ -15,6 +15,7 @@ class StoreError(Exception):
 
 
 def remedy_for(part: Path) -> str:
+    """What to do about a damaged part."""
     return f"move the folder {part} elsewhere and its trials will be run again"
 
 
@@ -29,11 +30,13 @@ def opened(path: Path, remedy: str | None = None) -> Iterator[Any]:
 
 
 def load_table(part: Path, name: str, columns: list[str] | None = None) -> pa.Table:
+    """A table of a part, or some of its columns. Raises StoreError for a damaged file."""
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 
 
 def stored_schema(path: Path) -> pa.Schema:
+    """The schema of a file. Raises StoreError for a damaged one."""
     with opened(path) as file:
         return file.schema_arrow
 

@@ -37,10 +37,7 @@ class Points:
 
     def describe(self, point: int, names: Iterable[str]) -> str:
         """What the named fields are at a point, as ` where n = 50, map = empty`."""
-        values = {
-            name: self.columns[name].item(point) if name in self.columns else self.base[name]
-            for name in names
-        }
+        values = {name: self.columns[name].item(point) if name in self.columns else self.base[name] for name in names}
         return " where " + ", ".join(f"{name} = {values[name]}" for name in sorted(values)) if values else ""
 
     def kept(self, keep: NDArray[np.bool_]) -> "Points":
@@ -80,8 +77,6 @@ def check_map_sizes(study: Study, points: Points) -> None:
 
 def _sizes(points: Points) -> dict[str, tuple[float, float]]:
     """Width and height of those maps of the points that have their own."""
-    names = (
-        sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
-    )
+    names = sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
     sizes = {name: getattr(MAPS[name], "size", None) for name in names}
     return {name: size for name, size in sizes.items() if size is not None}

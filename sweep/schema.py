@@ -161,12 +161,10 @@ def _joint_axes(values: Schema) -> list[Schema]:
     """The ways to write an axis of several fields."""
     options = {"points": _reference("points"), "when": _reference("when")}
     distributions = {
-        name: _reference("distribution") | {"properties": {"choice": _listed(value)}}
-        for name, value in values.items()
+        name: _reference("distribution") | {"properties": {"choice": _listed(value)}} for name, value in values.items()
     }
     members = {
-        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]}
-        for name, value in values.items()
+        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]} for name, value in values.items()
     }
     columns = {"anyOf": [_listed({"enum": list(values)}), _mapping(dict.fromkeys(values, TEXT))]}
     table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns, "when": _reference("when")}

@@ -161,9 +161,7 @@ def _name(entry: Entry) -> str:
 def _replication(root: Entry) -> tuple[int | None, tuple[int, ...] | None]:
     replicates, seeds = root.get("replicates"), root.get("seeds")
     if (replicates is None) == (seeds is None):
-        raise (seeds or root).error(
-            'needs either "replicates" (trials a point) or "seeds" (a list), and not both'
-        )
+        raise (seeds or root).error('needs either "replicates" (trials a point) or "seeds" (a list), and not both')
     if replicates:
         return replicates.whole(1, MOST_REPLICATES), None
     numbers = [(child, child.whole(0)) for child in cast(Entry, seeds).entries()]
@@ -177,9 +175,7 @@ def _streams(entry: Entry | None) -> Streams:
     if entry is None:
         return Streams()
     entry.keys(["start", "world", "noise"])
-    chosen = {
-        name: child.one_of("kind of stream", ["common", "independent"]) for name, child in entry.mapping()
-    }
+    chosen = {name: child.one_of("kind of stream", ["common", "independent"]) for name, child in entry.mapping()}
     return Streams(**cast(dict[str, Stream], chosen))
 
 

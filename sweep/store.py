@@ -73,9 +73,7 @@ class Store:
 
         return self._steadily(statuses)
 
-    def read(
-        self, table: str, *, trial_ids: pa.Array | None = None, columns: Sequence[str] | None = None
-    ) -> pa.Table:
+    def read(self, table: str, *, trial_ids: pa.Array | None = None, columns: Sequence[str] | None = None) -> pa.Table:
         """All current rows of a table, oldest part first, optionally only some trials and some columns.
 
         Columns are united by name and filled with nulls, types widened; metadata is the newest part's. A
@@ -266,9 +264,7 @@ def _folders(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     with os.scandir(folder) as entries:
-        return sorted(
-            folder / entry.name for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir()
-        )
+        return sorted(folder / entry.name for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir())
 
 
 def _replaced_by(part: Path) -> list[str]:

@@ -61,9 +61,7 @@ class StoredStudy:
         if table.empty:
             return pd.DataFrame({"trial_id": [], "visits": []})
         shapes = zip(table.pop("rows"), table.pop("columns"), strict=True)
-        arrays = [
-            np.asarray(flat).reshape(shape) for flat, shape in zip(table["visits"], shapes, strict=True)
-        ]
+        arrays = [np.asarray(flat).reshape(shape) for flat, shape in zip(table["visits"], shapes, strict=True)]
         table["visits"] = pd.Series(arrays, index=table.index, dtype=object)
         return table
 

@@ -99,11 +99,12 @@ class Simulation:
         return self.schedule.steps - self.step
 
     def advance(self, steps: int) -> bool:
-        """Take up to `steps` steps; False where the state stopped being finite."""
-        steps = min(steps, self.steps_left)
-        going = self.model.advance(
-            self.flock, self.world, self.params, self.work, self.record, self.rng, steps
-        )
+        """Take up to `steps` steps, no more than there is room for frames; False where the state is not finite.
+
+        Frames stay recorded until `take_frames`.
+        """
+        steps = min(steps, self.steps_left, self._room())
+        going = self.model.advance(self.flock, self.world, self.params, self.work, self.record, self.rng, steps)
         self.step = int(self.record.progress[0])
         grid = self.work.grid
         room = grid.members.shape[1]
@@ -111,6 +112,11 @@ class Simulation:
             reach = self.model.interaction_range(self.params)
             self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, 2 * room))
         return going
+
+    def _room(self) -> int:
+        """The steps for which there is room to record frames, the one of the last step included."""
+        free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
+        return max(0, free * self.record.every)
 
     def take_frames(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Steps (F,) and metrics (number of metrics, F) of the frames recorded since the last call."""
@@ -125,7 +131,7 @@ class Simulation:
 
     def result(self, began: float) -> Result:
         """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began."""
-        steps_a_call = _steps_a_call(self.record, self.schedule.n)
+        steps_a_call = max(1, BOID_STEPS_A_CALL // self.schedule.n)
         blocks = [self.take_frames()]
         limit = self.job.time_limit
         status = "done"
@@ -165,20 +171,12 @@ _ERRORS = {
 }
 
 
-def _steps_a_call(record: Record, n: int) -> int:
-    """As many steps as the frames have room for, at most about BOID_STEPS_A_CALL boid-steps."""
-    room = len(record.frames.step) - 1
-    return max(1, min(room * record.every, BOID_STEPS_A_CALL // n))
-
-
 @lru_cache(maxsize=16)
 def _fixed_world(settings: WorldSettings, margin: float) -> tuple[World, Reach, Reach]:
     return _drawn_world(settings, margin, np.random.default_rng(0))
 
 
-def _drawn_world(
-    settings: WorldSettings, margin: float, rng: np.random.Generator
-) -> tuple[World, Reach, Reach]:
+def _drawn_world(settings: WorldSettings, margin: float, rng: np.random.Generator) -> tuple[World, Reach, Reach]:
     world = build_world(settings, rng)
     return world, build_reach(world, 0.0), build_reach(world, margin)
 

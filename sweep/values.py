@@ -38,16 +38,12 @@ def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expre
         if name not in known:
             raise child.error(unknown("field", name, known))
         if name == "map":
-            raise child.error(
-                "map cannot be derived, as other fields depend on it: sweep it with zip or a table"
-            )
+            raise child.error("map cannot be derived, as other fields depend on it: sweep it with zip or a table")
         unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
     ordered: dict[str, Expression] = {}
     while len(ordered) < len(unsorted):
         pending = {name: unsorted[name] for name in unsorted if name not in ordered}
-        ready = {
-            name: expression for name, expression in pending.items() if not expression.names & pending.keys()
-        }
+        ready = {name: expression for name, expression in pending.items() if not expression.names & pending.keys()}
         if entry and not ready:
             raise entry.child(next(iter(pending))).error(f"derive goes in a circle: {', '.join(pending)}")
         ordered |= ready
@@ -68,9 +64,7 @@ def check_once(root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive
 def check_conditions(root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]) -> None:
     """Raise SpecError where `when` needs a field whose value is only known later."""
     later = dict.fromkeys(derive, "derived")
-    later |= {
-        name: f"swept by {axis.name}, which must stand before" for axis in axes for name in axis.columns
-    }
+    later |= {name: f"swept by {axis.name}, which must stand before" for axis in axes for name in axis.columns}
     for axis in axes:
         needed = axis.when.names if axis.when else frozenset()
         for name in sorted(needed | {"map"} if needed & {"width", "height"} else needed):

@@ -110,11 +110,7 @@ def a_flock(x: Any, y: Any, vx: Any = 0.0, vy: Any = 0.0) -> Flock:
 
 
 def a_world(
-    width: float = 800.0,
-    height: float = 600.0,
-    borders: int = OPEN,
-    minimum_image: bool = False,
-    obstacles: Any = (),
+    width: float = 800.0, height: float = 600.0, borders: int = OPEN, minimum_image: bool = False, obstacles: Any = ()
 ) -> World:
     """A world; each of the obstacles is x, y, half width, half height and 1 for a disc."""
     columns = np.array(obstacles, float).reshape(-1, 5).T.copy()

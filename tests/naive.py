@@ -32,7 +32,7 @@ def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[floa
 def within(near: Any, found: int, range2: float) -> tuple[Vector, Vector]:
     """Indices (K,) and displacements (K, 2) of the first `found` neighbours that are nearer than sqrt(range2)."""
     close = near.distance2[:found] < range2
-    return near.index[:found][close], np.column_stack([near.dx, near.dy])[:found][close]
+    return near.boid[:found][close], np.column_stack([near.dx, near.dy])[:found][close]
 
 
 def separation_unit(near: Any, found: int, range2: float) -> Vector:
@@ -93,16 +93,10 @@ def wall_repulsion(position: float, length: float, epsilon: float) -> float:
     return 1.0 / (position + epsilon) - 1.0 / (length - position + epsilon)
 
 
-def short_way(d: float, period: float) -> float:
-    """The difference `d` of two coordinates on a circle, the short way round."""
-    return d - period * (d > period / 2) + period * (d < -period / 2)
-
-
 def displacement(world: Any, position: Vector, other: Vector) -> Vector:
-    d = other - position
-    if world.minimum_image:
-        return np.array([short_way(d[0], world.width), short_way(d[1], world.height)])
-    return d
+    """From a position to another, on a torus that is seen across its borders the short way round."""
+    d, box = other - position, np.array([world.width, world.height])
+    return d - box * np.sign(d) * (np.abs(d) > box / 2) if world.minimum_image else d
 
 
 def angle_between(a: Vector, b: Vector) -> float:
@@ -124,13 +118,7 @@ def birds(flock: Any) -> list[Bird]:
 
 
 def neighbours(
-    world: Any,
-    flock: list[Bird],
-    i: int,
-    reach: float,
-    inclusive: bool,
-    fov: float = 360.0,
-    slack: float = 0.0,
+    world: Any, flock: list[Bird], i: int, reach: float, inclusive: bool, fov: float = 360.0, slack: float = 0.0
 ) -> list[tuple[int, Vector]]:
     """Index of, and displacement to, those that boid `i` sees; `slack` widens range and half angle (radians)."""
     seen = []
@@ -161,10 +149,6 @@ def bordered(world: Any, position: Vector, velocity: Vector) -> Bird:
     return Bird(np.array([x[0], y[0]]), np.array([x[1], y[1]]))
 
 
-def mean(vectors: list[Vector]) -> Vector:
-    return np.mean(vectors, axis=0)
-
-
 def nguyen2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator) -> list[Bird]:
     """One step, with the settings `s`, of the section nguyen2024 of the models' description."""
 
@@ -178,10 +162,10 @@ def nguyen2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.
             push = sum(-d / max(math.hypot(*d), 1.0) for _, d in crowd)
             force += s["separation_weight"] * shortened(push, most)
         if peers:
-            turn = mean([flock[j].velocity for j, _ in peers]) - me.velocity
+            turn = np.mean([flock[j].velocity for j, _ in peers], axis=0) - me.velocity
             force += s["alignment_weight"] * shortened(turn, most)
         if others:
-            force += s["cohesion_weight"] * shortened(mean([d for _, d in others]), most)
+            force += s["cohesion_weight"] * shortened(np.mean([d for _, d in others], axis=0), most)
         force += s["wander_weight"] * wander(rng, s["wander_range"])
         repulsion = repulsion_unit(world, None, s["obstacle_range"], *me.position)
         return force + s["obstacle_weight"] * shortened(repulsion, most)
@@ -210,8 +194,8 @@ def aziel_chen2025(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.ran
         target = s["target_weight"] * (np.array([s["target_x"], s["target_y"]]) - me.position)
         social = [np.zeros(2)] * 2
         if seen:
-            alignment = mean([flock[j].velocity for j, _ in seen]) - me.velocity
-            social = [s["alignment_weight"] * alignment, s["cohesion_weight"] * mean([d for _, d in seen])]
+            alignment = np.mean([flock[j].velocity for j, _ in seen], axis=0) - me.velocity
+            social = [s["alignment_weight"] * alignment, s["cohesion_weight"] * np.mean([d for _, d in seen], axis=0)]
         hard = [obstacle + wall] if s["walls_are_obstacles"] else [obstacle, wall]
         if s["priority"] == "separation_first":
             return [separation, *hard, *social, target]
@@ -251,13 +235,10 @@ def from_centre(bodies: Vector) -> Vector:
     return np.hypot(*(bodies[:2] - bodies[:2].mean(axis=1, keepdims=True)))
 
 
-def headings(velocities: Vector) -> Vector:
-    return np.degrees(np.arctan2(velocities[1], velocities[0]))
-
-
 def turns(bodies: Vector) -> Vector:
     moving = bodies[2:4].any(axis=0) & bodies[4:6].any(axis=0)
-    return np.where(moving, np.abs(headings(bodies[4:6]) - headings(bodies[2:4])), 0.0)
+    headings = np.degrees(np.arctan2(bodies[[3, 5]], bodies[[2, 4]]))
+    return np.where(moving, np.abs(headings[0] - headings[1]), 0.0)
 
 
 def polarization(bodies: Vector) -> float:

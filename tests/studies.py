@@ -31,7 +31,7 @@ seed: 5
 record: {series: [coverage], heatmaps: true}
 """
 
-IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250,")
+IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,")
 """No free place for a boid: every trial raises."""
 
 

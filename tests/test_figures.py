@@ -38,7 +38,7 @@ def test_the_legend_names_the_swept_values(figure: Figure) -> None:
 
 def test_the_interval_and_the_number_of_trials_are_named(figure: Figure) -> None:
     texts = [text.get_text() for text in figure.texts]
-    assert "small: 3 trials a curve, mean with pointwise 95 % interval" in texts + [figure.get_supxlabel()]
+    assert "small: 3 trials a curve, mean with pointwise 95 % interval" in [*texts, figure.get_supxlabel()]
 
 
 def test_a_repeat_gives_the_same_bytes(study: StoredStudy, tmp_path: Path) -> None:

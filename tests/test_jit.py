@@ -27,10 +27,13 @@ def python(code: str, folder: Path = ROOT, **environment: str) -> str:
     return finished.stdout
 
 
+INTERPRETED = "import builders, numba; assert numba.config.DISABLE_JIT\n"
+
+
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_the_interpreter_gives_the_same_bits(model: str) -> None:
     """And warns of nothing: every division by zero, overflow and invalid value in a rule is an error there."""
-    code = f"import builders, numba; assert numba.config.DISABLE_JIT\nfor job in builders.exact_jobs({model!r}): print(builders.bits(job))"
+    code = INTERPRETED + f"for job in builders.exact_jobs({model!r}): print(builders.bits(job))"
     interpreted = python(code, NUMBA_DISABLE_JIT="1").split()
     jobs = list(builders.exact_jobs(model))
     different = [job.settings for job, bits in zip(jobs, interpreted, strict=True) if builders.bits(job) != bits]
@@ -40,7 +43,7 @@ def test_the_interpreter_gives_the_same_bits(model: str) -> None:
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_whole_and_fractional_numbers_share_one_compiled_signature(model: str) -> None:
     for number in (1, 1.0, 1.5, True + 1):
-        weights = {name: number for name in builders.weightless(model)}
+        weights = dict.fromkeys(builders.weightless(model), number)
         assert run(builders.job(model, n=5, steps=2, width=400 + number, height=300, **weights)).status == "done"
     for update in builders.UPDATES:
         assert run(builders.job(model, n=6, steps=2, update=update, heatmaps=True)).status == "done"

@@ -1,6 +1,5 @@
 """Every search finds the same neighbours in ascending order, so that trials have the same bits."""
 
-from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kernels import neighbours
 from kernels.neighbours import (
     Grid,
     all_pairs,
@@ -26,14 +24,6 @@ from kernels.neighbours import (
 from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
 from sweep.trial import Simulation
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _lists_of_small_flocks_may_overflow() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(neighbours, "SMALL_FLOCK", 0)
-        yield
-
 
 coordinates = st.floats(-400, 1200) | st.sampled_from([0.0, 100.0, 150.0, 300.0, 450.0, 800.0])
 components = st.floats(-5, 5).map(lambda speed: round(speed, 3))
@@ -65,7 +55,7 @@ capacities = st.sampled_from([1, 2, 5, 64])
 def found_by(grid: Grid, flock: Flock, world: World, i: int, reach: float, fov: float, inclusive: bool) -> list[int]:
     near = build_near(flock.x.size)
     found = search(flock, world, grid, i, square_range(reach, inclusive), cone(fov), near)
-    return near.index[:found].tolist()
+    return near.boid[:found].tolist()
 
 
 @settings(max_examples=60)
@@ -117,7 +107,7 @@ def test_moves_keep_the_lists_of_a_grid_as_if_built_anew(
 
 
 def lists(grid: Grid) -> list[list[int]]:
-    return [members[:count].tolist() for members, count in zip(grid.members, grid.count, strict=True)]
+    return [members[:count].tolist() for members, count in zip(grid.members, grid.length, strict=True)]
 
 
 def test_a_move_that_overflows_a_list_makes_searches_read_everyone() -> None:
@@ -193,7 +183,7 @@ def test_all_pairs_and_every_grid_give_the_same_bits(
         "map": "random_obstacles",
         "n_obstacles": 4,
     }
-    a_job = builders.job(model, preset, width=500, height=460, **changes, **borders)
+    a_job = builders.job(model, preset, width=460, height=760, **changes, **borders)
     for spread in FLOCKS.values():
         assert len({end_of(a_job, spread, searched) for searched in SEARCHES}) == 1
 

@@ -20,9 +20,15 @@ MANY = 4000
 
 
 def start(
-    n: int, positions: int, velocities: int, world: builders.World = WORLD, margin: float = 10.0, seed: int = 3
+    n: int,
+    positions: int,
+    velocities: int,
+    world: builders.World = WORLD,
+    margin: float = 10.0,
+    seed: int = 3,
+    free: bool = True,
 ) -> Flock:
-    settings = StartSettings(positions, velocities, 2.0, margin, NUMPY)
+    settings = StartSettings(positions, velocities, 2.0, margin, free, NUMPY)
     return start_numpy(n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed))
 
 
@@ -37,7 +43,7 @@ def test_boids_start_within_the_margin_and_outside_obstacles(positions: int, vel
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
 def test_every_start_on_every_map_is_free(model: str, preset: str, name: str) -> None:
     width, height = MAPS[name].size or (800.0, 600.0)
-    simulation = Simulation(builders.job(model, preset, map=name, width=width, height=height, n=100))
+    simulation = Simulation(builders.job(model, preset, map=name, width=width, height=height, n=100, start_free=True))
     flock, world = simulation.flock, simulation.world
     assert not any(naive.inside_any(world, x, y) for x, y in zip(flock.x, flock.y, strict=True))
 
@@ -81,7 +87,7 @@ def uniform_within(draws: np.ndarray) -> None:
 
 
 def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> None:
-    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, PYTHON_RANDOM)
+    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, True, PYTHON_RANDOM)
     flock = start_python_random(2, settings, EMPTY, build_reach(EMPTY, 0.0), 27)
     draws = Random(27)
     for i in range(2):
@@ -91,9 +97,17 @@ def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> 
         assert np.hypot(flock.vx[i] - 5 * np.cos(heading), flock.vy[i] - 5 * np.sin(heading)) < 1e-14
 
 
+def test_boids_may_start_inside_obstacles_where_the_study_says_so() -> None:
+    """A third of the box is obstacle: of 300 free draws none inside would be one chance in 10^50."""
+    flock = start(300, CONTINUOUS, HEADING, free=False)
+    inside = [naive.inside_any(WORLD, x, y) for x, y in zip(flock.x, flock.y, strict=True)]
+    assert 0 < sum(inside) < 300
+
+
 @pytest.mark.parametrize("draws", ["numpy", "python_random"])
 def test_a_world_without_a_free_place_is_an_error_not_an_endless_search(draws: str) -> None:
     filled = {"map": "random_obstacles", "width": 60, "height": 60, "obstacle_margin": 30, "obstacle_radius": 80}
+    filled["start_free"] = True
     result = run(builders.job("nguyen2024", n=3, steps=2, start_draws=draws, n_obstacles=1, **filled))
     assert result.status == "failed"
     assert "no free place for a boid" in result.error

@@ -65,7 +65,7 @@ def test_the_reach_of_a_place_misses_no_obstacle_that_acts_there(x: float, y: fl
     """An obstacle acts nearer than its size and the margin to its centre; the lists are ascending."""
     reach = build_reach(WORLD, margin)
     cell = reach_cell(reach, x, y)
-    listed = reach.index[reach.first[cell] : reach.first[cell + 1]].tolist()
+    listed = reach.obstacle[reach.first[cell] : reach.first[cell + 1]].tolist()
     size = np.maximum(WORLD.half_width, WORLD.half_height)
     acting = np.flatnonzero(np.hypot(x - WORLD.obstacle_x, y - WORLD.obstacle_y) < size + margin)
     assert set(acting.tolist()) <= set(listed)

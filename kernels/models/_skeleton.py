@@ -27,9 +27,7 @@ class Params(NamedTuple):
 
     cohesion_weight: Annotated[float, About("strength of the pull towards the others", "1/step^2", low=0)]
     perception_range: Annotated[float, About("radius within which others are seen", "px", low=0)]
-    fov: Annotated[
-        float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)
-    ]
+    fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
     max_acceleration: Annotated[float, About("longest acceleration", "px/step^2", low=0)]
     max_speed: Annotated[float, About("upper limit of the speed", "px/step", low=0)]
     update: Annotated[int, UPDATE]

@@ -31,9 +31,7 @@ class Params(NamedTuple):
     target_x: Annotated[float, About("position of the target", "px")]
     target_y: Annotated[float, About("position of the target", "px")]
     perception_range: Annotated[float, About("radius within which others are seen", "px", low=0)]
-    fov: Annotated[
-        float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)
-    ]
+    fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
     separation_range: Annotated[float, About("radius within which visible neighbours repel", "px", low=0)]
     obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
     epsilon: Annotated[float, About("regularisation of obstacle and wall forces", "px", low=0)]
@@ -46,9 +44,7 @@ class Params(NamedTuple):
             choices=("obstacle_first", "separation_first"),
         ),
     ]
-    walls_are_obstacles: Annotated[
-        bool, About("wall and obstacle forces share one place in the priority order")
-    ]
+    walls_are_obstacles: Annotated[bool, About("wall and obstacle forces share one place in the priority order")]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]

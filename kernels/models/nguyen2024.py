@@ -31,9 +31,7 @@ class Params(NamedTuple):
     cohesion_range: Annotated[float, About("r_c of Eq. (6)", "px", low=0)]
     wander_range: Annotated[float, About("r_w of Eq. (8), each component", "px/step^2", low=0)]
     obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
-    max_force: Annotated[
-        float, About("F_max of Eq. (9), for each force before its weight", "px/step^2", low=0)
-    ]
+    max_force: Annotated[float, About("F_max of Eq. (9), for each force before its weight", "px/step^2", low=0)]
     displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
     drag: Annotated[float, About("share of the velocity lost after each move", low=0, high=1)]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
@@ -66,6 +64,7 @@ AS_WRITTEN = COMMON | {
     "borders": "open",
     "n_obstacles": 6,
     "start_speed": 3.0,
+    "start_free": False,
 }
 AS_RUN = AS_WRITTEN | {
     "obstacle_range": 10.0,

@@ -20,7 +20,7 @@ def repulsion_unit(world: World, reach: Reach, margin: float, x: float, y: float
     force_x, force_y = 0.0, 0.0
     cell = reach_cell(reach, x, y)
     for k in range(reach.first[cell], reach.first[cell + 1]):
-        m = reach.index[k]
+        m = reach.obstacle[k]
         dx = x - world.obstacle_x[m]
         dy = y - world.obstacle_y[m]
         distance = math.sqrt(dx * dx + dy * dy)
@@ -41,13 +41,11 @@ def repulsion_inverse(
     force_x, force_y = 0.0, 0.0
     cell = reach_cell(reach, x, y)
     for k in range(reach.first[cell], reach.first[cell + 1]):
-        m = reach.index[k]
+        m = reach.obstacle[k]
         dx = x - world.obstacle_x[m]
         dy = y - world.obstacle_y[m]
         distance = math.sqrt(dx * dx + dy * dy)
-        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(
-            distance * (distance + epsilon), TINY
-        )
+        scale = (1.0 if distance < _size(world, m) + margin else 0.0) / max(distance * (distance + epsilon), TINY)
         force_x += dx * scale
         force_y += dy * scale
     return force_x, force_y

@@ -28,8 +28,8 @@ def alignment(seen: Flock, i: int, near: Near, found: int, range2: float) -> tup
     vx, vy, count = 0.0, 0.0, 0
     for k in range(found):
         if near.distance2[k] < range2:
-            vx += seen.vx[near.index[k]]
-            vy += seen.vy[near.index[k]]
+            vx += seen.vx[near.boid[k]]
+            vy += seen.vy[near.boid[k]]
             count += 1
     if count == 0:
         return 0.0, 0.0
@@ -70,6 +70,6 @@ def flocking_sums(
         crowd_y += close * near.dy[k]
         x += near.dx[k]
         y += near.dy[k]
-        vx += seen.vx[near.index[k]]
-        vy += seen.vy[near.index[k]]
+        vx += seen.vx[near.boid[k]]
+        vy += seen.vy[near.boid[k]]
     return crowd_x, crowd_y, x, y, vx, vy

@@ -1,0 +1,208 @@
+"""The rules of the house: who imports whom, how long things are, and that a new entry needs one place."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import builders
+import numpy as np
+import pytest
+
+import kernels
+from kernels.jit import jit
+from kernels.metrics import METRICS, Metric
+from kernels.models import MODELS, _skeleton
+from kernels.recording import Frames
+from kernels.settings import Observation
+from kernels.worlds import MAPS, Map
+from sweep.fields import GROUPS, fields, preset_settings
+from sweep.trial import run
+
+ROOT = Path(kernels.__file__).parent.parent
+MODULES = {
+    path.relative_to(ROOT).as_posix(): path for part in ("kernels", "sweep") for path in ROOT.glob(f"{part}/**/*.py")
+}
+TREES = {name: ast.parse(path.read_text()) for name, path in MODULES.items()}
+MOST_LINES, MOST_BODY_LINES = 300, 45
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def imports(name: str) -> Iterator[str]:
+    """The modules that a module imports anywhere, with `kernels.` or `sweep.` and what follows."""
+    for node in ast.walk(TREES[name]):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name}:{node.lineno}: a relative import"
+            assert node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def within(module: str, packages: set[str]) -> bool:
+    return any(module == package or module.startswith(package + ".") for package in packages)
+
+
+def modules(part: str) -> list[str]:
+    return [name for name in MODULES if name.startswith(part)]
+
+
+KERNELS_MAY_IMPORT = {
+    "kernels",
+    "numpy",
+    "numba",
+    "math",
+    "random",
+    "hashlib",
+    "os",
+    "pathlib",
+    "typing",
+    "collections",
+}
+MACHINERY = {
+    f"kernels.{name}" for name in ("neighbours", "recording", "starts", "coverage", "workspace", "state", "rules")
+}
+
+
+@pytest.mark.parametrize("name", modules("kernels"))
+def test_kernels_know_nothing_above_them_and_no_input_or_output(name: str) -> None:
+    assert [module for module in imports(name) if not within(module, KERNELS_MAY_IMPORT)] == []
+    calls = [
+        node.func.id for node in ast.walk(TREES[name]) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    ]
+    assert {"print", "open", "input"}.isdisjoint(calls)
+
+
+@pytest.mark.parametrize("name", modules("kernels"))
+def test_one_module_says_how_kernels_are_compiled(name: str) -> None:
+    """And the package itself says where the compiled code is kept."""
+    if name not in ("kernels/jit.py", "kernels/__init__.py"):
+        assert not any(within(module, {"numba"}) for module in imports(name))
+
+
+@pytest.mark.parametrize("name", modules("sweep"))
+def test_the_machine_knows_no_experiment_and_meets_kernels_in_one_place(name: str) -> None:
+    """What a setting, a map, a metric or a model is called may be known everywhere."""
+    assert not any(within(module, {"experiments", "notebooks", "tests"}) for module in imports(name))
+    if name != "sweep/trial.py":
+        assert not any(within(module, MACHINERY) for module in imports(name))
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_module_is_short_and_says_what_it_is(name: str) -> None:
+    assert len(MODULES[name].read_text().splitlines()) <= MOST_LINES
+    assert ast.get_docstring(TREES[name]) or not TREES[name].body
+
+
+def body_lines(function: Function) -> int:
+    """Lines from the first statement after the docstring to the last."""
+    first = function.body[1:] if ast.get_docstring(function) else function.body
+    return first[-1].end_lineno - first[0].lineno + 1 if first else 0
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_functions_are_short(name: str) -> None:
+    functions = [node for node in ast.walk(TREES[name]) if isinstance(node, Function)]
+    assert [function.name for function in functions if body_lines(function) > MOST_BODY_LINES] == []
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_public_functions_and_classes_have_a_docstring(name: str) -> None:
+    """Those of a module; of a class's methods the name and its docstring may say enough."""
+    members = [node for node in TREES[name].body if isinstance(node, Function | ast.ClassDef)]
+    silent = [node.name for node in members if not node.name.startswith("_") and not ast.get_docstring(node)]
+    assert silent == []
+
+
+@pytest.mark.parametrize("name", [name for name in modules("kernels/models") if "__init__" not in name])
+def test_a_model_has_params_presets_range_and_advance_and_no_more(name: str) -> None:
+    public = [
+        node.name for node in TREES[name].body if isinstance(node, Function | ast.ClassDef) and node.name[0] != "_"
+    ]
+    assert sorted(public) == ["Params", "advance", "interaction_range"]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_model_is_entered_under_its_name_with_both_presets_and_known_metrics(name: str) -> None:
+    model = MODELS[name]
+    assert model.name == name
+    assert {"as_written", "as_run"} <= set(model.presets)
+    assert set(model.metrics) <= set(METRICS)
+    assert model.source
+
+
+@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+def test_a_preset_gives_exactly_every_setting_an_allowed_value(model: str, preset: str) -> None:
+    values = MODELS[model].presets[preset]
+    assert set(values) == set(fields(model))
+    assert preset_settings(model, preset) == values
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_setting_has_a_text_and_one_name_one_group(model: str) -> None:
+    assert all(field.text for field in fields(model).values())
+    names = [name for _, group in GROUPS for name in group._fields] + list(MODELS[model].params._fields)
+    assert sorted(names) == sorted(set(names)) == sorted(fields(model))
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_a_metric_has_a_text_a_source_and_a_unit_or_none(name: str) -> None:
+    metric = METRICS[name]
+    assert metric.text
+    assert metric.source
+    assert metric.unit in ("", "px", "px/step", "degrees", "%", "boids")
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_has_a_text_and_a_source(name: str) -> None:
+    assert MAPS[name].text
+    assert MAPS[name].source
+
+
+@jit
+def eastward(frames: Frames, filled: int, _ground: Any, _observation: Observation, values: np.ndarray) -> None:
+    """Mean x component of the velocity: a metric nobody has entered."""
+    for f in range(filled):
+        total = 0.0
+        for i in range(frames.bodies.shape[2]):
+            total += frames.bodies[f, 2, i]
+        values[f] = total / frames.bodies.shape[2]
+
+
+def pillar(settings: Any, _rng: np.random.Generator) -> np.ndarray:
+    """One disc in the middle of the world: a map nobody has entered."""
+    return np.array([[settings.width / 2, settings.height / 2, 40.0, 40.0, 1.0]])
+
+
+@pytest.fixture
+def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A model, a metric and a map, each with one entry of its dict."""
+    monkeypatch.setitem(MODELS, "skeleton", _skeleton.MODEL)
+    monkeypatch.setitem(METRICS, "eastward", Metric(eastward, "px/step", "mean velocity along x", "this test"))
+    monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
+    fields.cache_clear()
+    yield
+    fields.cache_clear()
+
+
+@pytest.mark.usefixtures("entered")
+@pytest.mark.parametrize("preset", _skeleton.MODEL.presets)
+def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None:
+    a_job = builders.job(
+        "skeleton", preset, map="pillar", metrics=("eastward", "speed"), series=("eastward",), steps=30
+    )
+    result = run(a_job)
+    assert result.status == "done", result.error
+    assert abs(result.last["eastward"]) <= result.last["speed"] <= 5.0
+    assert len(result.series["eastward"]) == 31
+
+
+@pytest.mark.usefixtures("entered")
+def test_the_skeleton_gathers_its_boids() -> None:
+    """As it says it does, in an open world that they all see."""
+    changes = {"perception_range": 2000, "fov": 360, "cohesion_weight": 0.05, "borders": "open", "n": 30, "steps": 20}
+    radius = run(builders.job("skeleton", metrics=("flock_radius",), series=("flock_radius",), **changes)).series[
+        "flock_radius"
+    ]
+    assert radius[-1] < radius[0]
