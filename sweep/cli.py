@@ -176,7 +176,7 @@ def schema() -> None:
 
     from sweep.schema import json_schema
 
-    print(json.dumps(json_schema(), indent=2))
+    print(json.dumps(json_schema(), indent=1))
 
 
 def _models() -> list[str]:

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,9 +11,10 @@ from ruamel.yaml import YAML
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
 from kernels.models import MODELS
+from sweep.design import expand
 from sweep.fields import fields
 from sweep.schema import json_schema
-from sweep.spec import parse_spec
+from sweep.spec import load_spec, parse_spec
 
 VALIDATOR = Draft202012Validator(json_schema())
 TABLE = "sweep: {g: {sample: table, file: gains.csv, columns: {drag: k}}}"
@@ -104,3 +106,17 @@ def test_study_names_cannot_leave_the_results() -> None:
 def test_fields_are_described_with_unit_and_presets() -> None:
     described = json_schema()["$defs"]["nguyen2024.separation_range"]["description"]
     assert described == "r_s of Eq. (4) (px). as_written: 50.0, as_run: 50.0"
+
+
+def test_the_file_for_editors_is_up_to_date() -> None:
+    """`sweep schema > spec.schema.json` renews it."""
+    committed = Path(__file__).parent.parent / "spec.schema.json"
+    assert json.loads(committed.read_text(encoding="utf-8")) == json_schema()
+
+
+@pytest.mark.parametrize(
+    "path", sorted(Path(__file__).parent.parent.glob("experiments/*/*.yaml")), ids=lambda path: path.stem
+)
+def test_the_specs_of_the_experiments_load_and_are_valid(path: Path) -> None:
+    expand(load_spec(path))
+    VALIDATOR.validate(content(path.read_text(encoding="utf-8")))
