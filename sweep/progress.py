@@ -33,6 +33,7 @@ class ProgressBar:
         self.task = self.bar.add_task(name, total=None, pace="", trouble="")
         self.began = time.monotonic()
         self.line_at = self.began
+        self.paced_from: tuple[float, int] | None = None
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
@@ -48,18 +49,27 @@ class ProgressBar:
         new = progress.statuses.total()
         if new == 0:
             self._first(progress)
-        pace = new / max(time.monotonic() - self.began, 1e-9)
+        pace = self._pace(new)
         trouble = f"[red]{progress.troubled} not done" if progress.troubled else ""
         self.bar.update(
             self.task,
             completed=progress.stored + new,
             total=progress.trials,
-            pace=f"{pace:.1f} trials/s" if new else "compiling",
+            pace=pace,
             trouble=trouble,
         )
         if not self.terminal and time.monotonic() - self.line_at > LINE_SECONDS:
             self.line_at = time.monotonic()
-            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials, {pace:.1f} trials/s")
+            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials, {pace}")
+
+    def _pace(self, new: int) -> str:
+        """Trials a second since the first ones came back: what is before that is compiling and starting."""
+        if new == 0:
+            return "compiling"
+        if self.paced_from is None:
+            self.paced_from = time.monotonic(), new
+        began, already = self.paced_from
+        return f"{(new - already) / max(time.monotonic() - began, 1e-3):.1f} trials/s" if new > already else ""
 
     def _first(self, progress: Progress) -> None:
         self._line(f"{progress.trials:,} trials, {progress.stored:,} of them stored already")

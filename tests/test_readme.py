@@ -1,0 +1,38 @@
+"""What the README shows is true."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sweep.design import expand
+from sweep.spec import parse_spec
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SPECS = re.findall(r"```yaml\n(.*?)```", README, re.DOTALL)
+
+
+@pytest.mark.parametrize("spec", SPECS, ids=range(len(SPECS)))
+def test_its_specs_load(spec: str) -> None:
+    assert expand(parse_spec(spec)).n_points > 1
+
+
+def test_its_map_of_the_house_names_every_module() -> None:
+    modules = [path for package in ("kernels", "sweep") for path in (ROOT / package).glob("*.py")]
+    unnamed = [path.name for path in modules if path.name != "__init__.py" and path.stem not in README]
+    assert not unnamed
+
+
+def test_its_files_and_links_exist() -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_make_help_explains_every_target() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = re.search(r"\.PHONY: (.*)", makefile)
+    assert targets is not None
+    for target in targets[1].split():
+        assert re.search(rf"^{target}:.*## ", makefile, re.MULTILINE), target
