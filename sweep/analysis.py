@@ -10,21 +10,25 @@ from numpy.typing import NDArray
 CONFIDENCE = 0.95
 
 
-def mean_interval(values: NDArray[np.float64], confidence: float = CONFIDENCE) -> tuple[float, float, float, int]:
-    """Mean, its two-sided Student-t interval and the number of values that are not NaN.
+def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
+    """Half the width of the Student-t interval of a mean of `n` values with sample standard deviation `deviation`.
 
-    Valid for independent values whose mean is about normal. The bounds are NaN for fewer than two values.
+    Both may be arrays. Valid for independent values whose mean is about normal; NaN for fewer than two values.
     """
     from scipy.stats import t
 
+    n = np.asarray(n, np.float64)
+    return t.ppf(0.5 + confidence / 2, np.where(n > 1, n - 1, np.nan)) * deviation / np.sqrt(n)
+
+
+def mean_interval(values: NDArray[np.float64], confidence: float = CONFIDENCE) -> tuple[float, float, float, int]:
+    """Mean, the bounds of its interval, and the number of values that are not NaN."""
     values = values[~np.isnan(values)]
     n = len(values)
     if n == 0:
         return np.nan, np.nan, np.nan, 0
     mean = float(values.mean())
-    if n == 1:
-        return mean, np.nan, np.nan, 1
-    half = float(t.ppf(0.5 + confidence / 2, n - 1)) * float(values.std(ddof=1)) / np.sqrt(n)
+    half = float(half_width(values.std(ddof=1), n, confidence)) if n > 1 else np.nan
     return mean, mean - half, mean + half, n
 
 
@@ -36,14 +40,14 @@ def by_point(
     Columns: the `varied` settings, then for each metric its mean under its own name, `<metric>_low`,
     `<metric>_high` and `<metric>_n`, and `not_done`, the number of trials without a result.
     """
-    rows: list[dict[str, Any]] = []
-    for _, group in trials.groupby("point", sort=False):
-        row: dict[str, Any] = {name: group[name].iloc[0] for name in varied}
-        for name in metrics:
-            mean, low, high, n = mean_interval(group[name].to_numpy(np.float64), confidence)
-            row |= {name: mean, f"{name}_low": low, f"{name}_high": high, f"{name}_n": n}
-        rows.append(row | {"not_done": int((group["status"] != "done").sum())})
-    return pd.DataFrame(rows)
+    groups = trials.groupby("point", sort=False)
+    columns: dict[str, Any] = {name: groups[name].first() for name in varied}
+    for name in metrics:
+        mean, n = groups[name].mean(), groups[name].count()
+        half = half_width(groups[name].std(), n, confidence)
+        columns |= {name: mean, f"{name}_low": mean - half, f"{name}_high": mean + half, f"{name}_n": n}
+    columns["not_done"] = (trials["status"] != "done").groupby(trials["point"], sort=False).sum()
+    return pd.DataFrame(columns).reset_index(drop=True)
 
 
 def curves(
@@ -53,12 +57,9 @@ def curves(
 
     Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not for the whole curve.
     """
-    from scipy.stats import t
-
     done = trials.loc[trials["status"] == "done", ["trial_id", by]]
     joined = series[["trial_id", "frame", metric]].merge(done, on="trial_id")
-    groups = joined.groupby([by, "frame"], sort=True)[metric].agg(["mean", "std", "count"]).reset_index()
-    freedom = (groups["count"] - 1).clip(lower=1)
-    half = t.ppf(0.5 + confidence / 2, freedom) * groups["std"] / np.sqrt(groups["count"])
-    groups["low"], groups["high"] = groups["mean"] - half, groups["mean"] + half
-    return groups.rename(columns={"count": "n"})[[by, "frame", "mean", "low", "high", "n"]]
+    table = joined.groupby([by, "frame"], sort=True)[metric].agg(["mean", "std", "count"]).reset_index()
+    half = half_width(table["std"], table["count"], confidence)
+    table["low"], table["high"] = table["mean"] - half, table["mean"] + half
+    return table.rename(columns={"count": "n"})[[by, "frame", "mean", "low", "high", "n"]]

@@ -24,10 +24,10 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The points of a study. `columns` holds the fields that vary, shape (n_points,) each; `base` all the
-    others too.
+    """The points of a study: `columns` has the fields that vary, shape (n_points,) each, `base` the others.
 
-    `duplicates` counts the rows of axes that repeated an earlier one and were merged with it.
+    `rejected` tells what `require` left out; `duplicates` counts the rows of axes that repeated an earlier one
+    and were merged with it.
     """
 
     base: dict[str, Value]
@@ -42,8 +42,7 @@ class Design:
 
 
 def expand(study: Study) -> Design:
-    """The points of `study`: the product of its axes, the last one fastest, less those that `require`
-    rejects.
+    """The points of `study`: the product of its axes, the last one fastest, without those that are rejected.
 
     Raises SpecError where there are none or too many of them, and where a value computed from others is not
     allowed.

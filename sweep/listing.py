@@ -16,6 +16,8 @@ from sweep.fields import fields
 from sweep.names import unknown
 from sweep.study import StoredStudy
 
+MOST_ROWS = 200
+
 
 def console() -> Console:
     """Standard output; wide where it is not a terminal, so that a pipe loses no column."""
@@ -75,10 +77,12 @@ def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str]) -> None
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
     table = Table(*study.varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval")
-    for _, row in rows.iterrows():
+    for _, row in rows.head(MOST_ROWS).iterrows():
         cells = [_with_error(row[name], row[f"{name}_high"] - row[name]) for name in names]
         table.add_row(*(_brief(row[name]) for name in study.varied), *cells, _count(row, names))
     console().print(table)
+    if len(rows) > MOST_ROWS:
+        console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
 
 
 def _count(row: "pd.Series[Any]", names: list[str]) -> str:

@@ -22,8 +22,7 @@ LEAST = 2.0**-54
 
 
 def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """Independent uniform draws. Each field has a stream of its own, so that neither another field nor more
-    points change a value."""
+    """Independent draws; each field has its own stream, so another field or more points change no value."""
     return [_generator(seed, axis, name).random(points) for name in names]
 
 

@@ -30,10 +30,7 @@ KEYS = (
 
 @dataclass(frozen=True)
 class Record:
-    """What is kept of a trial: frames 0, `every`, 2 `every` ...
-
-    and the last; `series` are among the `metrics`.
-    """
+    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last. `series` are among `metrics`."""
 
     metrics: tuple[str, ...]
     series: tuple[str, ...] = ()

@@ -3,7 +3,7 @@
 from itertools import product
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
@@ -46,12 +46,14 @@ def test_settings_are_plain_python_values_of_every_field() -> None:
 VALUES = st.lists(st.integers(1, 50), min_size=1, max_size=4, unique=True)
 
 
+@settings(deadline=None)
 @given(VALUES, VALUES, VALUES)
 def test_product_has_the_order_of_itertools(n: list[int], steps: list[int], weights: list[int]) -> None:
     design = expand(short_study(f"sweep: {{n: {n}, steps: {steps}, separation_weight: {weights}}}"))
     assert rows(design) == list(product(n, steps, weights))
 
 
+@settings(deadline=None)
 @given(VALUES, VALUES, st.integers(1, 50))
 def test_conditional_axis_agrees_with_a_loop(n: list[int], steps: list[int], limit: int) -> None:
     study = short_study(f"sweep: {{n: {n}, steps: {{values: {steps}, when: n < {limit}}}, drag: [0, 1]}}")

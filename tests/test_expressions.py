@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sweep.expressions import CONDITION, NUMBER, TEXT, ExpressionError, parse
@@ -60,6 +60,7 @@ def in_python(text: str, values: dict[str, float]) -> object:
 POINTS = st.fixed_dictionaries({name: st.sampled_from([-2.0, 0.0, 0.5, 1.0, 3.0, 10.0]) for name in NAMES})
 
 
+@settings(deadline=None)
 @given(st.one_of(numbers(), conditions(numbers())), st.lists(POINTS, min_size=1, max_size=5))
 def test_agrees_with_python(text: str, points: list[dict[str, float]]) -> None:
     expected = [in_python(text, point) for point in points]

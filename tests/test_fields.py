@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels.models import MODELS
@@ -34,6 +34,7 @@ def is_allowed(field: Field, number: float) -> bool:
     return True
 
 
+@settings(deadline=None)
 @given(st.sampled_from(["drag", "n", "width", "n_obstacles", "footprint_radius"]), st.lists(NUMBERS, min_size=1))
 def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> None:
     field, array = FIELDS[name], np.array(numbers)

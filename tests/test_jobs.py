@@ -1,12 +1,13 @@
 """The ids and random streams of trials depend on what the trials are, and on nothing else."""
 
 import json
+import os
 import subprocess
 import sys
 from hashlib import sha256
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from specs import GAINS, SEPARATION
 
@@ -68,6 +69,7 @@ def test_point_id_is_the_hash_of_what_differs_from_the_preset() -> None:
 VALUE = {"n": st.integers(1, 10**6), "drag": st.floats(0, 1), "obstacle_range": st.sampled_from([0.0, float("inf")])}
 
 
+@settings(deadline=None)
 @given(st.fixed_dictionaries(VALUE), st.fixed_dictionaries(VALUE))
 def test_points_have_the_same_id_only_if_they_are_the_same(one: dict[str, float], other: dict[str, float]) -> None:
     def identify(values: dict[str, float]) -> str:
@@ -167,7 +169,11 @@ def test_ids_are_the_same_in_another_process() -> None:
         "print(job.trial_id, job.point, stream(job, 'noise').generate_state(1)[0])"
     )
     run = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={"PYTHONHASHSEED": "7"}
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"PYTHONHASHSEED": "7"},
     )
     job = jobs_of(parse_spec(SEPARATION))[-1]
     assert run.stdout.split() == [job.trial_id, job.point, str(stream(job, "noise").generate_state(1)[0])]

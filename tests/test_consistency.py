@@ -1,0 +1,48 @@
+"""Settings that do not go together are refused, with the line and the values."""
+
+import pytest
+from studies import COVERING, SMALL
+
+from sweep.design import expand
+from sweep.document import SpecError
+from sweep.spec import parse_spec
+
+
+def refused(spec: str) -> str:
+    """The message with which the design of `spec` is refused."""
+    with pytest.raises(SpecError) as error:
+        expand(parse_spec(spec))
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ("start_margin: 370", "spec.yaml:5: start_margin leaves boids no room"),
+        ("obstacle_margin: 371", "spec.yaml:5: obstacle_margin leaves obstacles no room"),
+        ("minimum_image: true, borders: open", "spec.yaml:5: minimum_image is for a torus"),
+    ],
+)
+def test_a_setting_without_room_is_refused(settings: str, message: str) -> None:
+    assert refused(SMALL.replace("n: 12", f"n: 12, {settings}")).startswith(message)
+
+
+def test_the_first_offending_point_of_a_sweep_is_named() -> None:
+    spec = SMALL.replace("separation_weight: [0.5, 1]", "start_margin: [0, 500, 600]")
+    assert "spec.yaml:7:" in refused(spec)
+    assert "start_margin = 500.0" in refused(spec)
+
+
+def test_a_world_of_too_many_pixels_is_refused_where_coverage_is_recorded() -> None:
+    huge = "width: 100000, height: 100000"
+    covering = COVERING.replace("map: cafeteria", f"map: empty, {huge}")
+    assert "coverage is counted by pixels" in refused(covering)
+    assert expand(parse_spec(SMALL.replace("n: 12", f"n: 12, {huge}"))).n_points == 2
+
+
+@pytest.mark.parametrize(
+    "settings",
+    ["start_margin: 369", "obstacle_margin: 370", "minimum_image: true", "n_obstacles: 0, obstacle_margin: 999"],
+)
+def test_what_just_fits_is_accepted(settings: str) -> None:
+    assert expand(parse_spec(SMALL.replace("n: 12", f"n: 12, {settings}"))).n_points == 2
