@@ -171,7 +171,10 @@ def _grid(field: Field, entry: Entry) -> Column:
     first, last = limits[0].number(), limits[1].number()
     if entry.name == "logspace" and min(first, last) <= 0:
         raise entry.error("logspace needs numbers above 0")
-    values = GRIDS[entry.name](first, last, limits[2].whole(1, MOST_POINTS))
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = GRIDS[entry.name](first, last, limits[2].whole(1, MOST_POINTS))
+    if not np.isfinite(values).all():
+        raise entry.error(f"{entry.name} has limits too far apart")
     values[1:-1] = [float(f"{value:.{DIGITS}g}") for value in values[1:-1]]
     return _coerced(field, entry, values)
 
@@ -192,9 +195,17 @@ def _distinct_rows(columns: list[Column]) -> Column:
     """Indices, ascending, of the rows that no earlier row equals."""
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:
-        _, inverse = np.unique(column, return_inverse=True)
+        _, inverse = np.unique(_sortable(column), return_inverse=True)
         _, codes = np.unique(codes * (inverse.max() + 1) + inverse, return_inverse=True)
     return np.sort(np.unique(codes, return_index=True)[1])
+
+
+def _sortable(column: Column) -> Column:
+    """Texts as numbers, which sort faster."""
+    if column.dtype != np.object_:
+        return column
+    codes = {text: code for code, text in enumerate(dict.fromkeys(column.tolist()))}
+    return np.array([codes[text] for text in column.tolist()])
 
 
 def _notes(name: str, entry: Entry) -> tuple[str, ...]:

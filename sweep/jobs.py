@@ -78,7 +78,7 @@ class Jobs(Sequence[Job]):
         self.design = design
         record = asdict(study.record) | {"metrics": sorted(study.record.metrics)}
         content = [kernels_sha, asdict(study.streams), record | {"series": sorted(study.record.series)}]
-        self._common = json.dumps(content, sort_keys=True)
+        self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
 
     def __len__(self) -> int:
         return self.design.n_points * self.study.trials_per_point
@@ -96,7 +96,8 @@ class Jobs(Sequence[Job]):
     def table(self) -> dict[str, Column]:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
         replicates = range(self.study.trials_per_point)
-        ids = [self._trial_id(point, replicate) for point in self.points for replicate in replicates]
+        endings = [self._ending(replicate) for replicate in replicates]
+        ids = [self._trial_id(point, ending) for point in self.points for ending in endings]
         return {
             "trial_id": np.array(ids, dtype=np.object_),
             "point": np.repeat(np.array(self.points, dtype=np.object_), len(replicates)),
@@ -112,7 +113,7 @@ class Jobs(Sequence[Job]):
     def _job(self, point: int, replicate: int) -> Job:
         study = self.study
         return Job(
-            trial_id=self._trial_id(self.points[point], replicate),
+            trial_id=self._trial_id(self.points[point], self._ending(replicate)),
             point=self.points[point],
             replicate=replicate,
             seed=self._seed(replicate),
@@ -128,11 +129,15 @@ class Jobs(Sequence[Job]):
     def _seed(self, replicate: int) -> int:
         return self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
 
-    def _trial_id(self, point: str, replicate: int) -> str:
+    def _ending(self, replicate: int) -> str:
         # The place of a listed seed is left out, so that the list may be reordered.
         which = f"replicate {replicate}" if self.study.seeds is None else "listed"
-        content = f"{self._common} {point} {self._seed(replicate)} {which}"
-        return hashlib.sha256(content.encode()).hexdigest()[:24]
+        return f"{self._seed(replicate)} {which}"
+
+    def _trial_id(self, point: str, ending: str) -> str:
+        digest = self._common.copy()
+        digest.update(f" {point} {ending}".encode())
+        return digest.hexdigest()[:24]
 
 
 def _point_ids(study: Study, design: Design) -> list[str]:
@@ -150,6 +155,8 @@ def _point_ids(study: Study, design: Design) -> list[str]:
 
 def _members(name: str, values: list[Value], default: Value) -> list[str]:
     """`,"name":value` in JSON for each value, or nothing where it is the default."""
-    texts = json.dumps(values, separators=("\n", ":"))[1:-1].split("\n")
+    distinct = list(dict.fromkeys(values))
+    texts = json.dumps(distinct, separators=("\n", ":"))[1:-1].split("\n")
     key = f",{json.dumps(name)}:"
-    return ["" if value == default else key + text for value, text in zip(values, texts, strict=True)]
+    members = {value: key + text for value, text in zip(distinct, texts, strict=True)} | {default: ""}
+    return [members[value] for value in values]

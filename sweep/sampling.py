@@ -20,6 +20,9 @@ Unit = NDArray[np.float64]
 LEAST = 2.0**-54
 """Stands for 0 where the inverse of a distribution is infinite."""
 
+MOST = 1e100
+"""Bound of the arguments of continuous distributions, far from where arithmetic overflows."""
+
 
 def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
     """Independent draws; each field has its own stream, so another field or more points change no value."""
@@ -149,5 +152,5 @@ def _bounds(field: Field, arguments: Sequence[Any]) -> tuple[float, float]:
 def _continuous(field: Field, *numbers: float) -> None:
     if field.kind != "float":
         raise NotAllowedError(f"{field.name} is {field.allowed()}: use integers or choice")
-    if not all(math.isfinite(number) for number in numbers):
-        raise NotAllowedError("needs finite numbers")
+    if not all(abs(number) <= MOST for number in numbers):
+        raise NotAllowedError(f"needs numbers of at most {MOST:g}")
