@@ -2,8 +2,8 @@
 
 The plane is folded onto a torus of cells no smaller than the range. Every cell lists the boids of its 3 x 3 block in
 ascending order, so a search reads one list, and sums over neighbours have the same bits whatever the grid. A move
-into another cell changes at most nine lists. Where a list would overflow, `full` is set and searches read the list
-of everyone instead, which is all-pairs search: the same neighbours, more slowly, until the grid is built larger.
+into another cell changes at most nine lists. Where its list is long, or one has overflowed and `full` is set, a search
+looks at everyone instead: the same neighbours in the same order, whichever way is taken.
 """
 
 import math
@@ -16,21 +16,25 @@ from kernels.jit import jit
 from kernels.state import Floats, Flock, Indices, World
 
 FAR = 9
-CAPACITY, SMALL_FLOCK = 64, 256
 ALL_ROUND = -4.0
+CAPACITY, SMALL_FLOCK = 64, 256
+CROWDED = 4
+"""A list of more than N / CROWDED boids takes longer to read than looking at everyone, several boids at once."""
 
 
 class Grid(NamedTuple):
     """C = columns x rows cells for N boids.
 
     `members` (C, capacity) holds the lists, the first `length[c]` places of each in use; `column` and `row` (N,) say in
-    which cell a boid is; `full` (1,) says that a list has overflowed. Indices are unsigned, which numba reads faster.
+    which cell a boid is; `full` (1,) says that a list has overflowed. Lists of more than `longest` are not read.
+    Indices are unsigned, which numba reads faster.
     """
 
     columns: int
     rows: int
     columns_per_length: float
     rows_per_length: float
+    longest: int
     members: Indices
     length: Indices
     column: Indices
@@ -39,22 +43,26 @@ class Grid(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Room for the neighbours of one boid: who, displacement to it and its square; arrays of shape (N + 1,)."""
+    """Room for the neighbours of one boid: who, displacement to it and its square; arrays of shape (N + 1,).
+
+    `mark` (N,) says of everyone whether it is one.
+    """
 
     boid: Indices
     dx: Floats
     dy: Floats
     distance2: Floats
+    mark: NDArray[np.bool_]
 
 
 def build_near(n: int) -> Near:
     """Room for the neighbours of one of `n` boids."""
-    return Near(np.zeros(n + 1, np.uint32), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
+    return Near(np.zeros(n + 1, np.uint32), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n, np.bool_))
 
 
 def all_pairs(n: int) -> Grid:
     """The grid of one cell that is always full: every search reads everyone."""
-    return Grid(1, 1, 0.0, 0.0, *_lists(1, 0, n), np.ones(1, np.bool_))
+    return Grid(1, 1, 0.0, 0.0, n, *_lists(1, 0, n), np.ones(1, np.bool_))
 
 
 def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices, Indices]:
@@ -75,14 +83,14 @@ def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 
     if capacity == 0:
         capacity = n if n <= SMALL_FLOCK else max(CAPACITY, 36 * n // (columns * rows))
     lists = _lists(columns * rows, min(capacity, n), n)
-    grid = Grid(columns, rows, columns / world.width, rows / world.height, *lists, np.zeros(1, np.bool_))
+    grid = Grid(columns, rows, columns / world.width, rows / world.height, n // CROWDED, *lists, np.zeros(1, np.bool_))
     fill(grid, flock)
     return grid
 
 
 def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
     """Columns and rows: 1, or at least 3 so that a block holds no cell twice; cells a little over the range."""
-    cell = max(search_range * (1 + 1e-9), 1e-9)
+    cell = max(search_range * (1 + 1e-6), 1e-9)
     columns, rows = world.width / cell, world.height / cell
     shrink = min(1.0, math.sqrt(most / max(columns * rows, 1.0)))
     columns, rows = int(columns * shrink), int(rows * shrink)
@@ -212,24 +220,38 @@ def search(seen: Flock, world: World, grid: Grid, i: int, range2: float, view: f
     A neighbour is nearer than the square root of `range2` and within the `cone` about the velocity: with the cosine
     s/(|d||v|) of the angle, s|s| >= view |d|^2 |v|^2. A boid at rest sees all round.
     """
-    found = 0
     bound = view * (seen.vx[i] * seen.vx[i] + seen.vy[i] * seen.vy[i])
-    if grid.full[0]:
-        for j in range(seen.x.size):
-            found += _consider(seen, world, i, j, range2, bound, near, found)
-    else:
-        cell = grid.row[i] * grid.columns + grid.column[i]
-        for k in range(grid.length[cell]):
-            found += _consider(seen, world, i, grid.members[cell, k], range2, bound, near, found)
+    cell = grid.row[i] * grid.columns + grid.column[i]
+    if grid.full[0] or grid.length[cell] > grid.longest:
+        return _search_all(seen, world, i, range2, bound, near)
+    found = 0
+    for k in range(grid.length[cell]):
+        j = grid.members[cell, k]
+        near.boid[found] = j
+        near.dx[found], near.dy[found], near.distance2[found], is_near = _look(seen, world, i, j, range2, bound)
+        # Entered in any case: whether it stays is too random for the processor's branch prediction.
+        found += int(is_near & (j != i))
     return found
 
 
 @jit
-def _consider(seen: Flock, world: World, i: int, j: int, range2: float, bound: float, near: Near, place: int) -> int:
-    """Enter boid `j` at `place` of `near` and return 1 if it is a neighbour, else 0.
+def _search_all(seen: Flock, world: World, i: int, range2: float, bound: float, near: Near) -> int:
+    """`search` among everyone, in two passes of which the first runs on several boids at once."""
+    for j in range(seen.x.size):
+        near.mark[j] = _look(seen, world, i, j, range2, bound)[3]
+    near.mark[i] = False
+    found = 0
+    for j in range(seen.x.size):
+        near.boid[found] = j
+        found += int(near.mark[j])
+    for k in range(found):
+        near.dx[k], near.dy[k], near.distance2[k], _ = _look(seen, world, i, near.boid[k], range2, bound)
+    return found
 
-    It is entered in any case: the outcome is too random for the processor's branch prediction.
-    """
+
+@jit
+def _look(seen: Flock, world: World, i: int, j: int, range2: float, bound: float) -> tuple[float, float, float, bool]:
+    """The displacement from boid `i` to `j`, its square, and whether `j` is in range and in view."""
     dx = seen.x[j] - seen.x[i]
     dy = seen.y[j] - seen.y[i]
     if world.minimum_image:
@@ -237,11 +259,7 @@ def _consider(seen: Flock, world: World, i: int, j: int, range2: float, bound: f
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
     along = dx * seen.vx[i] + dy * seen.vy[i]
-    near.boid[place] = j
-    near.dx[place] = dx
-    near.dy[place] = dy
-    near.distance2[place] = distance2
-    return int((distance2 < range2) & (along * abs(along) >= bound * distance2) & (j != i))
+    return dx, dy, distance2, (distance2 < range2) & (along * abs(along) >= bound * distance2)
 
 
 @jit

@@ -152,6 +152,8 @@ def _name(entry: Entry) -> str:
             f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "." joined by "/", '
             "none beginning with a dot"
         )
+    if taken := {"parts", "writing", "figures"} & set(name.split("/")):
+        raise entry.error(f'study "{name}" is not allowed: every study has a folder "{taken.pop()}" of its own')
     return name
 
 

@@ -1,5 +1,6 @@
 """Every search finds the same neighbours in ascending order, so that trials have the same bits."""
 
+from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels import neighbours
 from kernels.neighbours import (
     Grid,
     all_pairs,
@@ -24,6 +26,15 @@ from kernels.neighbours import (
 from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
 from sweep.trial import Simulation
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _every_list_is_read() -> Iterator[None]:
+    """Else searches in small flocks would look at everyone, and the lists would go untested."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(neighbours, "CROWDED", 1)
+        yield
+
 
 coordinates = st.floats(-400, 1200) | st.sampled_from([0.0, 100.0, 150.0, 300.0, 450.0, 800.0])
 components = st.floats(-5, 5).map(lambda speed: round(speed, 3))

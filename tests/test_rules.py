@@ -55,7 +55,7 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
     x, y = rng.normal(0, 30, (2, 13))
     x[0] = y[0] = 0.0
     given = {
-        "near": Near(rng.permutation(13).astype(np.uint32), x, y, x * x + y * y),
+        "near": Near(rng.permutation(13).astype(np.uint32), x, y, x * x + y * y, np.zeros(13, np.bool_)),
         "found": found,
         "seen": builders.a_flock(*rng.normal(0, 3, (4, 13))),
         "world": WORLD,
