@@ -52,10 +52,7 @@ def _properties() -> Schema:
         "model": {"oneOf": [{"const": name, "description": model.source} for name, model in MODELS.items()]},
         "preset": {"type": "string", "description": "where values come from that the spec leaves out"},
         "fixed": {"type": "object", "description": "one value for each of these fields"},
-        "sweep": {
-            "type": "object",
-            "description": "axes; the points are their product, the last one fastest",
-        },
+        "sweep": {"type": "object", "description": "axes; the points are their product, the last one fastest"},
         "derive": {"type": "object", "description": "fields computed from others, by expressions"},
         "require": {
             **_listed({"type": "string"}),
