@@ -1,4 +1,8 @@
-"""Visited pixels. A pixel is an integer point (column, row) of the world; it is traversable outside all obstacles."""
+"""Visited pixels.
+
+A pixel is a point (column, row) of the world, whole numbers in units of the side of a pixel; it is traversable outside
+all obstacles.
+"""
 
 import math
 from typing import NamedTuple
@@ -19,15 +23,16 @@ class Coverage(NamedTuple):
     """Visit counts and their running sums.
 
     `visits` (rows * columns,) counts footprints, row after row, and is negative in obstacles; `traversable` is the
-    number of pixels that are not. `stamp` (P,) holds the P pixels of a footprint truncated to integers, counted from
-    the corner of its square; it is empty where footprints are discs about the true position. `sums` (3,) holds the
-    number of pixels visited, the sum and the sum of squares of the visit counts.
+    number of pixels that are not, `per_length` that of pixels a length. `stamp` (P,) holds the P pixels of a footprint
+    truncated to integers, counted from the corner of its square; it is empty where footprints are discs about the true
+    position. `sums` (3,) holds the number of pixels visited, the sum and the sum of squares of the visit counts.
     """
 
     visits: NDArray[np.int32]
     rows: int
     columns: int
     traversable: int
+    per_length: float
     radius: float
     stamp: Indices
     sums: NDArray[np.int64]
@@ -35,17 +40,23 @@ class Coverage(NamedTuple):
 
 def build_coverage(world: World, contact: Reach, observation: Observation) -> Coverage:
     """Nothing visited yet; `contact` is the Reach of `world` with margin 0."""
-    rows, columns, radius = int(world.height), int(world.width), observation.footprint_radius
+    rows, columns = coverage_shape(world.width, world.height, observation.pixel)
+    radius = observation.footprint_radius
     visits = np.zeros(rows * columns, np.int32)
-    block(world, contact, visits, rows, columns)
+    block(world, contact, visits, rows, columns, observation.pixel)
     traversable = int((visits == 0).sum())
     stamp = _stamp(radius, columns) if observation.footprint == STAMP else np.zeros(0, np.uint32)
-    return Coverage(visits, rows, columns, traversable, radius, stamp, np.zeros(3, np.int64))
+    return Coverage(visits, rows, columns, traversable, 1.0 / observation.pixel, radius, stamp, np.zeros(3, np.int64))
+
+
+def coverage_shape(width: float, height: float, pixel: float) -> tuple[int, int]:
+    """Rows and columns of the pixels of a world, whole ones only."""
+    return int(height / pixel * (1 + 1e-12)), int(width / pixel * (1 + 1e-12))
 
 
 def no_coverage() -> Coverage:
     """A Coverage without pixels, for trials that record none."""
-    return Coverage(np.zeros(0, np.int32), 0, 0, 0, 0.0, np.zeros(0, np.uint32), np.zeros(3, np.int64))
+    return Coverage(np.zeros(0, np.int32), 0, 0, 0, 0.0, 0.0, np.zeros(0, np.uint32), np.zeros(3, np.int64))
 
 
 def _stamp(radius: float, columns: int) -> Indices:
@@ -57,20 +68,21 @@ def _stamp(radius: float, columns: int) -> Indices:
 
 
 @jit
-def block(world: World, contact: Reach, visits: NDArray[np.int32], rows: int, columns: int) -> None:
+def block(world: World, contact: Reach, visits: NDArray[np.int32], rows: int, columns: int, pixel: float) -> None:
     """Mark the pixels of `visits` that lie in an obstacle."""
     for row in range(rows):
         for column in range(columns):
-            if inside_any(world, contact, float(column), float(row)):
+            if inside_any(world, contact, column * pixel, row * pixel):
                 visits[row * columns + column] = BLOCKED
 
 
 @jit
 def mark(coverage: Coverage, x: float, y: float) -> None:
-    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or of it truncated to integers.
+    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or of the pixel it lies in.
 
     Pixels outside the world or in obstacles do not count. Section 3.2 of aziel_chen2025.
     """
+    x, y = x * coverage.per_length, y * coverage.per_length
     radius = coverage.radius
     right, top = coverage.columns - radius - 1.0, coverage.rows - radius - 1.0
     if coverage.stamp.size > 0 and radius <= x < right and radius <= y < top:

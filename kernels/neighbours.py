@@ -55,6 +55,15 @@ class Near(NamedTuple):
     mark: NDArray[np.bool_]
 
 
+class Sight(NamedTuple):
+    """What one boid can see: the square of its range, the bound of its cone times |h|^2, and the vector h ahead."""
+
+    range2: float
+    bound: float
+    ahead_x: float
+    ahead_y: float
+
+
 def build_near(n: int) -> Near:
     """Room for the neighbours of one of `n` boids."""
     return Near(np.zeros(n + 1, np.uint32), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n, np.bool_))
@@ -214,43 +223,53 @@ def cone(fov: float) -> float:
 
 
 @jit
-def search(seen: Flock, world: World, grid: Grid, i: int, range2: float, view: float, near: Near) -> int:
+def search(
+    seen: Flock,
+    world: World,
+    grid: Grid,
+    i: int,
+    range2: float,
+    view: float,
+    ahead_x: float,
+    ahead_y: float,
+    near: Near,
+) -> int:
     """Find the neighbours of boid `i` in ascending order, fill `near` and return how many there are.
 
-    A neighbour is nearer than the square root of `range2` and within the `cone` about the velocity: with the cosine
-    s/(|d||v|) of the angle, s|s| >= view |d|^2 |v|^2. A boid at rest sees all round.
+    A neighbour is nearer than the square root of `range2` and within the `cone` about the vector h = (ahead_x,
+    ahead_y): with the cosine s/(|d||h|) of the angle, s|s| >= view |d|^2 |h|^2. Where h is zero, a boid sees all round.
     """
-    bound = view * (seen.vx[i] * seen.vx[i] + seen.vy[i] * seen.vy[i])
+    sight = Sight(range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y)
     cell = grid.row[i] * grid.columns + grid.column[i]
     if grid.full[0] or grid.length[cell] > grid.longest:
-        return _search_all(seen, world, i, range2, bound, near)
+        return _search_all(seen, world, i, sight, near)
     found = 0
     for k in range(grid.length[cell]):
         j = grid.members[cell, k]
         near.boid[found] = j
-        near.dx[found], near.dy[found], near.distance2[found], is_near = _look(seen, world, i, j, range2, bound)
+        near.dx[found], near.dy[found], near.distance2[found], is_near = _look(seen, world, i, j, sight)
         # Entered in any case: whether it stays is too random for the processor's branch prediction.
         found += int(is_near & (j != i))
     return found
 
 
 @jit
-def _search_all(seen: Flock, world: World, i: int, range2: float, bound: float, near: Near) -> int:
+def _search_all(seen: Flock, world: World, i: int, sight: Sight, near: Near) -> int:
     """`search` among everyone, in two passes of which the first runs on several boids at once."""
     for j in range(seen.x.size):
-        near.mark[j] = _look(seen, world, i, j, range2, bound)[3]
+        near.mark[j] = _look(seen, world, i, j, sight)[3]
     near.mark[i] = False
     found = 0
     for j in range(seen.x.size):
         near.boid[found] = j
         found += int(near.mark[j])
     for k in range(found):
-        near.dx[k], near.dy[k], near.distance2[k], _ = _look(seen, world, i, near.boid[k], range2, bound)
+        near.dx[k], near.dy[k], near.distance2[k], _ = _look(seen, world, i, near.boid[k], sight)
     return found
 
 
 @jit
-def _look(seen: Flock, world: World, i: int, j: int, range2: float, bound: float) -> tuple[float, float, float, bool]:
+def _look(seen: Flock, world: World, i: int, j: int, sight: Sight) -> tuple[float, float, float, bool]:
     """The displacement from boid `i` to `j`, its square, and whether `j` is in range and in view."""
     dx = seen.x[j] - seen.x[i]
     dy = seen.y[j] - seen.y[i]
@@ -258,8 +277,8 @@ def _look(seen: Flock, world: World, i: int, j: int, range2: float, bound: float
         dx = nearest_image(dx, world.width)
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
-    along = dx * seen.vx[i] + dy * seen.vy[i]
-    return dx, dy, distance2, (distance2 < range2) & (along * abs(along) >= bound * distance2)
+    along = dx * sight.ahead_x + dy * sight.ahead_y
+    return dx, dy, distance2, (distance2 < sight.range2) & (along * abs(along) >= sight.bound * distance2)
 
 
 @jit

@@ -7,19 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, mark
+from kernels.events import N_EVENTS, Watch, count
 from kernels.jit import jit
 from kernels.state import Flock, World
-from kernels.worlds import Reach, inside_any
 
-COVERED, VISITS, SQUARED_VISITS, ESCAPES, COLLISIONS = 0, 1, 2, 3, 4
-N_COUNTS = 5
+COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
+FIRST_EVENT = 3
+N_COUNTS = FIRST_EVENT + N_EVENTS
 STEP, FILLED = 0, 1
 
 
 class Frames(NamedTuple):
-    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts` (F, 5), `step` (F,).
+    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts` (F, N_COUNTS), `step` (F,).
 
-    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6, 0).
+    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch. Where no metric looks at the
+    bodies, `bodies` has no room for them: (F, 6, 0).
     """
 
     bodies: NDArray[np.float64]
@@ -31,8 +33,7 @@ class Record(NamedTuple):
     """What to remember, and how far the run is.
 
     `progress` (2,) holds the steps done and the frames filled. A frame is kept every `every` steps and at the step
-    `last`. `contact` is the Reach with margin 0; `outside` and `inside` (N,) say which boids were outside the world
-    and inside an obstacle after the last step; `events` (2,) counts how often either began.
+    `last`.
     """
 
     frames: Frames
@@ -41,11 +42,7 @@ class Record(NamedTuple):
     last: int
     covering: bool
     coverage: Coverage
-    counting: bool
-    contact: Reach
-    outside: NDArray[np.bool_]
-    inside: NDArray[np.bool_]
-    events: NDArray[np.int64]
+    watch: Watch
 
 
 def build_frames(n_frames: int, n: int) -> Frames:
@@ -68,10 +65,10 @@ def keep_frame(flock: Flock, record: Record) -> None:
         bodies[f, 3, i] = flock.vy[i]
         bodies[f, 4, i] = flock.previous_vx[i]
         bodies[f, 5, i] = flock.previous_vy[i]
-    for k in range(3):
+    for k in range(FIRST_EVENT):
         record.frames.counts[f, k] = record.coverage.sums[k]
-    for k in range(2):
-        record.frames.counts[f, 3 + k] = record.events[k]
+    for k in range(N_EVENTS):
+        record.frames.counts[f, FIRST_EVENT + k] = record.watch.events[k]
     record.frames.step[f] = step
     record.progress[FILLED] = f + 1
 
@@ -86,20 +83,6 @@ def observe(flock: Flock, world: World, record: Record) -> bool:
     if record.covering:
         for i in range(flock.x.size):
             mark(record.coverage, flock.x[i], flock.y[i])
-    if record.counting:
-        _count_events(flock, world, record)
+    count(flock, world, record.watch, record.progress[STEP])
     keep_frame(flock, record)
     return True
-
-
-@jit
-def _count_events(flock: Flock, world: World, record: Record) -> None:
-    """Count boids that left the world, and boids that entered an obstacle, in this step."""
-    for i in range(flock.x.size):
-        x, y = flock.x[i], flock.y[i]
-        outside = x < 0.0 or x > world.width or y < 0.0 or y > world.height
-        inside = inside_any(world, record.contact, x, y)
-        record.events[0] += int(outside and not record.outside[i])
-        record.events[1] += int(inside and not record.inside[i])
-        record.outside[i] = outside
-        record.inside[i] = inside

@@ -26,6 +26,7 @@ class World(NamedTuple):
     """The rectangle from (0, 0) to (width, height), and M obstacles in arrays of shape (M,).
 
     A round obstacle is a disc of radius `half_width`; the others are rectangles. `borders` is OPEN, TORUS or BOUNDED.
+    The goal is a place that boids may be drawn to, and by which arrivals are measured.
     """
 
     width: float
@@ -37,6 +38,8 @@ class World(NamedTuple):
     half_width: Floats
     half_height: Floats
     is_round: NDArray[np.bool_]
+    goal_x: float
+    goal_y: float
 
 
 def empty_flock(n: int) -> Flock:

@@ -2,15 +2,40 @@
 
 from typing import NamedTuple
 
-from kernels.neighbours import Grid, Near
-from kernels.state import Flock
+import numpy as np
+
+from kernels.neighbours import Grid, Near, build_grid, build_near
+from kernels.occupancy import Occupancy
+from kernels.state import Floats, Flock, World, empty_flock
 from kernels.worlds import Reach
 
 
 class Workspace(NamedTuple):
-    """`grid` and `near` find neighbours, `reach` finds obstacles, `before` is the flock before a synchronous step."""
+    """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is the flock before a step.
+
+    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, (1, 0) before the first, for models in
+    which a boid at rest still faces somewhere.
+    """
 
     grid: Grid
     near: Near
     reach: Reach
+    occupancy: Occupancy
     before: Flock
+    heading_x: Floats
+    heading_y: Floats
+
+
+def build_workspace(flock: Flock, world: World, search_range: float, reach: Reach, occupancy: Occupancy) -> Workspace:
+    """The workspace of `flock`, whose model searches neighbours up to `search_range`."""
+    n = flock.x.size
+    at_rest = (flock.vx == 0.0) & (flock.vy == 0.0)
+    return Workspace(
+        build_grid(flock, world, search_range),
+        build_near(n),
+        reach,
+        occupancy,
+        empty_flock(n),
+        np.where(at_rest, 1.0, flock.vx),
+        np.where(at_rest, 0.0, flock.vy),
+    )

@@ -14,19 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.jit import jit
-from kernels.settings import WorldSettings
+from kernels.settings import INTEGER, WorldSettings
 from kernels.state import Floats, World
 
 Obstacles = NDArray[np.float64]
 
 
 class Map(NamedTuple):
-    """`size` is the width and height of a map that has its own; `random` says that every trial draws it anew."""
+    """`size` is the width and height of a map that has its own, in `unit`; `random` says that every trial draws it.
+
+    A map without a unit goes with any model.
+    """
 
     draw: Callable[[WorldSettings, np.random.Generator], Obstacles]
     text: str
     source: str
     size: tuple[float, float] | None = None
+    unit: str = ""
     random: bool = False
 
 
@@ -43,12 +47,18 @@ def empty(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
 
 
 def random_obstacles(settings: WorldSettings, rng: np.random.Generator) -> Obstacles:
-    """`n_obstacles` discs at integer positions, uniform at least `obstacle_margin` from the borders."""
-    low = settings.obstacle_margin
-    x = rng.integers(int(low), int(settings.width - low), settings.n_obstacles, endpoint=True)
-    y = rng.integers(int(low), int(settings.height - low), settings.n_obstacles, endpoint=True)
-    radius = np.full(settings.n_obstacles, settings.obstacle_radius)
-    return np.column_stack([x, y, radius, radius, np.ones(settings.n_obstacles)]).astype(np.float64)
+    """`n_obstacles` discs, uniform at least `obstacle_margin` from the borders."""
+    low, n = settings.obstacle_margin, settings.n_obstacles
+    x, y = (_drawn(low, side - low, n, settings.obstacle_positions, rng) for side in (settings.width, settings.height))
+    radius = np.full(n, settings.obstacle_radius)
+    return np.column_stack([x, y, radius, radius, np.ones(n)])
+
+
+def _drawn(low: float, high: float, n: int, positions: int, rng: np.random.Generator) -> Floats:
+    """`n` coordinates uniform between two bounds, or among the integers from one to the other."""
+    if positions == INTEGER:
+        return rng.integers(int(low), int(high), n, endpoint=True).astype(np.float64)
+    return rng.uniform(low, high, n)
 
 
 def cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
@@ -85,28 +95,18 @@ _AZIEL = "aziel_chen2025, section 3.1"
 MAPS: dict[str, Map] = {
     "empty": Map(empty, "no obstacles, any size", _AZIEL),
     "random_obstacles": Map(random_obstacles, "n_obstacles discs", "nguyen2024, section 3.1", random=True),
-    "cafeteria": Map(cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0)),
-    "dense_cafeteria": Map(dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0)),
-    "dense_cafeteria_heatmap": Map(dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0)),
-    "narrow_corridor": Map(narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0)),
+    "cafeteria": Map(cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0), "px"),
+    "dense_cafeteria": Map(dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"),
+    "dense_cafeteria_heatmap": Map(dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0), "px"),
+    "narrow_corridor": Map(narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0), "px"),
 }
 
 
-def build_world(settings: WorldSettings, rng: np.random.Generator) -> World:
-    """The World of `settings`; `rng` draws the obstacles of a random map."""
-    obstacles = np.ascontiguousarray(MAPS[settings.map].draw(settings, rng).T)
-    x, y, half_width, half_height, is_round = obstacles
-    return World(
-        settings.width,
-        settings.height,
-        settings.borders,
-        settings.minimum_image,
-        x,
-        y,
-        half_width,
-        half_height,
-        is_round == 1.0,
-    )
+def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
+    """The World of `settings` with the given obstacles, as a map draws them."""
+    x, y, half_width, half_height, is_round = np.ascontiguousarray(obstacles.T)
+    size = (settings.width, settings.height, settings.borders, settings.minimum_image)
+    return World(*size, x, y, half_width, half_height, is_round == 1.0, settings.goal_x, settings.goal_y)
 
 
 class Reach(NamedTuple):
@@ -185,6 +185,19 @@ def inside_obstacle(world: World, m: int, x: float, y: float) -> bool:
     if world.is_round[m]:
         return bool(dx * dx + dy * dy < world.half_width[m] * world.half_width[m])
     return bool(abs(dx) < world.half_width[m] and abs(dy) < world.half_height[m])
+
+
+@jit
+def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
+    """The distance of (x, y) from the surface of obstacle `m`, negative inside."""
+    dx = abs(x - world.obstacle_x[m])
+    dy = abs(y - world.obstacle_y[m])
+    if world.is_round[m]:
+        return float(math.sqrt(dx * dx + dy * dy) - world.half_width[m])
+    dx -= world.half_width[m]
+    dy -= world.half_height[m]
+    across, along = max(dx, 0.0), max(dy, 0.0)
+    return float(math.sqrt(across * across + along * along) + min(max(dx, dy), 0.0))
 
 
 @jit

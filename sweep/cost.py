@@ -23,8 +23,12 @@ METRIC_SECONDS = 15e-9
 PAIR_METRIC_SECONDS = 250e-9
 ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
+TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
-PAIR_METRICS = {"nearest_neighbour_distance", "flock_count", "largest_flock"}
+PAIR_METRICS = {
+    *("nearest_neighbour_distance", "flock_count", "largest_flock", "largest_flock_share", "boids_lost"),
+    *("elongation", "neighbours_ahead", "potential", "flock_potential"),
+}
 
 
 def job_seconds(job: Job) -> float:
@@ -41,7 +45,8 @@ def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> flo
     share = min(1.0, side / width) * min(1.0, side / height)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     frames = steps / record.every + 1.0
-    looking = sum(not (METRICS[name].covers or METRICS[name].counts) for name in record.metrics)
+    looking = sum(METRICS[name].looks for name in record.metrics)
+    boid_step += PAIR_METRIC_SECONDS * any(METRICS[name].pairs for name in record.metrics)
     pairing = sum(name in PAIR_METRICS for name in record.metrics)
     metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
@@ -53,8 +58,11 @@ def trial_bytes(settings: dict[str, Value], record: Record) -> float:
     size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.metrics)
     if record.series:
         size += frames * (1.0 + NUMBER_BYTES * len(record.series))
+    if record.trajectories:
+        size += frames * (1.0 + 4 * TRAJECTORY_NUMBER_BYTES * float(settings["n"]))
     if record.heatmaps:
-        size += HEATMAP_PIXEL_BYTES * float(settings["width"]) * float(settings["height"])
+        pixels = float(settings["width"]) * float(settings["height"]) / float(settings["pixel"]) ** 2
+        size += HEATMAP_PIXEL_BYTES * pixels
     return size
 
 

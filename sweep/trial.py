@@ -7,22 +7,35 @@ import time
 import traceback
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, heatmap, no_coverage
+from kernels.events import build_watch
 from kernels.metrics import METRICS, Ground
 from kernels.models import MODELS
-from kernels.neighbours import build_grid, build_near
+from kernels.neighbours import build_grid
+from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
 from kernels.recording import FILLED, Frames, Record, build_frames, keep_frame
-from kernels.settings import PYTHON_RANDOM, Observation, Schedule, StartSettings, WorldSettings
+from kernels.settings import (
+    NO_POTENTIAL,
+    PYTHON_RANDOM,
+    Model,
+    Observation,
+    OccupancySettings,
+    Schedule,
+    StartSettings,
+    WorldSettings,
+)
 from kernels.starts import start_numpy, start_python_random
-from kernels.state import Flock, World, empty_flock
-from kernels.workspace import Workspace
+from kernels.state import Flock, World
+from kernels.workspace import build_workspace
 from kernels.worlds import MAPS, Reach, build_reach, build_world
 from sweep.fields import fields, settings_tuple
 from sweep.jobs import Job, literal_seed, stream
+from sweep.maps import Obstacles
 
 BOID_STEPS_A_CALL = 200_000
 """About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
@@ -36,7 +49,7 @@ class Result:
     `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
     metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
     (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
-    holds visit counts, -1 in obstacles.
+    holds visit counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid in them.
     """
 
     job: Job
@@ -49,6 +62,7 @@ class Result:
     frames: NDArray[np.int64] | None = None
     series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     heatmap: NDArray[np.int32] | None = None
+    trajectory: NDArray[np.float64] | None = None
 
 
 def run(job: Job) -> Result:
@@ -71,6 +85,14 @@ def failed(job: Job, error: str) -> Result:
     return Result(job, "failed", 0.0, error=error)
 
 
+class Taken(NamedTuple):
+    """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x, y, vx and vy (F, 4, N)."""
+
+    steps: NDArray[np.int64]
+    values: NDArray[np.float64]
+    bodies: NDArray[np.float64]
+
+
 class Simulation:
     """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own."""
 
@@ -83,14 +105,16 @@ class Simulation:
         self.observation: Observation = settings_tuple(Observation, job.settings, known)
         world_settings = settings_tuple(WorldSettings, job.settings, known)
         start_settings = settings_tuple(StartSettings, job.settings, known)
-        margin = job.settings.get("obstacle_range", 0.0)
-        self.world, self.contact, reach = _world(job, world_settings, float(margin))
-        self.flock = _start(job, self.schedule.n, start_settings, self.world, self.contact)
+        margin = float(job.settings.get("obstacle_range", 0.0))
+        grid = self.model.occupancy(self.params) if self.model.occupancy else None
+        self.place = _place(job, world_settings, margin, grid)
+        self.world = self.place.world
+        self.flock = _start(job, self.schedule.n, start_settings, self.world, self.place.contact)
         self.rng = np.random.default_rng(stream(job, "noise"))
-        n = self.schedule.n
-        grid = build_grid(self.flock, self.world, self.model.interaction_range(self.params))
-        self.work = Workspace(grid, build_near(n), reach, empty_flock(n))
-        self.record = _record(job, self.schedule, self.world, world_settings, self.contact, self.observation)
+        reach = self.model.interaction_range(self.params)
+        self.work = build_workspace(self.flock, self.world, reach, self.place.reach, self.place.occupancy)
+        self.record = _record(job, self.schedule, self.place, world_settings, self.observation)
+        self.ground = _ground(self.model, self.params, self.world, self.record.coverage, self.schedule.n)
         keep_frame(self.flock, self.record)
         self.step = 0
 
@@ -118,16 +142,16 @@ class Simulation:
         free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
         return max(0, free * self.record.every)
 
-    def take_frames(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Steps (F,) and metrics (number of metrics, F) of the frames recorded since the last call."""
+    def take_frames(self) -> Taken:
+        """What was recorded since the last call."""
         filled = int(self.record.progress[FILLED])
         self.record.progress[FILLED] = 0
         values = np.empty((len(self.job.record.metrics), filled))
-        coverage = self.record.coverage
-        ground = Ground(coverage.traversable, coverage.visits.size)
         for row, name in zip(values, self.job.record.metrics, strict=True):
-            METRICS[name].measure(self.record.frames, filled, ground, self.observation, row)
-        return self.record.frames.step[:filled].copy(), values
+            METRICS[name].measure(self.record.frames, filled, self.ground, self.observation, row)
+        wanted = self.schedule.n if self.job.record.trajectories else 0
+        bodies = self.record.frames.bodies[:filled, :4, :wanted]
+        return Taken(self.record.frames.step[:filled].copy(), values, bodies.copy())
 
     def result(self, began: float) -> Result:
         """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began."""
@@ -141,16 +165,13 @@ class Simulation:
             elif self.steps_left > 0 and limit is not None and time.perf_counter() - began > limit:
                 status = "timeout"
             blocks.append(self.take_frames())
-        frames = np.concatenate([steps for steps, _ in blocks])
-        values = dict(zip(self.job.record.metrics, np.hstack([block for _, block in blocks]), strict=True))
-        return self._summary(status, frames, values, began)
+        steps, values, bodies = zip(*blocks, strict=True)
+        return self._summary(status, Taken(np.concatenate(steps), np.hstack(values), np.concatenate(bodies)), began)
 
-    def _summary(
-        self, status: str, frames: NDArray[np.int64], values: dict[str, NDArray[np.float64]], began: float
-    ) -> Result:
-        late = 2 * frames > self.schedule.steps
-        done = status == "done"
-        wanted = self.job.record
+    def _summary(self, status: str, taken: Taken, began: float) -> Result:
+        wanted, done = self.job.record, status == "done"
+        values = dict(zip(wanted.metrics, taken.values, strict=True))
+        late = 2 * taken.steps > self.schedule.steps
         return Result(
             self.job,
             status,
@@ -159,9 +180,10 @@ class Simulation:
             _ERRORS.get(status, "").format(step=self.step, limit=self.job.time_limit),
             {name: float(value[-1]) for name, value in values.items()} if done else {},
             {name: float(value[late].mean()) for name, value in values.items()} if done else {},
-            frames if wanted.series else None,
+            taken.steps if wanted.series or wanted.trajectories else None,
             {name: values[name] for name in wanted.series},
             heatmap(self.record.coverage) if wanted.heatmaps and done else None,
+            taken.bodies if wanted.trajectories else None,
         )
 
 
@@ -171,21 +193,48 @@ _ERRORS = {
 }
 
 
+class Place(NamedTuple):
+    """The world, the reach of its obstacles' surfaces, that of their forces, and the model's occupancy grid."""
+
+    world: World
+    contact: Reach
+    reach: Reach
+    occupancy: Occupancy
+
+
+def _place(job: Job, settings: WorldSettings, margin: float, grid: OccupancySettings | None) -> Place:
+    if _is_drawn_anew(job):
+        return _build_place(settings, margin, grid, obstacles(job))
+    return _fixed_place(settings, margin, grid, job.obstacles)
+
+
+def _is_drawn_anew(job: Job) -> bool:
+    return job.obstacles is None and MAPS[str(job.settings["map"])].random
+
+
+def obstacles(job: Job) -> NDArray[np.float64]:
+    """The obstacles of the trial's world, shape (M, 5), see kernels.worlds."""
+    settings: WorldSettings = settings_tuple(WorldSettings, job.settings, fields(job.model))
+    return _obstacles(settings, job.obstacles, np.random.default_rng(stream(job, "world")))
+
+
+def _obstacles(settings: WorldSettings, own: Obstacles | None, rng: np.random.Generator) -> NDArray[np.float64]:
+    return MAPS[settings.map].draw(settings, rng) if own is None else np.array(own).reshape(-1, 5)
+
+
 @lru_cache(maxsize=16)
-def _fixed_world(settings: WorldSettings, margin: float) -> tuple[World, Reach, Reach]:
-    return _drawn_world(settings, margin, np.random.default_rng(0))
+def _fixed_place(
+    settings: WorldSettings, margin: float, grid: OccupancySettings | None, own: Obstacles | None
+) -> Place:
+    return _build_place(settings, margin, grid, _obstacles(settings, own, np.random.default_rng(0)))
 
 
-def _drawn_world(settings: WorldSettings, margin: float, rng: np.random.Generator) -> tuple[World, Reach, Reach]:
-    world = build_world(settings, rng)
-    return world, build_reach(world, 0.0), build_reach(world, margin)
-
-
-def _world(job: Job, settings: WorldSettings, margin: float) -> tuple[World, Reach, Reach]:
-    """The world, the reach of its obstacles' surfaces, and that of their forces."""
-    if MAPS[settings.map].random:
-        return _drawn_world(settings, margin, np.random.default_rng(stream(job, "world")))
-    return _fixed_world(settings, margin)
+def _build_place(
+    settings: WorldSettings, margin: float, grid: OccupancySettings | None, drawn: NDArray[np.float64]
+) -> Place:
+    world = build_world(settings, drawn)
+    occupancy = build_occupancy(world, grid) if grid else no_occupancy()
+    return Place(world, build_reach(world, 0.0), build_reach(world, margin), occupancy)
 
 
 def _start(job: Job, n: int, settings: StartSettings, world: World, contact: Reach) -> Flock:
@@ -195,42 +244,38 @@ def _start(job: Job, n: int, settings: StartSettings, world: World, contact: Rea
 
 
 @lru_cache(maxsize=4)
-def _unvisited(settings: WorldSettings, observation: Observation) -> Coverage:
-    world, contact, _ = _fixed_world(settings, 0.0)
-    return build_coverage(world, contact, observation)
+def _unvisited(settings: WorldSettings, observation: Observation, own: Obstacles | None) -> Coverage:
+    place = _fixed_place(settings, 0.0, None, own)
+    return build_coverage(place.world, place.contact, observation)
 
 
-def _coverage(settings: WorldSettings, world: World, contact: Reach, observation: Observation) -> Coverage:
-    if MAPS[settings.map].random:
-        return build_coverage(world, contact, observation)
-    fresh = _unvisited(settings, observation)
+def _coverage(job: Job, settings: WorldSettings, place: Place, observation: Observation) -> Coverage:
+    if _is_drawn_anew(job):
+        return build_coverage(place.world, place.contact, observation)
+    fresh = _unvisited(settings, observation, job.obstacles)
     return fresh._replace(visits=fresh.visits.copy(), sums=fresh.sums.copy())
 
 
-def _record(
-    job: Job,
-    schedule: Schedule,
-    world: World,
-    settings: WorldSettings,
-    contact: Reach,
-    observation: Observation,
-) -> Record:
+def _record(job: Job, schedule: Schedule, place: Place, settings: WorldSettings, observation: Observation) -> Record:
     metrics = [METRICS[name] for name in job.record.metrics]
     covers = job.record.heatmaps or any(metric.covers for metric in metrics)
-    n = schedule.n
+    counts, pairs = any(metric.counts for metric in metrics), any(metric.pairs for metric in metrics)
+    looks = job.record.trajectories or any(metric.looks for metric in metrics)
     return Record(
-        frames=_frames(n if any(not (metric.covers or metric.counts) for metric in metrics) else 0),
+        frames=_frames(schedule.n if looks else 0),
         progress=np.zeros(2, np.int64),
         every=job.record.every,
         last=schedule.steps,
         covering=covers,
-        coverage=_coverage(settings, world, contact, observation) if covers else no_coverage(),
-        counting=any(metric.counts for metric in metrics),
-        contact=contact,
-        outside=np.zeros(n, np.bool_),
-        inside=np.zeros(n, np.bool_),
-        events=np.zeros(2, np.int64),
+        coverage=_coverage(job, settings, place, observation) if covers else no_coverage(),
+        watch=build_watch(schedule.n, counts, pairs, place.contact, observation),
     )
+
+
+def _ground(model: Model, params: Any, world: World, coverage: Coverage, n: int) -> Ground:
+    """What the metrics need to know of the trial."""
+    potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
+    return Ground(world, n, coverage.traversable, coverage.visits.size, params.dt, potential)
 
 
 def _frames(bodies: int) -> Frames:

@@ -9,9 +9,9 @@ import numpy as np
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from kernels.neighbours import build_grid
 from kernels.settings import OPEN, Observation
 from kernels.state import Flock, World, empty_flock
+from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.fields import fields, preset_settings
 from sweep.jobs import Job, point_id
@@ -26,7 +26,17 @@ BORDERS = (
     {"borders": "bounded"},
 )
 PRESETS = [(model, preset) for model in MODELS for preset in MODELS[model].presets]
-OBSERVATION = Observation(flock_range=50.0, footprint=0, footprint_radius=2.0, coverage_cv_ddof=0)
+OBSERVATION = Observation(
+    flock_range=50.0,
+    goal_radius=50.0,
+    contact_distance=5.0,
+    equilibrium_tolerance=0.1,
+    equilibrium_steps=3,
+    pixel=1.0,
+    footprint=0,
+    footprint_radius=2.0,
+    coverage_cv_ddof=0,
+)
 
 
 def job(
@@ -70,7 +80,7 @@ def weightless(model: str) -> dict[str, float]:
 
 def isotropic(model: str) -> dict[str, Any]:
     """The changes that leave a model with only the forces between boids, which know neither place nor direction."""
-    others = ("wander_weight", "wall_weight", "target_weight", "obstacle_weight")
+    others = ("wander_weight", "wall_weight", "goal_weight", "obstacle_weight")
     return {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
 
 
@@ -79,7 +89,8 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
         array[:] = values
     reach = simulation.model.interaction_range(simulation.params)
-    simulation.work = simulation.work._replace(grid=build_grid(simulation.flock, simulation.world, reach))
+    there = simulation.place
+    simulation.work = build_workspace(simulation.flock, simulation.world, reach, there.reach, there.occupancy)
     return simulation
 
 
@@ -114,7 +125,7 @@ def a_world(
 ) -> World:
     """A world; each of the obstacles is x, y, half width, half height and 1 for a disc."""
     columns = np.array(obstacles, float).reshape(-1, 5).T.copy()
-    return World(width, height, borders, minimum_image, *columns[:4], columns[4] == 1.0)
+    return World(width, height, borders, minimum_image, *columns[:4], columns[4] == 1.0, width / 2, height / 2)
 
 
 def fingerprint(result: Result) -> str:
@@ -130,7 +141,7 @@ def bits(a_job: Job) -> str:
     """A hash of every number of a trial: its result, and the whole state at its end."""
     simulation = Simulation(a_job)
     digest = hashlib.sha256(fingerprint(simulation.result(began=0.0)).encode())
-    for array in (*simulation.flock, simulation.record.events, simulation.record.coverage.sums):
+    for array in (*simulation.flock, simulation.record.watch.events, simulation.record.coverage.sums):
         digest.update(array.tobytes())
     return digest.hexdigest()
 

@@ -51,7 +51,7 @@ sweep:
   map: [empty, cafeteria]
   fov: {linspace: [90, 360, 4]}
   perception_range: {logspace: [10, 1000, 3], when: "map == 'empty'"}
-  target_weight: {values: [0, 1], when: "fov > 100"}
+  goal_weight: {values: [0, 1], when: "fov > 100"}
   max_speed: {normal: [5, 1], points: 2}
   priority: {choice: [obstacle_first, separation_first], points: 4}
   gains:

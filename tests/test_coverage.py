@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kernels.coverage import build_coverage, heatmap, mark
+from kernels.events import COLLISIONS, ESCAPES
 from kernels.settings import DISC, STAMP
 from kernels.worlds import build_reach
 from sweep.trial import Simulation, run
@@ -55,6 +56,21 @@ def near_a_tie(places: np.ndarray, radius: float) -> bool:
     row, column = np.mgrid[-20 : ROWS + 20, -20 : COLUMNS + 20]
     squares = [(column - x) ** 2 + (row - y) ** 2 for x, y in places]
     return any((np.abs(square - radius**2) < 1e-9).any() for square in squares)
+
+
+@pytest.mark.parametrize("footprint", [DISC, STAMP])
+def test_half_the_world_with_half_the_pixel_is_covered_alike(footprint: int) -> None:
+    """To the pixel, as a factor of two rounds nothing."""
+    places = np.random.default_rng(2).uniform(-5, 60, (200, 2))
+    whole, sums = marked(places, footprint, 2.0)
+    seen = builders.OBSERVATION._replace(footprint=footprint, pixel=0.5)
+    obstacles = np.array(OBSTACLES) * [0.5, 0.5, 0.5, 0.5, 1.0]
+    world = builders.a_world(COLUMNS / 2, ROWS / 2, obstacles=obstacles)
+    coverage = build_coverage(world, build_reach(world, 0.0), seen)
+    for x, y in places / 2:
+        mark(coverage, x, y)
+    assert np.array_equal(heatmap(coverage), whole)
+    assert np.array_equal(coverage.sums, sums)
 
 
 def test_a_stamp_of_radius_2_has_13_pixels_about_the_truncated_position() -> None:
@@ -110,10 +126,10 @@ def flight(x: float, y: float, vx: float, vy: float, steps: int, **changes: obje
     a_job = builders.job("nguyen2024", "as_written", metrics=("escapes", "collisions"), **settings)
     simulation = builders.place(Simulation(a_job), x, y, vx, vy)
     world = simulation.world._replace(obstacle_x=np.array([50.0, 80.0, 110.0]), obstacle_y=np.full(3, 60.0))
-    simulation.world, simulation.record = world, simulation.record._replace(contact=build_reach(world, 0.0))
+    watch = simulation.record.watch._replace(contact=build_reach(world, 0.0))
+    simulation.world, simulation.record = world, simulation.record._replace(watch=watch)
     builders.to_end(simulation)
-    escapes, collisions = simulation.record.events.tolist()
-    return {"escapes": escapes, "collisions": collisions}
+    return {"escapes": int(watch.events[ESCAPES]), "collisions": int(watch.events[COLLISIONS])}
 
 
 def test_crossing_three_obstacles_and_leaving_counts_each_once() -> None:

@@ -61,7 +61,8 @@ KERNELS_MAY_IMPORT = {
     "collections",
 }
 MACHINERY = {
-    f"kernels.{name}" for name in ("neighbours", "recording", "starts", "coverage", "workspace", "state", "rules")
+    f"kernels.{name}"
+    for name in ("neighbours", "recording", "events", "occupancy", "starts", "coverage", "workspace", "state", "rules")
 }
 
 
@@ -151,7 +152,7 @@ def test_a_metric_has_a_text_a_source_and_a_unit_or_none(name: str) -> None:
     metric = METRICS[name]
     assert metric.text
     assert metric.source
-    assert metric.unit in ("", "px", "px/step", "degrees", "%", "boids")
+    assert metric.unit in ("", "length", "length/time", "length^2/time^2", "time", "degrees", "%", "boids")
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -179,7 +180,7 @@ def pillar(settings: Any, _rng: np.random.Generator) -> np.ndarray:
 def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A model, a metric and a map, each with one entry of its dict."""
     monkeypatch.setitem(MODELS, "skeleton", _skeleton.MODEL)
-    monkeypatch.setitem(METRICS, "eastward", Metric(eastward, "px/step", "mean velocity along x", "this test"))
+    monkeypatch.setitem(METRICS, "eastward", Metric(eastward, "length/time", "mean velocity along x", "this test"))
     monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
     fields.cache_clear()
     yield

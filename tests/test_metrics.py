@@ -10,15 +10,30 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.events import N_EVENTS
 from kernels.metrics import METRICS, Ground
 from kernels.recording import build_frames
+from kernels.settings import PairPotential
 from sweep.trial import run
 
-GROUND = Ground(traversable=900, pixels=1000)
+OBSTACLES = [[20, -30, 25, 25, 1], [-60, 40, 30, 5, 0]]
+GROUND = Ground(
+    world=builders.a_world(100.0, 80.0, obstacles=OBSTACLES),
+    boids=30,
+    traversable=900,
+    pixels=1000,
+    dt=0.5,
+    potential=PairPotential(0.15, 40.0, 0.6, 70.0, False),
+)
 
 
 def measured(
-    name: str, bodies: np.ndarray, counts: np.ndarray | None = None, ddof: int = 0, flock_range: float = 50.0
+    name: str,
+    bodies: np.ndarray,
+    counts: np.ndarray | None = None,
+    ddof: int = 0,
+    flock_range: float = 50.0,
+    ground: Ground = GROUND,
 ) -> np.ndarray:
     """A metric of frames with the given bodies (F, 6, N); as kernels do, it leaves the last frame's value alone."""
     filled, _, n = bodies.shape
@@ -28,7 +43,7 @@ def measured(
         frames.counts[:filled] = counts
     values = np.full(filled + 1, -7.0)
     seen = builders.OBSERVATION._replace(coverage_cv_ddof=ddof, flock_range=flock_range)
-    METRICS[name].measure(frames, filled, GROUND, seen, values)
+    METRICS[name].measure(frames, filled, ground, seen, values)
     assert values[filled] == -7.0
     return values[:filled]
 
@@ -45,7 +60,7 @@ def drawn_counts(rng: np.random.Generator, filled: int) -> np.ndarray:
     visits = rng.poisson(rng.uniform(0.01, 3.0, (filled, 1)), (filled, GROUND.traversable))
     visits[:, 0] += 1
     sums = [(visits > 0).sum(axis=1), visits.sum(axis=1), (visits**2).sum(axis=1)]
-    return np.column_stack([*sums, rng.integers(0, 9, (filled, 2))])
+    return np.column_stack([*sums, rng.integers(0, 9, (filled, N_EVENTS))])
 
 
 def test_every_metric_has_a_slow_twin() -> None:
@@ -60,8 +75,11 @@ def test_a_metric_is_what_its_slow_twin_says(name: str, n: int, ddof: int) -> No
     rng = np.random.default_rng(5)
     bodies, counts = rng.normal(0, 40, (12, 6, n)), drawn_counts(rng, 12)
     seen = builders.OBSERVATION._replace(coverage_cv_ddof=ddof)
-    slow = [naive.METRICS[name](*frame, GROUND, seen) for frame in zip(bodies, counts, strict=True)]
-    np.testing.assert_allclose(measured(name, bodies, counts, ddof), slow, rtol=1e-12, atol=1e-12)
+    for outside in (False, True):
+        ground = GROUND._replace(potential=GROUND.potential._replace(cohesion_outside=outside))
+        slow = [naive.METRICS[name](*frame, ground, seen) for frame in zip(bodies, counts, strict=True)]
+        fast = measured(name, bodies, counts, ddof, ground=ground)
+        np.testing.assert_allclose(fast, slow, rtol=1e-12, atol=1e-12 * np.nanmax(np.abs(slow), initial=1.0))
 
 
 def test_boids_that_head_the_same_way_are_polarized() -> None:
@@ -131,12 +149,12 @@ def test_one_boid_is_a_flock_without_a_nearest_neighbour() -> None:
 
 
 def test_coverage_cv_before_the_first_visit_is_not_a_number() -> None:
-    assert math.isnan(measured("coverage_cv", np.zeros((1, 6, 1)), np.zeros((1, 5)))[0])
+    assert math.isnan(measured("coverage_cv", np.zeros((1, 6, 1)), np.zeros((1, 3 + N_EVENTS)))[0])
 
 
 def test_even_coverage_does_not_vary() -> None:
     visits = 3
-    counts = np.array([[900, visits * 900, visits**2 * 900, 0, 0]])
+    counts = np.array([[900, visits * 900, visits**2 * 900] + [0] * N_EVENTS])
     assert measured("coverage_cv", np.zeros((1, 6, 1)), counts)[0] == 0.0
     assert measured("coverage", np.zeros((1, 6, 1)), counts)[0] == 100.0
     assert measured("coverage_total", np.zeros((1, 6, 1)), counts)[0] == 90.0

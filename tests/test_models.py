@@ -24,7 +24,7 @@ def test_a_model_does_what_its_slow_twin_does(model: str, preset: str, update: s
     amplifies differences: over all cases and four seeds to 1e-12 px. A wrong rule is off by more than 1e-3 px.
     """
     small = {"map": "random_obstacles", "width": 300, "height": 280, "obstacle_margin": 60, "obstacle_radius": 15}
-    weights = {"cohesion_weight": 0.2, "alignment_weight": 0.3, "separation_weight": 0.05, "target_weight": 1e-4}
+    weights = {"cohesion_weight": 0.2, "alignment_weight": 0.3, "separation_weight": 0.05, "goal_weight": 1e-4}
     a_job = builders.job(model, preset, **small, **weights, **borders, update=update, n=14, steps=20, seed=27)
     simulation = Simulation(a_job)
     birds, rng = naive.birds(simulation.flock), np.random.default_rng(stream(a_job, "noise"))
@@ -133,7 +133,7 @@ def test_a_turned_or_mirrored_flock_does_the_same_turned_or_mirrored(
     model: str, preset: str, update: str, transform: Any, borders: dict[str, Any]
 ) -> None:
     """In a square world without obstacles; its walls and borders are symmetric too."""
-    changes = {"map": "empty", "wander_weight": 0, "target_x": 300, "target_y": 300, "target_weight": 1e-3}
+    changes = {"map": "empty", "wander_weight": 0, "goal_x": 300, "goal_y": 300, "goal_weight": 1e-3}
     a_job = builders.job(model, preset, update=update, **borders, **SQUARE, **changes)
     np.testing.assert_allclose(final(a_job, *transform(a_start())), transform(final(a_job, *a_start())), **CLOSE)
 

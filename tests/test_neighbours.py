@@ -65,7 +65,7 @@ capacities = st.sampled_from([1, 2, 5, 64])
 
 def found_by(grid: Grid, flock: Flock, world: World, i: int, reach: float, fov: float, inclusive: bool) -> list[int]:
     near = build_near(flock.x.size)
-    found = search(flock, world, grid, i, square_range(reach, inclusive), cone(fov), near)
+    found = search(flock, world, grid, i, square_range(reach, inclusive), cone(fov), flock.vx[i], flock.vy[i], near)
     return near.boid[:found].tolist()
 
 

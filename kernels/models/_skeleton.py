@@ -25,13 +25,13 @@ class Params(NamedTuple):
     Names that other models have too (`cohesion_weight`, `fov`, `max_speed`, `update`, `dt`) mean the same here.
     """
 
-    cohesion_weight: Annotated[float, About("strength of the pull towards the others", "1/step^2", low=0)]
-    perception_range: Annotated[float, About("radius within which others are seen", "px", low=0)]
+    cohesion_weight: Annotated[float, About("strength of the pull towards the others", "1/time^2", low=0)]
+    perception_range: Annotated[float, About("radius within which others are seen", "length", low=0)]
     fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
-    max_acceleration: Annotated[float, About("longest acceleration", "px/step^2", low=0)]
-    max_speed: Annotated[float, About("upper limit of the speed", "px/step", low=0)]
+    max_acceleration: Annotated[float, About("longest acceleration", "length/time^2", low=0)]
+    max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 
 
 AS_WRITTEN = COMMON | {
@@ -75,7 +75,7 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, view, work.near)
+            found = search(seen, world, work.grid, i, range2, view, seen.vx[i], seen.vy[i], work.near)
             x, y = cohesion(work.near, found, range2)
             ax, ay = limit(params.cohesion_weight * x, params.cohesion_weight * y, params.max_acceleration)
             vx, vy = limit(flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)

@@ -22,32 +22,30 @@ OBSTACLE_FIRST, SEPARATION_FIRST = 0, 1
 class Params(NamedTuple):
     """Gains, perception and limits of section 2 and 3.4."""
 
-    separation_weight: Annotated[float, About("k_col", "1/step^2", low=0)]
-    alignment_weight: Annotated[float, About("k_ali", "1/step", low=0)]
-    cohesion_weight: Annotated[float, About("k_coh", "1/step^2", low=0)]
-    obstacle_weight: Annotated[float, About("strength of an obstacle's repulsion", "px^2/step^2", low=0)]
-    wall_weight: Annotated[float, About("k_wall", "px^2/step^2", low=0)]
-    target_weight: Annotated[float, About("pull towards the target", "1/step^2", low=0)]
-    target_x: Annotated[float, About("position of the target", "px")]
-    target_y: Annotated[float, About("position of the target", "px")]
-    perception_range: Annotated[float, About("radius within which others are seen", "px", low=0)]
+    separation_weight: Annotated[float, About("k_col", "1/time^2", low=0)]
+    alignment_weight: Annotated[float, About("k_ali", "1/time", low=0)]
+    cohesion_weight: Annotated[float, About("k_coh", "1/time^2", low=0)]
+    obstacle_weight: Annotated[float, About("strength of an obstacle's repulsion", "length^2/time^2", low=0)]
+    wall_weight: Annotated[float, About("k_wall", "length^2/time^2", low=0)]
+    goal_weight: Annotated[float, About("pull towards the goal, the text's target", "1/time^2", low=0)]
+    perception_range: Annotated[float, About("radius within which others are seen", "length", low=0)]
     fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
-    separation_range: Annotated[float, About("radius within which visible neighbours repel", "px", low=0)]
-    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
-    epsilon: Annotated[float, About("regularisation of obstacle and wall forces", "px", low=0)]
-    max_acceleration: Annotated[float, About("budget shared by all forces", "px/step^2", low=0)]
-    max_speed: Annotated[float, About("upper limit of the speed", "px/step", low=0)]
+    separation_range: Annotated[float, About("radius within which visible neighbours repel", "length", low=0)]
+    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "length", low=0)]
+    epsilon: Annotated[float, About("regularisation of obstacle and wall forces", "length", low=0)]
+    max_acceleration: Annotated[float, About("budget shared by all forces", "length/time^2", low=0)]
+    max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
     priority: Annotated[
         int,
         About(
-            "which force is served first; wall, alignment, cohesion and target follow",
+            "which force is served first; wall, alignment, cohesion and goal follow",
             choices=("obstacle_first", "separation_first"),
         ),
     ]
     walls_are_obstacles: Annotated[bool, About("wall and obstacle forces share one place in the priority order")]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 
 
 AS_WRITTEN = COMMON | {
@@ -56,9 +54,7 @@ AS_WRITTEN = COMMON | {
     "cohesion_weight": 0.213,
     "obstacle_weight": 1.0,
     "wall_weight": 10.0,
-    "target_weight": 0.0,
-    "target_x": 400.0,
-    "target_y": 300.0,
+    "goal_weight": 0.0,
     "perception_range": 50.0,
     "fov": 150.0,
     "separation_range": 50.0,
@@ -77,6 +73,8 @@ AS_WRITTEN = COMMON | {
     "width": 800.0,
     "height": 600.0,
     "start_speed": 5.0,
+    "goal_x": 400.0,
+    "goal_y": 300.0,
 }
 AS_RUN = AS_WRITTEN | {
     "obstacle_weight": 500.0,
@@ -135,9 +133,9 @@ def _acceleration(
         )
         weight = params.cohesion_weight
         ax, ay, left = serve(ax, ay, weight * (to_x * share), weight * (to_y * share), left)
-    if params.target_weight > 0.0:
-        weight = params.target_weight
-        ax, ay, left = serve(ax, ay, weight * (params.target_x - x), weight * (params.target_y - y), left)
+    if params.goal_weight > 0.0:
+        weight = params.goal_weight
+        ax, ay, left = serve(ax, ay, weight * (world.goal_x - x), weight * (world.goal_y - y), left)
     return ax, ay
 
 
@@ -156,7 +154,7 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, view, work.near)
+            found = search(seen, world, work.grid, i, range2, view, seen.vx[i], seen.vy[i], work.near)
             ax, ay = _acceleration(params, seen, world, i, work, found)
             vx, vy = limit(flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)

@@ -26,17 +26,17 @@ class Params(NamedTuple):
     cohesion_weight: Annotated[float, About("w_c of Eq. (3)", low=0)]
     wander_weight: Annotated[float, About("w_w of Eq. (3)", low=0)]
     obstacle_weight: Annotated[float, About("w_o of Eq. (3)", low=0)]
-    separation_range: Annotated[float, About("r_s of Eq. (4)", "px", low=0)]
-    alignment_range: Annotated[float, About("r_a of Eq. (5)", "px", low=0)]
-    cohesion_range: Annotated[float, About("r_c of Eq. (6)", "px", low=0)]
-    wander_range: Annotated[float, About("r_w of Eq. (8), each component", "px/step^2", low=0)]
-    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "px", low=0)]
-    max_force: Annotated[float, About("F_max of Eq. (9), for each force before its weight", "px/step^2", low=0)]
+    separation_range: Annotated[float, About("r_s of Eq. (4)", "length", low=0)]
+    alignment_range: Annotated[float, About("r_a of Eq. (5)", "length", low=0)]
+    cohesion_range: Annotated[float, About("r_c of Eq. (6)", "length", low=0)]
+    wander_range: Annotated[float, About("r_w of Eq. (8), each component", "length/time^2", low=0)]
+    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "length", low=0)]
+    max_force: Annotated[float, About("F_max of Eq. (9), for each force before its weight", "length/time^2", low=0)]
     displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
     drag: Annotated[float, About("share of the velocity lost after each move", low=0, high=1)]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("time of one update", "step", low=0, exclusive=True)]
+    dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 
 
 AS_WRITTEN = COMMON | {
@@ -73,6 +73,7 @@ AS_RUN = AS_WRITTEN | {
     "range_inclusive": False,
     "update": "sequential",
     "borders": "torus",
+    "obstacle_positions": "integer",
     "start_positions": "integer",
     "start_velocities": "components",
     "start_speed": 1.0,
@@ -120,7 +121,7 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, ALL_ROUND, work.near)
+            found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
             ax, ay = _acceleration(params, seen, world, i, work, found, rng)
             vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
             x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)

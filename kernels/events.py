@@ -1,0 +1,145 @@
+"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids have moved in step."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.jit import jit
+from kernels.settings import Observation
+from kernels.state import Flock, Indices, World
+from kernels.worlds import Reach, inside_any
+
+ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = range(7)
+N_EVENTS = 7
+TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
+
+
+class Watch(NamedTuple):
+    """What is counted, and the state of N boids after the last step.
+
+    `counting` is for what concerns a boid and its place, `pairing` for what concerns two boids. `contact` is the Reach
+    with margin 0. `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the world, in an
+    obstacle or in contact with another, and which have been at the goal; `in_step` (N,) for how many steps a boid has
+    moved in step with all its neighbours. `order` (N,) are the boids sorted by x, `state` (N,) is room for a step.
+    `events` (N_EVENTS,) holds the counts: how often each of the first three began, how many boids have arrived, the
+    sum of the steps at which they did, how many are in equilibrium now, and how often a model found no way out.
+    """
+
+    counting: bool
+    pairing: bool
+    contact: Reach
+    observation: Observation
+    outside: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
+    touching: NDArray[np.bool_]
+    arrived: NDArray[np.bool_]
+    in_step: NDArray[np.int64]
+    order: Indices
+    state: NDArray[np.uint8]
+    events: NDArray[np.int64]
+
+
+def build_watch(n: int, counting: bool, pairing: bool, contact: Reach, observation: Observation) -> Watch:
+    """Nothing counted yet for `n` boids."""
+    outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
+    return Watch(
+        *(counting, pairing, contact, observation, outside, inside, touching, arrived),
+        in_step=np.zeros(n, np.int64),
+        order=np.arange(n, dtype=np.uint32),
+        state=np.zeros(n, np.uint8),
+        events=np.zeros(N_EVENTS, np.int64),
+    )
+
+
+@jit
+def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
+    """Take note of what happened in `step`, the number of steps done."""
+    if watch.counting:
+        _count_places(flock, world, watch, step)
+    if watch.pairing:
+        _sort(flock, watch)
+        _compare_pairs(flock, watch)
+        _count_pairs(watch)
+
+
+@jit
+def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
+    """Count boids that left the world, entered an obstacle, or came to the goal for the first time."""
+    radius2 = watch.observation.goal_radius * watch.observation.goal_radius
+    for i in range(flock.x.size):
+        x, y = flock.x[i], flock.y[i]
+        outside = x < 0.0 or x > world.width or y < 0.0 or y > world.height
+        inside = inside_any(world, watch.contact, x, y)
+        watch.events[ESCAPES] += int(outside and not watch.outside[i])
+        watch.events[COLLISIONS] += int(inside and not watch.inside[i])
+        watch.outside[i] = outside
+        watch.inside[i] = inside
+        dx, dy = x - world.goal_x, y - world.goal_y
+        if not watch.arrived[i] and dx * dx + dy * dy < radius2:
+            watch.arrived[i] = True
+            watch.events[ARRIVED] += 1
+            watch.events[ARRIVAL_STEPS] += step
+
+
+@jit
+def _sort(flock: Flock, watch: Watch) -> None:
+    """Sort `order` by x, by insertion: from one step to the next it hardly changes."""
+    order = watch.order
+    for k in range(1, order.size):
+        i = order[k]
+        place = k
+        while place > 0 and flock.x[order[place - 1]] > flock.x[i]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = i
+
+
+@jit
+def _compare_pairs(flock: Flock, watch: Watch) -> None:
+    """Set the state of every boid from the pairs it belongs to, found by going outwards along x."""
+    about = watch.observation
+    contact2, company2 = about.contact_distance * about.contact_distance, about.flock_range * about.flock_range
+    reach = max(about.contact_distance, about.flock_range)
+    tolerance2 = about.equilibrium_tolerance * about.equilibrium_tolerance
+    for i in range(flock.x.size):
+        watch.state[i] = 0
+    for k in range(flock.x.size):
+        i = watch.order[k]
+        for other in range(k + 1, flock.x.size):
+            j = watch.order[other]
+            dx, dy = flock.x[j] - flock.x[i], flock.y[j] - flock.y[i]
+            if dx >= reach:
+                break
+            distance2 = dx * dx + dy * dy
+            state = TOUCHING if distance2 < contact2 else 0
+            if distance2 < company2:
+                state |= ACCOMPANIED
+                if not _in_step(flock, i, j, tolerance2):
+                    state |= OUT_OF_STEP
+            watch.state[i] |= state
+            watch.state[j] |= state
+
+
+@jit
+def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
+    """Whether two velocities differ by less than a part of the larger speed, whose square is given."""
+    dx, dy = flock.vx[j] - flock.vx[i], flock.vy[j] - flock.vy[i]
+    speed2 = max(
+        flock.vx[i] * flock.vx[i] + flock.vy[i] * flock.vy[i], flock.vx[j] * flock.vx[j] + flock.vy[j] * flock.vy[j]
+    )
+    return bool(dx * dx + dy * dy < tolerance2 * speed2)
+
+
+@jit
+def _count_pairs(watch: Watch) -> None:
+    """Count boids that came into contact with another, and those in equilibrium: in step for long enough."""
+    settled = 0
+    for i in range(watch.state.size):
+        touching = watch.state[i] & TOUCHING != 0
+        watch.events[BOID_COLLISIONS] += int(touching and not watch.touching[i])
+        watch.touching[i] = touching
+        in_step = watch.state[i] & (ACCOMPANIED | OUT_OF_STEP) == ACCOMPANIED
+        watch.in_step[i] = watch.in_step[i] + 1 if in_step else 0
+        settled += int(watch.in_step[i] >= watch.observation.equilibrium_steps)
+    watch.events[SETTLED] = settled

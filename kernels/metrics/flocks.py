@@ -1,0 +1,87 @@
+"""Flocks: the connected components of boids nearer than `flock_range`."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.jit import jit, jit_with_memory
+from kernels.metrics.ground import Ground, X, Y
+from kernels.recording import Frames
+from kernels.settings import Observation
+from kernels.state import Floats
+
+
+@jit_with_memory
+def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
+    """For every boid the index of one boid of its flock, the same for all members; shape (N,)."""
+    n = x.size
+    order = np.argsort(x)
+    parent = np.arange(n)
+    for k in range(n):
+        i = order[k]
+        for other in range(k + 1, n):
+            j = order[other]
+            dx, dy = x[j] - x[i], y[j] - y[i]
+            if dx >= reach:
+                break
+            if dx * dx + dy * dy < reach * reach:
+                parent[_root(parent, i)] = _root(parent, j)
+    for i in range(n):
+        parent[i] = _root(parent, i)
+    return parent
+
+
+@jit
+def _root(parent: NDArray[np.int64], i: int) -> int:
+    """The representative of `i`'s component; halves the path to it."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@jit_with_memory
+def sizes(flock: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The size of each flock at the index that labels it, 0 elsewhere; shape (N,)."""
+    members = np.zeros(flock.size, np.int64)
+    for i in range(flock.size):
+        members[flock[i]] += 1
+    return members
+
+
+@jit_with_memory
+def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
+    """The label and the size of the largest flock, the first of several."""
+    members = sizes(flock)
+    which = int(np.argmax(members))
+    return which, int(members[which])
+
+
+@jit_with_memory
+def flock_count(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+    """Number of flocks."""
+    for f in range(filled):
+        flock = labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        values[f] = np.sum(sizes(flock) > 0)
+
+
+@jit_with_memory
+def largest_flock(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+    """Number of boids in the largest flock."""
+    for f in range(filled):
+        values[f] = largest(labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range))[1]
+
+
+@jit_with_memory
+def largest_flock_share(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
+    """The same in per cent of all boids."""
+    largest_flock(frames, filled, ground, observation, values)
+    for f in range(filled):
+        values[f] *= 100.0 / frames.bodies.shape[2]
+
+
+@jit_with_memory
+def boids_lost(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
+    """Number of boids outside the largest flock."""
+    largest_flock(frames, filled, ground, observation, values)
+    for f in range(filled):
+        values[f] = frames.bodies.shape[2] - values[f]

@@ -1,0 +1,43 @@
+"""What a metric is, and what it gets to see besides the recorded frames."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from kernels.recording import Frames
+from kernels.settings import Observation, PairPotential
+from kernels.state import Floats, World
+
+X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(6)
+
+
+class Ground(NamedTuple):
+    """The world and the number of boids, of traversable pixels and of all pixels, the time of a step, the potential."""
+
+    world: World
+    boids: int
+    traversable: int
+    pixels: int
+    dt: float
+    potential: PairPotential
+
+
+class Metric(NamedTuple):
+    """A metric looks at the bodies, or at what was counted on the way.
+
+    `covers`, `counts` and `pairs` say that it needs, instead of the bodies: the visited pixels; escapes, collisions and
+    arrivals; contacts between boids. `potential` says that it needs a model with a pair potential.
+    """
+
+    measure: Callable[[Frames, int, Ground, Observation, Floats], None]
+    unit: str
+    text: str
+    source: str
+    covers: bool = False
+    counts: bool = False
+    pairs: bool = False
+    potential: bool = False
+
+    @property
+    def looks(self) -> bool:
+        """Whether it looks at the bodies."""
+        return not (self.covers or self.counts or self.pairs)

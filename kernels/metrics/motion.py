@@ -1,0 +1,71 @@
+"""How boids move: speed, turns, agreement of headings."""
+
+import math
+
+from kernels.jit import jit
+from kernels.metrics.ground import PREVIOUS_VX, PREVIOUS_VY, VX, VY, Ground
+from kernels.recording import Frames
+from kernels.settings import Observation
+from kernels.state import Floats
+
+
+@jit
+def speed(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+    """Mean of |v|."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        total = 0.0
+        for i in range(n):
+            vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+            total += math.sqrt(vx * vx + vy * vy)
+        values[f] = total / n
+
+
+@jit
+def _turn(frames: Frames, f: int, i: int) -> float:
+    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 at rest and at the start."""
+    vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+    before_x, before_y = frames.bodies[f, PREVIOUS_VX, i], frames.bodies[f, PREVIOUS_VY, i]
+    if (vx == 0.0 and vy == 0.0) or (before_x == 0.0 and before_y == 0.0):
+        return 0.0
+    return math.atan2(before_y, before_x) - math.atan2(vy, vx)
+
+
+@jit
+def turn_rate(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+    """Mean angle between the velocities before and after the last step, in [0, 180] degrees."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        total = 0.0
+        for i in range(n):
+            angle = abs(_turn(frames, f, i))
+            total += min(angle, 2.0 * math.pi - angle)
+        values[f] = math.degrees(total / n)
+
+
+@jit
+def turn_rate_unwrapped(
+    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
+) -> None:
+    """Mean absolute difference of the two headings as numbers in (-180, 180], so in [0, 360) degrees."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        total = 0.0
+        for i in range(n):
+            total += abs(_turn(frames, f, i))
+        values[f] = math.degrees(total / n)
+
+
+@jit
+def polarization(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+    """Length of the mean unit velocity: 1 where all head the same way. A boid at rest counts as zero."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = 0.0, 0.0
+        for i in range(n):
+            vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
+            size = math.sqrt(vx * vx + vy * vy)
+            if size > 0.0:
+                x += vx / size
+                y += vy / size
+        values[f] = math.sqrt(x * x + y * y) / n

@@ -1,0 +1,132 @@
+"""The shape of the swarm: how far boids are from its centre, from each other, and how it is stretched."""
+
+import math
+
+import numpy as np
+
+from kernels.jit import jit, jit_with_memory
+from kernels.metrics.flocks import labels, largest
+from kernels.metrics.ground import VX, VY, Ground, X, Y
+from kernels.recording import Frames
+from kernels.settings import Observation
+from kernels.state import Floats
+
+
+@jit
+def _centre_distance(frames: Frames, f: int, i: int, x: float, y: float) -> float:
+    dx, dy = frames.bodies[f, X, i] - x, frames.bodies[f, Y, i] - y
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@jit
+def _centre(frames: Frames, f: int) -> tuple[float, float]:
+    """The centre of mass of frame `f`."""
+    n = frames.bodies.shape[2]
+    x, y = 0.0, 0.0
+    for i in range(n):
+        x += frames.bodies[f, X, i]
+        y += frames.bodies[f, Y, i]
+    return x / n, y / n
+
+
+@jit
+def _mean_distance(frames: Frames, f: int, x: float, y: float) -> float:
+    """The mean distance of the boids of frame `f` from (x, y)."""
+    total = 0.0
+    for i in range(frames.bodies.shape[2]):
+        total += _centre_distance(frames, f, i, x, y)
+    return float(total / frames.bodies.shape[2])
+
+
+@jit
+def flock_radius(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+    """Mean distance from the centre of mass."""
+    for f in range(filled):
+        x, y = _centre(frames, f)
+        values[f] = _mean_distance(frames, f, x, y)
+
+
+@jit
+def dispersion(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+    """Standard deviation (ddof 0) of the distances from the centre of mass."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = _centre(frames, f)
+        mean = _mean_distance(frames, f, x, y)
+        total = 0.0
+        for i in range(n):
+            off = _centre_distance(frames, f, i, x, y) - mean
+            total += off * off
+        values[f] = math.sqrt(total / n)
+
+
+@jit_with_memory
+def nearest_neighbour_distance(
+    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
+) -> None:
+    """Mean distance to the nearest other boid; NaN for one boid. Sweeps outwards along x, so about N sqrt(N) pairs."""
+    n = frames.bodies.shape[2]
+    for f in range(filled):
+        x, y = frames.bodies[f, X], frames.bodies[f, Y]
+        order = np.argsort(x)
+        total = 0.0
+        for k in range(n):
+            best = math.inf
+            for way in (-1, 1):
+                other = k + way
+                while 0 <= other < n:
+                    dx = x[order[other]] - x[order[k]]
+                    dy = y[order[other]] - y[order[k]]
+                    if dx * dx >= best:
+                        break
+                    best = min(best, dx * dx + dy * dy)
+                    other += way
+            total += math.sqrt(best)
+        values[f] = total / n if n > 1 else math.nan
+
+
+@jit_with_memory
+def elongation(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+    """(a - b) / (a + b), a and b the standard deviations of the largest flock's positions along and across its course.
+
+    1 for a column, 0 for a round flock, -1 for a broad front; NaN for fewer than three boids or without a course.
+    """
+    for f in range(filled):
+        flock = labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        which, size = largest(flock)
+        x, y, vx, vy = 0.0, 0.0, 0.0, 0.0
+        for i in range(flock.size):
+            if flock[i] == which:
+                x += frames.bodies[f, X, i] / size
+                y += frames.bodies[f, Y, i] / size
+                vx += frames.bodies[f, VX, i]
+                vy += frames.bodies[f, VY, i]
+        along, across = 0.0, 0.0
+        for i in range(flock.size):
+            if flock[i] == which:
+                dx, dy = frames.bodies[f, X, i] - x, frames.bodies[f, Y, i] - y
+                along += (dx * vx + dy * vy) * (dx * vx + dy * vy)
+                across += (dx * vy - dy * vx) * (dx * vy - dy * vx)
+        a, b = math.sqrt(along), math.sqrt(across)
+        values[f] = (a - b) / (a + b) if size > 2 and a + b > 0.0 else math.nan
+
+
+@jit_with_memory
+def neighbours_ahead(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+    """Share of the neighbours of moving boids that are ahead, within 90 degrees of the course; NaN without any."""
+    n, reach2 = frames.bodies.shape[2], observation.flock_range * observation.flock_range
+    for f in range(filled):
+        x, y = frames.bodies[f, X], frames.bodies[f, Y]
+        vx, vy = frames.bodies[f, VX], frames.bodies[f, VY]
+        order = np.argsort(x)
+        ahead, all_of_them = 0, 0
+        for k in range(n):
+            for other in range(k + 1, n):
+                i, j = order[k], order[other]
+                dx, dy = x[j] - x[i], y[j] - y[i]
+                if dx >= observation.flock_range:
+                    break
+                if dx * dx + dy * dy < reach2:
+                    ahead += int(dx * vx[i] + dy * vy[i] > 0.0) + int(dx * vx[j] + dy * vy[j] < 0.0)
+                    all_of_them += int(vx[i] != 0.0 or vy[i] != 0.0) + int(vx[j] != 0.0 or vy[j] != 0.0)
+        values[f] = 100.0 * ahead / all_of_them if all_of_them > 0 else math.nan

@@ -1,0 +1,89 @@
+"""The twins of single rules, and of how forces share an acceleration."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kernels.settings import BOUNDED, TORUS
+
+Vector = np.ndarray
+
+
+def limit(x: float, y: float, most: float) -> Vector:
+    return shortened(np.array([x, y]), most)
+
+
+def shortened(force: Vector, most: float) -> Vector:
+    length = math.hypot(*force)
+    return force * (most / length) if length > most else force
+
+
+def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
+    part = shortened(np.array([x, y]), budget)
+    return ax + part[0], ay + part[1], max(budget - math.hypot(x, y), 0.0)
+
+
+def within(near: Any, found: int, range2: float) -> tuple[Vector, Vector]:
+    """Indices (K,) and displacements (K, 2) of the first `found` neighbours that are nearer than sqrt(range2)."""
+    close = near.distance2[:found] < range2
+    return near.boid[:found][close], np.column_stack([near.dx, near.dy])[:found][close]
+
+
+def separation_unit(near: Any, found: int, range2: float) -> Vector:
+    _, towards = within(near, found, range2)
+    lengths = np.linalg.norm(towards, axis=1)
+    return (-towards / np.maximum(lengths, 1.0)[:, None]).sum(axis=0)
+
+
+def alignment(seen: Any, i: int, near: Any, found: int, range2: float) -> Vector:
+    others, _ = within(near, found, range2)
+    velocities = np.column_stack([seen.vx, seen.vy])
+    return velocities[others].mean(axis=0) - velocities[i] if len(others) else np.zeros(2)
+
+
+def cohesion(near: Any, found: int, range2: float) -> Vector:
+    _, towards = within(near, found, range2)
+    return towards.mean(axis=0) if len(towards) else np.zeros(2)
+
+
+def flocking_sums(seen: Any, near: Any, found: int, crowd2: float) -> Vector:
+    others, towards = within(near, found, math.inf)
+    velocities = np.column_stack([seen.vx, seen.vy])[others]
+    return np.concatenate([within(near, found, crowd2)[1].sum(axis=0), towards.sum(axis=0), velocities.sum(axis=0)])
+
+
+def wander(rng: np.random.Generator, width: float) -> Vector:
+    return rng.uniform(-width, width, 2)
+
+
+def confine(position: float, velocity: float, length: float, borders: int) -> tuple[float, float]:
+    if borders == TORUS and not 0.0 <= position < length:
+        return position + math.copysign(length, -position), velocity
+    if borders == BOUNDED and not 0.0 <= position <= length:
+        return (-position if position < 0.0 else 2.0 * length - position), -velocity
+    return position, velocity
+
+
+def away_from_obstacles(world: Any, margin: float, x: float, y: float) -> Iterator[tuple[Vector, float]]:
+    """Unit vector away from, and distance to, the centre of each obstacle within `margin` of its size."""
+    rows = zip(world.obstacle_x, world.obstacle_y, world.half_width, world.half_height, strict=True)
+    for centre_x, centre_y, half_width, half_height in rows:
+        away = np.array([x - centre_x, y - centre_y])
+        distance = math.hypot(*away)
+        if 0.0 < distance < max(half_width, half_height) + margin:
+            yield away / distance, distance
+
+
+def repulsion_unit(world: Any, reach: Any, margin: float, x: float, y: float) -> Vector:  # noqa: ARG001
+    return sum((unit for unit, _ in away_from_obstacles(world, margin, x, y)), np.zeros(2))
+
+
+def repulsion_inverse(world: Any, reach: Any, margin: float, epsilon: float, x: float, y: float) -> Vector:  # noqa: ARG001
+    forces = (unit / (distance + epsilon) for unit, distance in away_from_obstacles(world, margin, x, y))
+    return sum(forces, np.zeros(2))
+
+
+def wall_repulsion(position: float, length: float, epsilon: float) -> float:
+    return 1.0 / (position + epsilon) - 1.0 / (length - position + epsilon)
