@@ -5,6 +5,7 @@
     a free name {zip: {field: list, linspace or logspace, ...}}
                 {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another sampler
                 {sample: table, file: gains.csv, columns: [...]}
+                {ablate: another preset}, see sweep.ablation
 
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
@@ -34,7 +35,8 @@ class Axis:
     """Points of a few fields: `columns` have equal lengths and no row stands twice.
 
     `when` says where the axis applies; `merged` counts the rows that were the same as an earlier one; `notes`
-    are remarks for the user.
+    are remarks for the user. An axis that goes from the study's preset to another names that, `ablated`, and the
+    settings that change together, `details`.
     """
 
     name: str
@@ -42,6 +44,8 @@ class Axis:
     when: Expression | None = None
     merged: int = 0
     notes: tuple[str, ...] = ()
+    ablated: str | None = None
+    details: tuple[tuple[str, ...], ...] = ()
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -49,8 +53,13 @@ class Axis:
 
 @dataclass(frozen=True)
 class AxisReader:
-    """Reads axes for a model with these fields; tables stand in `folder`, random points come from `seed`."""
+    """Reads axes for a preset of a model with these fields.
 
+    Tables stand in `folder`, random points come from `seed`.
+    """
+
+    model: str
+    preset: str
     fields: dict[str, Field]
     seed: int
     folder: Path
@@ -64,8 +73,10 @@ class AxisReader:
         elif name in self.fields:
             columns = {name: self._single(self.fields[name], entry)}
         else:
-            raise entry.error(unknown("field", name, self.fields) + " (an axis of several fields has sample or zip)")
-        when = self._when(entry)
+            raise entry.error(
+                unknown("field", name, self.fields) + " (an axis of several fields has sample, zip or ablate)"
+            )
+        when = self.when(entry)
         kept = _distinct_rows(list(columns.values()))
         length = len(next(iter(columns.values())))
         columns = {field: column[kept] for field, column in columns.items()}
@@ -121,7 +132,8 @@ class AxisReader:
             return _grid(field, _only(entry, GRIDS))
         return _coerced(field, entry, [child.value for child in entry.entries()])
 
-    def _when(self, entry: Entry) -> Expression | None:
+    def when(self, entry: Entry) -> Expression | None:
+        """The condition that an axis carries, if any."""
         if not isinstance(entry.value, dict) or "when" not in entry.value:
             return None
         return read_expression(entry.child("when"), self.fields, CONDITION)

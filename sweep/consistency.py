@@ -31,7 +31,7 @@ DEMANDS = (
     Demand("not minimum_image or borders == 'torus'", "minimum_image is for a torus: it needs borders: torus"),
 )
 PIXELS = Demand(
-    f"width * height <= {MOST_PIXELS}",
+    f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
     f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
 )
 

@@ -8,7 +8,7 @@ import numpy as np
 from sweep.axes import MOST_POINTS, Axis
 from sweep.consistency import check_consistency
 from sweep.fields import Column, NotAllowedError, Value, preset_settings
-from sweep.points import Points, check_map_sizes, fitted_to_map
+from sweep.points import Points, check_maps, fitted_to_map
 from sweep.spec import Study
 
 MOST_TRIALS = 10**9
@@ -54,7 +54,7 @@ def expand(study: Study) -> Design:
         if "map" in axis.columns:
             points = fitted_to_map(study, points)
     points, rejected = _derived(study, points)
-    check_map_sizes(study, points)
+    check_maps(study, points)
     check_consistency(study, points)
     _check_count(study, points.count, study.trials_per_point)
     duplicates = sum(axis.merged for axis in study.axes)

@@ -1,8 +1,9 @@
 """The settings of a model as users meet them: by name, with unit, range and preset values."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, get_args, get_type_hints
 
@@ -102,12 +103,13 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
-def _field(name: str, hint: Any, group: str) -> Field:
+def _field(name: str, hint: Any, group: str, model: str) -> Field:
     base, about = get_args(hint)[:2]
     assert isinstance(about, About)
     choices = tuple(MAPS) if name == "map" else about.choices
     kind = "choice" if choices else base.__name__
-    return Field(name, kind, group, about.text, about.unit, about.low, about.high, about.exclusive, choices)
+    unit = spelled(about.unit, model)
+    return Field(name, kind, group, about.text, unit, about.low, about.high, about.exclusive, choices)
 
 
 @cache
@@ -115,10 +117,22 @@ def fields(model: str) -> dict[str, Field]:
     """Every setting of `model`: its own parameters first, then schedule, world, start and observation."""
     groups = (("parameters", MODELS[model].params), *GROUPS)
     return {
-        name: _field(name, hint, group)
+        name: _field(name, hint, group, model)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
+
+
+def study_fields(model: str, maps: Iterable[str]) -> dict[str, Field]:
+    """Every setting of `model` in a study that brings maps with these names."""
+    known = fields(model)
+    return known | {"map": replace(known["map"], choices=(*known["map"].choices, *maps))}
+
+
+def spelled(unit: str, model: str) -> str:
+    """A unit in the words of `model`: length and time are px and step, or m and s."""
+    own = {"length": MODELS[model].length, "time": MODELS[model].time}
+    return re.sub(r"\b(length|time)\b", lambda word: own[word[0]], unit)
 
 
 def preset_settings(model: str, preset: str) -> dict[str, Value]:

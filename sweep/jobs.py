@@ -18,10 +18,13 @@ from numpy.random import SeedSequence
 
 from sweep.design import Design
 from sweep.fields import Column, Value, preset_settings
+from sweep.maps import Obstacles, OwnMap
 from sweep.seeds import address, point_words
 from sweep.spec import Record, Streams, Study
 
 Purpose = Literal["start", "world", "noise"]
+
+NO_MAPS: Mapping[str, OwnMap] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +32,8 @@ class Job:
     """One trial and all that is needed to run it, anywhere and at any time, to the same bits.
 
     With `literal`, `seed` is one of the listed seeds and `replicate` only its place in the list. Otherwise
-    `seed` is that of the study, and `replicate` tells apart the trials of a point.
+    `seed` is that of the study, and `replicate` tells apart the trials of a point. `obstacles` are those of a map
+    that the spec brings, None for a built-in one.
     """
 
     trial_id: str
@@ -43,6 +47,7 @@ class Job:
     record: Record
     streams: Streams
     time_limit: float | None
+    obstacles: Obstacles | None = None
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
@@ -59,11 +64,20 @@ def literal_seed(job: Job, purpose: Purpose) -> int:
     return int(stream(job, purpose).generate_state(1, np.uint64)[0])
 
 
-def point_id(model: str, preset: str, settings: Mapping[str, Value]) -> str:
-    """16 hexadecimal digits that stand for a point: a hash of the settings that differ from the preset's."""
+def point_id(model: str, preset: str, settings: Mapping[str, Value], maps: Mapping[str, OwnMap] = NO_MAPS) -> str:
+    """16 hexadecimal digits that stand for a point: a hash of the settings that differ from the preset's.
+
+    Of a map that the spec brings it covers the obstacles too.
+    """
     defaults = preset_settings(model, preset)
-    different = {name: value for name, value in settings.items() if value != defaults[name]}
+    values = {**settings, "map": _identity("map", settings["map"], maps)}
+    different = {name: value for name, value in values.items() if value != defaults[name]}
     return _point_hash(json.dumps([model, preset, different], sort_keys=True, separators=(",", ":")))
+
+
+def _identity(name: str, value: Value, maps: Mapping[str, OwnMap]) -> Value:
+    """What stands for a value in the hash: for a map of the spec's own, its name and content."""
+    return f"{value} {maps[str(value)].digest}" if name == "map" and value in maps else value
 
 
 def _point_hash(canonical: str) -> str:
@@ -76,8 +90,11 @@ class Jobs(Sequence[Job]):
     def __init__(self, study: Study, design: Design, kernels_sha: str) -> None:
         self.study = study
         self.design = design
-        record = asdict(study.record) | {"metrics": sorted(study.record.metrics)}
-        content = [kernels_sha, asdict(study.streams), record | {"series": sorted(study.record.series)}]
+        recorded = study.record
+        record = asdict(recorded) | {"metrics": sorted(recorded.metrics), "series": sorted(recorded.series)}
+        if not recorded.trajectories:  # which came later: without them a trial is what it was
+            del record["trajectories"]
+        content = [kernels_sha, asdict(study.streams), record]
         self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
 
     def __len__(self) -> int:
@@ -111,7 +128,8 @@ class Jobs(Sequence[Job]):
         return _point_ids(self.study, self.design)
 
     def _job(self, point: int, replicate: int) -> Job:
-        study = self.study
+        study, settings = self.study, self.design.settings(point)
+        own = study.maps.get(str(settings["map"]))
         return Job(
             trial_id=self._trial_id(self.points[point], self._ending(replicate)),
             point=self.points[point],
@@ -120,10 +138,11 @@ class Jobs(Sequence[Job]):
             literal=study.seeds is not None,
             model=study.model,
             preset=study.preset,
-            settings=self.design.settings(point),
+            settings=settings,
             record=study.record,
             streams=study.streams,
             time_limit=study.time_limit,
+            obstacles=own.obstacles if own else None,
         )
 
     def _seed(self, replicate: int) -> int:
@@ -146,17 +165,17 @@ def _point_ids(study: Study, design: Design) -> list[str]:
     members: list[Iterable[str]] = [repeat("", design.n_points)]
     for name in sorted(preset):
         if name in columns:
-            members.append(_members(name, columns[name].tolist(), preset[name]))
+            members.append(_members(name, columns[name].tolist(), preset[name], study.maps))
         elif design.base[name] != preset[name]:
-            members.append(repeat(_members(name, [design.base[name]], preset[name])[0]))
+            members.append(repeat(_members(name, [design.base[name]], preset[name], study.maps)[0]))
     head = json.dumps([study.model, study.preset], separators=(",", ":"))[:-1] + ",{"
     return [_point_hash(head + "".join(member)[1:] + "}]") for member in zip(*members, strict=False)]
 
 
-def _members(name: str, values: list[Value], default: Value) -> list[str]:
-    """`,"name":value` in JSON for each value, or nothing where it is the default."""
+def _members(name: str, values: list[Value], default: Value, maps: Mapping[str, OwnMap]) -> list[str]:
+    """`,"name":value` in JSON for each value, or nothing where it is the default; see `_identity`."""
     distinct = list(dict.fromkeys(values))
-    texts = json.dumps(distinct, separators=("\n", ":"))[1:-1].split("\n")
+    texts = json.dumps([_identity(name, value, maps) for value in distinct], separators=("\n", ":"))[1:-1].split("\n")
     key = f",{json.dumps(name)}:"
     members = {value: key + text for value, text in zip(distinct, texts, strict=True)} | {default: ""}
     return [members[value] for value in values]

@@ -1,4 +1,4 @@
-"""Points while a design is being built, and the size of the world, which some maps bring with them."""
+"""Points while a design is being built, and what maps ask of them: a size of the world, a unit of length."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.document import Place
 from sweep.evaluation import ExpressionError
@@ -52,7 +53,7 @@ def fitted_to_map(study: Study, points: Points) -> Points:
     for side, name in enumerate(SIDES):
         if study.place_of(name):
             continue
-        sizes = {map_name: size[side] for map_name, size in _sizes(points).items()}
+        sizes = {map_name: size[side] for map_name, size in _sizes(study, points).items()}
         if "map" not in columns:
             base[name] = next(iter(sizes.values()), base[name])
         elif any(size != base[name] for size in sizes.values()):
@@ -62,21 +63,33 @@ def fitted_to_map(study: Study, points: Points) -> Points:
     return Points(base, columns, points.count)
 
 
-def check_map_sizes(study: Study, points: Points) -> None:
-    """Raise SpecError where the study gives a width or height that is not that of the map."""
+def check_maps(study: Study, points: Points) -> None:
+    """Raise SpecError for a map in another unit than the model's, and for a width or height that is not the map's."""
+    length = MODELS[study.model].length
+    for name in _maps(points):
+        if name in MAPS and MAPS[name].unit not in ("", length):
+            fitting = ", ".join(other for other, map_ in MAPS.items() if map_.unit in ("", length))
+            raise study.document.error(
+                study.place_of("map") or ("model",),
+                f"map {name} is measured in {MAPS[name].unit}, and {study.model} in {length}; "
+                f'maps in {length}: {fitting}; or give shapes of your own under "maps"',
+            )
     values = {**points.base, **points.columns}
     for side, name in enumerate(SIDES):
         place = study.place_of(name)
         if place is None:
             continue
-        for map_name, size in _sizes(points).items():
+        for map_name, size in _sizes(study, points).items():
             if np.any((values["map"] == map_name) & (values[name] != size[side])):
                 shown = " x ".join(f"{length:g}" for length in size)
-                raise study.document.error(place, f"map {map_name} is {shown} px: leave width and height out")
+                raise study.document.error(place, f"map {map_name} is {shown} {length}: leave width and height out")
 
 
-def _sizes(points: Points) -> dict[str, tuple[float, float]]:
+def _maps(points: Points) -> list[str]:
+    return sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
+
+
+def _sizes(study: Study, points: Points) -> dict[str, tuple[float, float]]:
     """Width and height of those maps of the points that have their own."""
-    names = sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
-    sizes = {name: getattr(MAPS[name], "size", None) for name in names}
+    sizes = {name: study.map_size(name) for name in _maps(points)}
     return {name: size for name, size in sizes.items() if size is not None}

@@ -18,6 +18,8 @@ def provenance(study: Study) -> dict[str, Any]:
     return {
         "format": 1,
         "study": study.name,
+        "model": study.model,
+        "preset": study.preset,
         "spec": study.text,
         "spec_path": str(study.path),
         "kernels_sha": KERNELS_SHA,

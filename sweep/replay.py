@@ -4,18 +4,23 @@ import math
 from typing import Any
 
 from kernels.metrics import METRICS
+from kernels.worlds import MAPS
 from sweep.fields import fields
-from sweep.jobs import Job
+from sweep.jobs import Job, point_id
+from sweep.maps import Obstacles, from_json
 from sweep.names import unknown
 from sweep.parquet import StoreError
 from sweep.rows import trial_metrics
 from sweep.spec import Record, Streams
-from sweep.study import StoredStudy
-from sweep.trial import simulate
+from sweep.study import StoredStudy, StoredWorld
+from sweep.trial import obstacles, simulate
 
 
 def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
-    """The job of a stored trial, and its row. Raises StoreError where there is no such trial."""
+    """The job of a stored trial, and its row.
+
+    Raises StoreError where there is no such trial, and where the spec as last launched has another map of that name.
+    """
     import pyarrow as pa
 
     table = study.store.read("trials", trial_ids=pa.array([trial]))
@@ -23,6 +28,7 @@ def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
         known = study.plan["trial_id"].to_pylist()
         raise StoreError(f"study {study.name}: {unknown('trial', trial, known)}")
     row: dict[str, Any] = table.to_pylist()[0]
+    settings = {name: row[name] for name in fields(row["model"])}
     streams = dict(item.split("=") for item in row["streams"].split())
     job = Job(
         trial_id=trial,
@@ -32,17 +38,35 @@ def stored_job(study: StoredStudy, trial: str) -> tuple[Job, dict[str, Any]]:
         literal=row["seed_listed"],
         model=row["model"],
         preset=row["preset"],
-        settings={name: row[name] for name in fields(row["model"])},
+        settings=settings,
         record=_record(row),
         streams=Streams(**streams),
         time_limit=None,
+        obstacles=_obstacles(study, row, settings),
     )
     return job, row
+
+
+def _obstacles(study: StoredStudy, row: dict[str, Any], settings: dict[str, Any]) -> Obstacles | None:
+    """Those of a map of the spec's own, None for a built-in one."""
+    name = row["map"]
+    if name in MAPS:
+        return None
+    maps = {own: from_json(stored) for own, stored in study.provenance["maps"].items()}
+    if row["point"] != point_id(row["model"], row["preset"], settings, maps):
+        raise StoreError(f"study {study.name}: the spec as last launched does not have the map {name} of this trial")
+    return maps[name].obstacles
 
 
 def _record(row: dict[str, Any]) -> Record:
     metrics = tuple(name for name in METRICS if name in row and f"{name}_mean" in row)
     return Record(metrics=metrics, every=row["every"])
+
+
+def stored_world(study: StoredStudy, trial: str) -> StoredWorld:
+    """The world of a stored trial, drawn again. Raises StoreError as `stored_job` does."""
+    job, _ = stored_job(study, trial)
+    return StoredWorld(float(job.settings["width"]), float(job.settings["height"]), obstacles(job))
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from kernels.metrics import METRICS
-from sweep.fields import Field, fields
+from sweep.fields import Field, fields, spelled
 from sweep.jobs import Job
 from sweep.spec import Study
 from sweep.trial import Result
@@ -16,6 +16,7 @@ from sweep.trial import Result
 PROVENANCE = b"boidsweep"
 """The key of the provenance, as JSON, in the schema metadata of every file."""
 
+BODIES = pa.list_(pa.float64())
 ARROW = {"float": pa.float64(), "int": pa.int64(), "bool": pa.bool_(), "choice": pa.string()}
 
 ABOUT_TRIAL = (
@@ -42,9 +43,10 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     columns += [_setting(field) for field in fields(study.model).values()]
     for name in study.record.metrics:
         metric = METRICS[name]
-        columns.append(_column(name, pa.float64(), metric.unit, f"{metric.text}, at the last frame"))
+        unit = spelled(metric.unit, study.model)
+        columns.append(_column(name, pa.float64(), unit, f"{metric.text}, at the last frame"))
         mean = f"{metric.text}, mean over the frames of the last half"
-        columns.append(_column(f"{name}_mean", pa.float64(), metric.unit, mean))
+        columns.append(_column(f"{name}_mean", pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
 
 
@@ -55,7 +57,8 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
         _column("frame", pa.int64(), "step", "steps done"),
     ]
     for name in study.record.series:
-        columns.append(_column(name, pa.float64(), METRICS[name].unit, METRICS[name].text))
+        unit = spelled(METRICS[name].unit, study.model)
+        columns.append(_column(name, pa.float64(), unit, METRICS[name].text))
     return pa.schema(columns, _metadata(provenance))
 
 
@@ -70,6 +73,20 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
+def trajectories_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
+    """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all boids in the order of theirs."""
+    length, speed = spelled("length", study.model), spelled("length/time", study.model)
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("frame", pa.int64(), "step", "steps done"),
+        _column("x", BODIES, length, "positions"),
+        _column("y", BODIES, length, "positions"),
+        _column("vx", BODIES, speed, "velocities"),
+        _column("vy", BODIES, speed, "velocities"),
+    ]
+    return pa.schema(columns, _metadata(provenance))
+
+
 class Tables:
     """Builds the tables of a part from results; the schemas are those of one launch."""
 
@@ -78,26 +95,35 @@ class Tables:
         self.trials = trials_schema(study, provenance)
         self.series = series_schema(study, provenance)
         self.heatmaps = heatmaps_schema(provenance)
+        self.trajectories = trajectories_schema(study, provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`, and `series` and `heatmaps` where the study records them."""
+        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records them."""
         rows = [trial_row(self.study.name, result) for result in results]
         tables = {"trials": pa.Table.from_pylist(rows, self.trials)}
         if self.study.record.series:
             tables["series"] = self._series([result for result in results if result.frames is not None])
         if self.study.record.heatmaps:
             tables["heatmaps"] = self._heatmaps([result for result in results if result.heatmap is not None])
+        if self.study.record.trajectories:
+            tables["trajectories"] = self._trajectories([one for one in results if one.trajectory is not None])
         return tables
 
     def _series(self, results: Sequence[Result]) -> pa.Table:
-        lengths = [len(_frames(result)) for result in results]
-        which = pa.array(np.repeat(np.arange(len(results), dtype=np.int32), lengths))
-        ids = pa.array([result.job.trial_id for result in results], pa.string())
-        columns = [pa.DictionaryArray.from_arrays(which, ids).cast(pa.string())]
-        columns.append(_joined([_frames(result) for result in results], pa.int64()))
+        columns = _ids_and_frames(results)
         for name in self.study.record.series:
             columns.append(_joined([result.series[name] for result in results], pa.float64()))
         return pa.Table.from_arrays(columns, schema=self.series)
+
+    def _trajectories(self, results: Sequence[Result]) -> pa.Table:
+        flights = [result.trajectory for result in results if result.trajectory is not None]
+        sizes = np.concatenate([[0], *(np.full(len(flight), flight.shape[2]) for flight in flights)])
+        offsets = pa.array(np.cumsum(sizes), pa.int32())
+        columns = _ids_and_frames(results)
+        for row in range(4):
+            numbers = _joined([flight[:, row].ravel() for flight in flights], pa.float64())
+            columns.append(pa.ListArray.from_arrays(offsets, numbers))
+        return pa.Table.from_arrays(columns, schema=self.trajectories)
 
     def _heatmaps(self, results: Sequence[Result]) -> pa.Table:
         maps = [result.heatmap for result in results if result.heatmap is not None]
@@ -144,6 +170,15 @@ def trial_metrics(result: Result) -> dict[str, float]:
 def _streams(job: Job) -> str:
     streams = job.streams
     return f"start={streams.start} world={streams.world} noise={streams.noise}"
+
+
+def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:
+    """The columns `trial_id` and `frame` of a table with one row a frame."""
+    lengths = [len(_frames(result)) for result in results]
+    which = pa.array(np.repeat(np.arange(len(results), dtype=np.int32), lengths))
+    ids = pa.array([result.job.trial_id for result in results], pa.string())
+    trials = pa.DictionaryArray.from_arrays(which, ids).cast(pa.string())
+    return [trials, _joined([_frames(result) for result in results], pa.int64())]
 
 
 def _frames(result: Result) -> np.ndarray[Any, np.dtype[np.int64]]:

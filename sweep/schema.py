@@ -9,9 +9,11 @@ from typing import Any
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
+from kernels.worlds import MAPS
 from sweep.axes import GRIDS, MOST_POINTS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
+from sweep.maps import MAP_NAME, MOST_LENGTH
 from sweep.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.spec import MOST_REPLICATES, REQUIRED, STUDY_NAME
 
@@ -35,13 +37,13 @@ def json_schema() -> Schema:
                 "then": _of_model(model),
             }
             for model in MODELS
-        ],
+        ]
+        + [_built_in_maps()],
         "$defs": _shared() | {key: value for model in MODELS for key, value in _values(model).items()},
     }
 
 
 def _properties() -> Schema:
-    metrics = _listed({"enum": list(METRICS)})
     stream = {"enum": ["common", "independent"]}
     return {
         "study": {
@@ -51,6 +53,13 @@ def _properties() -> Schema:
         },
         "model": {"oneOf": [{"const": name, "description": model.source} for name, model in MODELS.items()]},
         "preset": {"type": "string", "description": "where values come from that the spec leaves out"},
+        "maps": {
+            "type": "object",
+            "propertyNames": {"pattern": f"^{MAP_NAME.pattern}$", "not": {"enum": list(MAPS)}},
+            "additionalProperties": {"anyOf": _map_forms()},
+            "minProperties": 1,
+            "description": "maps of the study's own, by name",
+        },
         "fixed": {"type": "object", "description": "one value for each of these fields"},
         "sweep": {"type": "object", "description": "axes; the points are their product, the last one fastest"},
         "derive": {"type": "object", "description": "fields computed from others, by expressions"},
@@ -70,19 +79,41 @@ def _properties() -> Schema:
             **_mapping(dict.fromkeys(("start", "world", "noise"), stream)),
             "description": "common: the same random numbers at all points; independent: others at each",
         },
-        "record": _mapping(
-            {
-                "metrics": {
-                    **metrics,
-                    "description": "recorded of each trial; by default those of the model",
-                },
-                "series": {**metrics, "description": "recorded of each frame"},
-                "every": {"type": "integer", "minimum": 1, "description": "number of steps between frames"},
-                "heatmaps": {"type": "boolean", "description": "whether visits are kept by pixel"},
-            }
-        ),
+        "record": _record(),
         "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "seconds a trial may take"},
     }
+
+
+def _record() -> Schema:
+    metrics = _listed({"enum": list(METRICS)})
+    return _mapping(
+        {
+            "metrics": metrics | {"description": "recorded of each trial; by default those of the model"},
+            "series": metrics | {"description": "recorded of each frame"},
+            "every": {"type": "integer", "minimum": 1, "description": "number of steps between frames"},
+            "heatmaps": {"type": "boolean", "description": "whether visits are kept by pixel"},
+            "trajectories": {"type": "boolean", "description": "whether all boids are kept of each frame"},
+        }
+    )
+
+
+def _map_forms() -> list[Schema]:
+    """The ways to write a map."""
+    number: Schema = {"type": "number"}
+    length: Schema = {"type": "number", "exclusiveMinimum": 0, "maximum": MOST_LENGTH}
+    disc = {"x": number, "y": number, "radius": length}
+    rectangle = {"x": number, "y": number, "width": length, "height": length}
+    shapes = {"disc": _mapping(disc, disc), "rectangle": _mapping(rectangle, rectangle)}
+    drawn: Schema = {
+        "size": {"type": "array", "items": length, "minItems": 2, "maxItems": 2, "description": "[width, height]"},
+        "shapes": {"type": "array", "items": _mapping(shapes) | _one_of(shapes), "minItems": 1},
+    }
+    pictured: Schema = {
+        "image": TEXT | {"description": "a file, whose dark pixels are occupied"},
+        "resolution": length | {"description": "length of a pixel"},
+    }
+    ros: Schema = {"ros": TEXT | {"description": "a file of ROS's map_server"}}
+    return [_mapping(form, form) for form in (drawn, pictured, ros)]
 
 
 def _shared() -> Schema:
@@ -124,6 +155,10 @@ def _value(model: str, field: Field) -> Schema:
     presets = (f"{name}: {preset_settings(model, name)[field.name]}" for name in MODELS[model].presets)
     unit = f" ({field.unit})" if field.unit else ""
     schema: Schema = {"description": f"{field.text}{unit}. {', '.join(presets)}"}
+    if field.name == "map":
+        return schema | {
+            "anyOf": [{"enum": list(field.choices)}, {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}]
+        }
     if field.kind == "choice":
         return schema | {"enum": list(field.choices)}
     schema["type"] = {"float": "number", "int": "integer", "bool": "boolean"}[field.kind]
@@ -142,10 +177,20 @@ def _of_model(model: str) -> Schema:
     properties = {
         "preset": {"enum": list(MODELS[model].presets)},
         "fixed": _mapping(values),
-        "sweep": _mapping(axes) | {"additionalProperties": {"anyOf": _joint_axes(values)}},
+        "sweep": _mapping(axes) | {"additionalProperties": {"anyOf": [*_joint_axes(values), _ablation(model)]}},
         "derive": _mapping(derived),
     }
     return {"properties": properties}
+
+
+def _built_in_maps() -> Schema:
+    """Without maps of its own, a study has the built-in ones to choose from."""
+    name = {"enum": list(MAPS)}
+    swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
+    return {
+        "if": {"not": {"required": ["maps"]}},
+        "then": {"properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}},
+    }
 
 
 def _axis(value: Schema) -> Schema:
@@ -170,6 +215,15 @@ def _joint_axes(values: Schema) -> list[Schema]:
         _mapping(table, ["sample", "file"]),
         _mapping({"zip": _mapping(members), "when": _reference("when")}, ["zip"]),
     ]
+
+
+def _ablation(model: str) -> Schema:
+    """An axis from the preset of the study to another one."""
+    other = {
+        "enum": list(MODELS[model].presets),
+        "description": "another preset: each setting in which it differs is changed alone, and last all of them",
+    }
+    return _mapping({"ablate": other, "when": _reference("when")}, ["ablate"])
 
 
 def _reference(name: str) -> Schema:

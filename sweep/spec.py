@@ -10,10 +10,12 @@ from typing import Any, Literal, cast
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import Model
+from kernels.worlds import MAPS
 from sweep.axes import Axis, AxisReader
 from sweep.document import Document, Entry, Place
 from sweep.expressions import Expression
-from sweep.fields import Field, Value, fields
+from sweep.fields import Field, Value, study_fields
+from sweep.maps import OwnMap, read_maps
 from sweep.strict_yaml import dump, parse_document, read_document
 from sweep.values import check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
 
@@ -22,9 +24,10 @@ Stream = Literal["common", "independent"]
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 MOST_REPLICATES = 10**9
 REQUIRED = ("study", "model", "preset", "seed")
+KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
-    *("fixed", "sweep", "derive", "require", "replicates", "seeds", "streams", "record", "time_limit"),
+    *("maps", "fixed", "sweep", "derive", "require", "replicates", "seeds", "streams", "record", "time_limit"),
 )
 
 
@@ -36,6 +39,7 @@ class Record:
     series: tuple[str, ...] = ()
     every: int = 1
     heatmaps: bool = False
+    trajectories: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Streams:
 class Study:
     """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
 
+    `maps` are those of the spec's own.
     Either `replicates` (trials a point) or `seeds` (one literal seed a trial) is given.
     """
 
@@ -58,6 +63,7 @@ class Study:
     name: str
     model: str
     preset: str
+    maps: dict[str, OwnMap]
     fixed: dict[str, Value]
     axes: tuple[Axis, ...]
     derive: dict[str, Expression]
@@ -76,13 +82,17 @@ class Study:
 
     @property
     def path(self) -> Path:
-        """The file of the spec; tables stand relative to its folder."""
+        """The file of the spec; tables and images stand relative to its folder."""
         return self.document.path
 
     @cached_property
     def fields(self) -> dict[str, Field]:
-        """Every setting of the model."""
-        return fields(self.model)
+        """Every setting of the model; the choices of `map` include the study's own."""
+        return study_fields(self.model, self.maps)
+
+    def map_size(self, name: str) -> tuple[float, float] | None:
+        """The width and height of a map, built-in or the study's own; None where any size will do."""
+        return self.maps[name].size if name in self.maps else MAPS[name].size
 
     @property
     def trials_per_point(self) -> int:
@@ -121,9 +131,12 @@ def _study(root: Entry) -> Study:
     root.keys(KEYS, required=REQUIRED)
     model = root.child("model").one_of("model", MODELS)
     seed = root.child("seed").whole(0)
-    reader = AxisReader(fields(model), seed, root.document.path.parent)
-    fixed, axes = read_fixed(root.get("fixed"), reader.fields), read_axes(root.get("sweep"), reader)
-    derive = read_derive(root.get("derive"), reader.fields)
+    preset = root.child("preset").one_of(f"preset of {model}", MODELS[model].presets)
+    folder = root.document.path.parent
+    maps = read_maps(root.get("maps"), folder)
+    reader = AxisReader(model, preset, study_fields(model, maps), seed, folder)
+    fixed, derive = read_fixed(root.get("fixed"), reader.fields), read_derive(root.get("derive"), reader.fields)
+    axes = read_axes(root.get("sweep"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     replicates, seeds = _replication(root)
@@ -131,7 +144,8 @@ def _study(root: Entry) -> Study:
         document=root.document,
         name=_name(root.child("study")),
         model=model,
-        preset=root.child("preset").one_of(f"preset of {model}", MODELS[model].presets),
+        preset=preset,
+        maps=maps,
         fixed=fixed,
         axes=axes,
         derive=derive,
@@ -181,16 +195,16 @@ def _streams(entry: Entry | None) -> Streams:
 def _record(entry: Entry | None, model: Model) -> Record:
     if entry is None:
         return Record(model.metrics)
-    entry.keys(["metrics", "series", "every", "heatmaps"])
+    entry.keys(["metrics", "series", "every", *KEPT])
     metrics, series = entry.get("metrics"), entry.get("series")
-    every, heatmaps = entry.get("every"), entry.get("heatmaps")
+    every, kept = entry.get("every"), {name: entry.child(name).truth() for name in KEPT if name in entry.value}
     recorded = _metrics(metrics) if metrics else model.metrics
     followed = _metrics(series) if series else ()
     return Record(
         metrics=(*recorded, *(name for name in followed if name not in recorded)),
         series=followed,
         every=every.whole(1) if every else 1,
-        heatmaps=heatmaps.truth() if heatmaps else False,
+        **kept,
     )
 
 

@@ -4,14 +4,29 @@ import json
 from collections import Counter
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
+from numpy.typing import NDArray
 
+from sweep.ablation import fitted_preset
+from sweep.names import unknown
+from sweep.parquet import StoreError
 from sweep.rows import PROVENANCE
 from sweep.store import Store
+
+
+class StoredWorld(NamedTuple):
+    """The size of a trial's world, and its obstacles (M, 5) as kernels.worlds has them.
+
+    A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a rectangle.
+    """
+
+    width: float
+    height: float
+    obstacles: NDArray[np.float64]
 
 
 class StoredStudy:
@@ -65,6 +80,32 @@ class StoredStudy:
         table["visits"] = pd.Series(arrays, index=table.index, dtype=object)
         return table
 
+    @cached_property
+    def trajectories(self) -> pd.DataFrame:
+        """One row a recorded frame of a trial: trial_id, frame, and x, y, vx, vy, arrays (N,) each."""
+        return self._in_order(self._table("trajectories"))
+
+    def trajectory(self, trial: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in them, shape (F, 4, N).
+
+        Raises StoreError where none are stored of that trial.
+        """
+        table = self.store.read("trajectories", trial_ids=pa.array([trial]))
+        if table.num_rows == 0:
+            raise StoreError(
+                f"study {self.name}: no trajectory of trial {trial} is stored; record: {{trajectories: true}} does that"
+            )
+        frame = table.to_pandas()
+        bodies = [np.stack(frame[name].tolist()) for name in ("x", "y", "vx", "vy")]
+        return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
+
+    def world(self, trial: str) -> StoredWorld:
+        """The world of a stored trial, drawn again from its row. Raises StoreError where that cannot be."""
+        # Here, as it brings the kernels along, which tables do without.
+        from sweep.replay import stored_world
+
+        return stored_world(self, trial)
+
     @property
     def units(self) -> dict[str, str]:
         """The unit of every column of `trials` and `series` that has one."""
@@ -90,3 +131,27 @@ class StoredStudy:
         frame: pd.DataFrame = table.to_pandas()
         order = np.argsort(place.loc[frame["trial_id"]].to_numpy(), kind="stable")
         return frame.iloc[order].reset_index(drop=True)
+
+
+def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
+    """What the axis that ablates `preset` has changed in each trial, in the order of `study.trials`, by trial_id.
+
+    It is "" where no setting of the axis differs from the study's preset, the name of the setting where one detail
+    does ("map" where the world does), "all" where all do, and else the names of all that do, joined by " + ". Raises
+    StoreError where no axis of the study ablates that preset.
+    """
+    ablated: dict[str, list[list[str]]] = study.provenance.get("ablated", {})
+    if preset not in ablated:
+        raise StoreError(f"study {study.name}: {unknown('ablated preset', preset, ablated)}")
+    trials = study.trials
+    before = fitted_preset(study.provenance["model"], study.provenance["preset"])
+    changed = pd.DataFrame(
+        {names[0]: (trials[names] != [before[name] for name in names]).any(axis=1) for names in ablated[preset]}
+    )
+    labels = [_label(row, list(changed.columns)) for row in changed.to_numpy()]
+    return pd.Series(labels, index=trials["trial_id"], name="detail", dtype=object)
+
+
+def _label(changed: NDArray[np.bool_], names: list[str]) -> str:
+    together = [name for name, differs in zip(names, changed, strict=True) if differs]
+    return "all" if len(together) == len(names) > 1 else " + ".join(together)

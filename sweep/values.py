@@ -6,6 +6,7 @@ All functions raise SpecError for what is not allowed.
 from collections import Counter
 from collections.abc import Iterable
 
+from sweep.ablation import is_ablation, read_ablation
 from sweep.axes import Axis, AxisReader, read_expression
 from sweep.document import Entry
 from sweep.expressions import CONDITION, KINDS, Expression
@@ -26,9 +27,16 @@ def read_fixed(entry: Entry | None, known: dict[str, Field]) -> dict[str, Value]
     return fixed
 
 
-def read_axes(entry: Entry | None, reader: AxisReader) -> tuple[Axis, ...]:
-    """The axes under `sweep`, in the order of the file."""
-    return tuple(reader.read(name, child) for name, child in entry.mapping()) if entry else ()
+def read_axes(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> tuple[Axis, ...]:
+    """The axes under `sweep`, in the order of the file; `given` are the fields with a value under another key."""
+    entries = dict(entry.mapping()) if entry else {}
+    axes = {name: reader.read(name, child) for name, child in entries.items() if not is_ablation(child)}
+    taken = {*given, *(field for axis in axes.values() for field in axis.columns)}
+    ablations = [name for name in entries if name not in axes]
+    if len(ablations) > 1:
+        raise entries[ablations[1]].error(f'"{ablations[0]}" ablates already: a study has one such axis')
+    axes |= {name: read_ablation(name, entries[name], reader, taken) for name in ablations}
+    return tuple(axes[name] for name in entries)
 
 
 def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expression]:

@@ -110,6 +110,7 @@ def test_listed_seeds_may_be_reordered_and_extended() -> None:
         {"streams": {"noise": "common"}},
         {"record": {"every": 2}},
         {"record": {"heatmaps": True}},
+        {"record": {"trajectories": True}},
         {"record": {"series": ["speed"]}},
         {"record": {"metrics": ["speed"]}},
     ],
@@ -123,6 +124,15 @@ def test_other_kernels_make_other_trials_of_the_same_points() -> None:
     one, other = jobs_of(study_of(), "one"), jobs_of(study_of(), "other")
     assert one.points == other.points
     assert not set(one.table()["trial_id"]) & set(other.table()["trial_id"])
+
+
+def test_trials_that_keep_no_trajectory_are_what_they_were_before_one_could() -> None:
+    """The hash of a trial, spelled out."""
+    study = study_of(record={"metrics": ["speed"], "trajectories": False})
+    record = {"metrics": ["speed"], "series": [], "every": 1, "heatmaps": False}
+    streams = {"start": "common", "world": "common", "noise": "independent"}
+    content = json.dumps(["sha", streams, record], sort_keys=True) + f" {jobs_of(study).points[0]} 5 replicate 0"
+    assert jobs_of(study)[0].trial_id == sha256(content.encode()).hexdigest()[:24]
 
 
 def test_order_of_metrics_does_not_matter() -> None:

@@ -41,6 +41,25 @@ def test_tables_are_valid() -> None:
     VALIDATOR.validate(content(short(TABLE)))
 
 
+ROOM = "maps: {room: {size: [9, 9], shapes: [{disc: {x: 1, y: 2, radius: 3}}]}}"
+LAB = "maps: {lab: {image: lab.png, resolution: 0.05}, floor: {ros: floor.yaml}}"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (ROOM, "fixed: {map: room}"),
+        (LAB, "sweep: {map: [lab, empty]}"),
+        (LAB, "sweep: {z: {zip: {map: [lab, floor], n: [1, 2]}}}"),
+        ("sweep: {detail: {ablate: as_written, when: n > 1}}",),
+        ("record: {trajectories: true}",),
+    ],
+    ids=" ".join,
+)
+def test_maps_ablations_and_trajectories_are_valid(lines: tuple[str, ...]) -> None:
+    VALIDATOR.validate(content(short(*lines)))
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_value_is_valid(model: str) -> None:
     for preset, values in MODELS[model].presets.items():
@@ -69,6 +88,18 @@ def test_missing_keys_are_invalid(key: str) -> None:
         "fixed: {width: 0}",
         "fixed: {map: cafetria}",
         "fixed: {minimum_image: 1}",
+        "fixed: {map: room}",
+        "sweep: {map: [room]}",
+        "maps: {Room: {image: lab.png, resolution: 1}}",
+        "maps: {empty: {image: lab.png, resolution: 1}}",
+        "maps: {room: {image: lab.png}}",
+        "maps: {room: {image: lab.png, resolution: 0}}",
+        "maps: {room: {size: [9], shapes: [{disc: {x: 1, y: 2, radius: 3}}]}}",
+        "maps: {room: {size: [9, 9], shapes: [{disc: {x: 1, y: 2}}]}}",
+        "maps: {room: {ros: floor.yaml, resolution: 1}}",
+        "sweep: {detail: {ablate: as_ritten}}",
+        "sweep: {detail: {ablate: as_written, points: 3}}",
+        "record: {trajectories: 1}",
         "sweep: {n: []}",
         "sweep: {n: 5}",
         "sweep: {drag: [0, 7]}",

@@ -8,7 +8,6 @@ import pyarrow.parquet as pq
 import pytest
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
-from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.document import SpecError
 from sweep.fields import fields
@@ -250,10 +249,11 @@ MISTAKES = [
     (["streams: {stat: common}"], '6: unknown key "stat"; did you mean "start"?'),
     (
         ["record:", "  metrics:", "    - polarisation"],
-        '8: unknown metric "polarisation"; did you mean "polarization"? Allowed: ' + ", ".join(METRICS),
+        '8: unknown metric "polarisation"; did you mean "polarization"?',
     ),
     (["record: {series: [speed, speed]}"], '6: "speed" stands twice in "series"'),
     (["record: {every: 0}"], '6: "every" must be a whole number from 1, not 0'),
+    (["record: {trajectories: 1}"], '6: "trajectories" must be true or false, not 1'),
     (["record: {heatmaps: yes}"], '6: "heatmaps" must be true or false, not "yes"'),
     (["time_limit: 0"], '6: "time_limit" must be a number of seconds above 0, not 0'),
     (["time_limit: .inf"], '6: "time_limit" must be a finite number, not inf'),

@@ -1,0 +1,92 @@
+"""From images to rectangles: the occupied pixels of a file, as few rectangles.
+
+Files may come from anyone: only plain raster formats are decoded, and no image that is too large.
+"""
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+MOST_SIDE = 4096
+FORMATS = ("PNG", "PPM", "BMP", "JPEG", "GIF", "TIFF", "WEBP")
+SEAM = 1e-9
+"""By how much of a pixel a rectangle is larger on every side, as a point on a border is inside of nothing."""
+
+
+class ImageError(ValueError):
+    """Why a file gives no image."""
+
+
+def brightness(path: Path) -> NDArray[np.float64]:
+    """How bright every pixel is, from 0 (black) to 255 (white, or transparent), shape (rows, columns), top row first.
+
+    Colours count by their luminance. Raises ImageError for a file that is missing, is no image or is too large.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path, formats=FORMATS) as image:
+                if max(image.size) > MOST_SIDE:
+                    raise ImageError(f"has {image.width} x {image.height} pixels; at most {MOST_SIDE} x {MOST_SIDE}")
+                return _grey(image)
+    except ImageError:
+        raise
+    except FileNotFoundError:
+        raise ImageError("does not exist") from None
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise ImageError(f"is too large; at most {MOST_SIDE} x {MOST_SIDE} pixels") from None
+    except UnidentifiedImageError:
+        raise ImageError(f"is not an image; allowed are {', '.join(FORMATS)}") from None
+    except Exception as error:
+        # Decoders of damaged files raise errors of almost any type.
+        raise ImageError(f"cannot be read: {error}") from None
+
+
+def _grey(image: "Image.Image") -> NDArray[np.float64]:
+    if image.mode in ("I", "I;16", "I;16L", "I;16B"):
+        return np.asarray(image, np.float64) / 257.0
+    if image.mode == "F":
+        raise ImageError("has pixels of fractional numbers, whose black and white are not known")
+    if image.has_transparency_data:
+        from PIL import Image
+
+        colours = image.convert("RGBA")
+        image = Image.alpha_composite(Image.new("RGBA", colours.size, "white"), colours)
+    return np.asarray(image.convert("L"), np.float64)
+
+
+def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Rectangles (M, 4) that cover the true pixels of `occupied` and no others, none twice.
+
+    Each is its first column, first row, and the column and row after its last. Runs of pixels within a row are
+    merged with equal runs in the rows below.
+    """
+    change = np.diff(np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    row, start = np.nonzero(change == 1)
+    stop = np.nonzero(change == -1)[1]
+    order = np.lexsort((row, stop, start))
+    row, start, stop = row[order], start[order], stop[order]
+    new = np.ones(len(row), np.bool_)
+    new[1:] = (np.diff(start) != 0) | (np.diff(stop) != 0) | (np.diff(row) != 1)
+    first = np.flatnonzero(new)
+    last = np.append(first[1:], len(row))[: len(first)] - 1
+    return np.column_stack([start[first], row[first], stop[first], row[last] + 1])
+
+
+def obstacles_of(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
+    """The occupied pixels as obstacles (M, 5), see kernels.worlds; a pixel has the length `resolution`.
+
+    Row r of the image lies at y = r * resolution: images keep their orientation, their top left corner is the origin.
+    """
+    left, top, right, bottom = rectangles(occupied).T.astype(np.float64)
+    half_width, half_height = (right - left) / 2 + SEAM, (bottom - top) / 2 + SEAM
+    sizes = np.stack([(left + right) / 2, (top + bottom) / 2, half_width, half_height]) * resolution
+    return np.vstack([sizes, np.zeros(len(left))]).T

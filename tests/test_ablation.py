@@ -1,0 +1,137 @@
+"""The axis from one preset to another changes each detail alone, and last all of them."""
+
+from pathlib import Path
+
+import pytest
+from specs import SHORT, short, short_study
+from studies import SMALL, launched
+
+from kernels.models import MODELS
+from sweep.design import Design, expand
+from sweep.document import SpecError
+from sweep.fields import Value, fields, preset_settings
+from sweep.jobs import Jobs
+from sweep.parquet import StoreError
+from sweep.spec import Study, parse_spec
+from sweep.study import details
+
+ABLATED = "sweep: {detail: {ablate: as_written}}"
+
+
+def changes(design: Design, preset: dict[str, Value]) -> list[dict[str, Value]]:
+    """What differs from the preset in each point."""
+    points = [design.settings(point) for point in range(design.n_points)]
+    return [{name: value for name, value in point.items() if value != preset[name]} for point in points]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("other", ["as_written", "as_run"])
+def test_each_difference_comes_alone_in_the_order_of_the_fields_and_last_all(model: str, other: str) -> None:
+    preset = "as_run" if other == "as_written" else "as_written"
+    before, after = preset_settings(model, preset), preset_settings(model, other)
+    differing = [name for name in fields(model) if before[name] != after[name] and name not in ("n", "steps")]
+    spec = SHORT.replace("nguyen2024", model).replace("as_run", preset) + f"sweep: {{detail: {{ablate: {other}}}}}\n"
+    assert len(differing) > 1
+    assert changes(expand(parse_spec(spec)), before) == [
+        {},
+        *({name: after[name]} for name in differing),
+        {name: after[name] for name in differing},
+    ]
+
+
+def columns(*lines: str) -> set[str]:
+    """The fields that the axis `detail` of a short study changes."""
+    return next(set(axis.columns) for axis in short_study(*lines).axes if axis.name == "detail")
+
+
+def test_what_is_given_elsewhere_stays() -> None:
+    whole = columns(ABLATED)
+    assert whole - columns(ABLATED, "fixed: {drag: 0.5}") == {"drag"}
+    assert whole - columns(ABLATED, "derive: {drag: 1 / n}") == {"drag"}
+    assert whole - columns("sweep: {detail: {ablate: as_written}, drag: [0, 1]}") == {"drag"}
+
+
+def points(study: Study) -> list[str]:
+    return Jobs(study, expand(study), "sha").points
+
+
+def test_the_unchanged_row_is_the_point_of_the_study_without_the_axis() -> None:
+    plain, ablated = points(short_study("sweep: {n: [3, 4]}")), points(short_study(ABLATED[:-1] + ", n: [3, 4]}"))
+    assert ablated[:2] == plain
+    assert len(set(ablated)) == len(ablated)
+
+
+def test_elsewhere_than_under_its_condition_nothing_is_changed() -> None:
+    study = short_study("sweep: {n: [3, 4], detail: {ablate: as_written, when: n > 3}}")
+    counts = [expand(study).settings(point)["n"] for point in range(expand(study).n_points)]
+    assert (counts.count(3), counts.count(4)) == (1, len(study.axes[1]))
+
+
+WORLDS = [
+    ({"map": "cafeteria", "width": 800.0, "height": 600.0}, ("map", "width", "height"), (800.0, 600.0)),
+    ({"map": "cafeteria", "width": 7.0, "height": 7.0}, ("map", "width", "height"), (800.0, 600.0)),
+    ({"width": 900.0}, ("width",), (900.0, 740.0)),
+    ({"map": "empty"}, ("map",), (1280.0, 740.0)),
+]
+
+
+@pytest.mark.parametrize(("world", "names", "size"), WORLDS, ids=str)
+def test_the_map_and_its_size_change_together(
+    world: dict[str, Value], names: tuple[str, ...], size: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    presets = MODELS["nguyen2024"].presets
+    monkeypatch.setitem(presets, "elsewhere", presets["as_run"] | world | {"drag": 0.5})
+    study = short_study("sweep: {detail: {ablate: elsewhere}}")
+    assert study.axes[0].details == (("drag",), names)
+    last = expand(study).settings(3)
+    assert (last["drag"], last["width"], last["height"]) == (0.5, *size)
+    assert columns("sweep: {detail: {ablate: elsewhere}}", "fixed: {height: 600}") == {"drag"}
+
+
+def test_a_single_difference_makes_two_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    presets = MODELS["nguyen2024"].presets
+    monkeypatch.setitem(presets, "heavy", presets["as_run"] | {"drag": 0.5, "n": 7, "steps": 8})
+    design = expand(short_study("sweep: {detail: {ablate: heavy}}"))
+    assert (design.n_points, design.duplicates, list(design.columns)) == (2, 0, ["drag"])
+
+
+MISTAKES = [
+    (
+        ["sweep: {detail: {ablate: as_writen}}"],
+        '6: unknown preset of nguyen2024 "as_writen"; did you mean "as_written"?',
+    ),
+    (["sweep: {detail: {ablate: as_run}}"], "6: as_run is the preset of the study: ablate needs another one"),
+    (["sweep: {drag: {ablate: as_written}}"], '6: "drag" is a field: an axis that ablates needs a name of its own'),
+    (["sweep: {detail: {ablate: as_written, points: 3}}"], '6: unknown key "points". Allowed: ablate, when'),
+    (["sweep:", "  a: {ablate: as_written}", "  b: {ablate: as_written}"], '8: "a" ablates already: a study has one'),
+    (
+        ["sweep: {detail: {ablate: as_written, when: drag > 1}}"],
+        '6: when cannot use "drag" here: it is swept by detail',
+    ),
+    (["sweep: {detail: {ablate: 5}}"], '6: "ablate" must be a text, not 5'),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), MISTAKES, ids=[lines[-1][:50] for lines, _ in MISTAKES])
+def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
+    with pytest.raises(SpecError) as error:
+        parse_spec(short(*lines))
+    assert str(error.value).startswith(f"spec.yaml:{message}")
+
+
+def test_presets_that_differ_in_nothing_open_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    presets = MODELS["nguyen2024"].presets
+    monkeypatch.setitem(presets, "heavy", presets["as_run"] | {"drag": 0.5, "n": 7})
+    with pytest.raises(SpecError, match="6: heavy differs from as_run in nothing that the study leaves open"):
+        short_study("sweep: {detail: {ablate: heavy}}", "fixed: {drag: 0}")
+
+
+def test_details_name_what_was_changed_in_each_trial(tmp_path: Path) -> None:
+    spec = SMALL.replace("separation_weight: [0.5, 1]", "detail: {ablate: as_written}\n  drag: [0, 0.1]")
+    study = launched(spec.replace("replicates: 3", "replicates: 1"), tmp_path)
+    labels = details(study, "as_written")
+    assert list(labels.index) == list(study.trials["trial_id"])
+    changed = [name for name in study.varied if name != "drag"]
+    assert list(labels) == [label for label in ["", *changed, "all"] for _ in range(2)]
+    with pytest.raises(StoreError, match='unknown ablated preset "as_run"'):
+        details(study, "as_run")
