@@ -19,7 +19,7 @@ from sweep.rows import PROVENANCE, Tables
 from sweep.runner import drive
 from sweep.spec import Study
 from sweep.store import Store
-from sweep.trial import Result, failed, run, warm
+from sweep.trial import Result, failed, result_bytes, run, warm
 from sweep.writer import Writer
 
 
@@ -104,7 +104,7 @@ def _run(
     # Compiled here once, or four cold workers would each compile the same.
     warm(missing[0])
     batches = drive(missing, run, executor=executor, cost=job_seconds, failed=failed)
-    with Writer[Result](store, tables) as writer:
+    with Writer[Result](store, tables, size=result_bytes) as writer:
         for results in batches:
             writer.add(results)
             progress.statuses.update(result.status for result in results)
@@ -113,7 +113,12 @@ def _run(
 
 
 def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
-    """The trials of the spec in its order; the metadata adds which fields vary."""
+    """The trials of the spec in its order; the metadata adds the varied and ablated fields and the spec's maps."""
     table = pa.table(jobs.table())
-    about = origin | {"varied": list(design.columns), "record": list(study.record.metrics)}
+    about = origin | {
+        "varied": list(design.columns),
+        "record": list(study.record.metrics),
+        "maps": {name: own.as_json() for name, own in study.maps.items()},
+        "ablated": {axis.ablated: axis.details for axis in study.axes if axis.ablated},
+    }
     return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})

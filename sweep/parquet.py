@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 
@@ -33,6 +34,21 @@ def load_table(part: Path, name: str, columns: list[str] | None = None) -> pa.Ta
     """A table of a part, or some of its columns. Raises StoreError for a damaged file."""
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
+
+
+def load_trials(part: Path, name: str, columns: list[str] | None, trial_ids: pa.Array | None) -> pa.Table:
+    """The rows of some trials (None: of all) in a table of a part, whose content is not read where it has none of them.
+
+    Raises StoreError for a damaged file.
+    """
+    if trial_ids is None:
+        return load_table(part, name, columns)
+    present = load_table(part, "trials", ["trial_id"])["trial_id"]
+    if pc.any(pc.is_in(present, value_set=trial_ids), min_count=0).as_py():
+        table = load_table(part, name, columns)
+        return table.filter(pc.is_in(table["trial_id"], value_set=trial_ids))
+    schema = stored_schema(part / f"{name}.parquet")
+    return schema.empty_table().select([column for column in schema.names if columns is None or column in columns])
 
 
 def stored_schema(path: Path) -> pa.Schema:

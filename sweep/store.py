@@ -26,7 +26,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.parquet import StoreError, load_table, move_durably, new_file, opened, remedy_for, stored_schema
+from sweep.parquet import StoreError, load_table, load_trials, move_durably, new_file, opened, remedy_for, stored_schema
 
 T = TypeVar("T")
 
@@ -81,9 +81,7 @@ class Store:
         column that the table has in no part.
         """
         wanted = None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
-        union = self._steadily(lambda parts: _union(_current(parts, table, wanted), wanted))
-        if trial_ids is not None:
-            union = union.filter(pc.is_in(union["trial_id"], value_set=trial_ids))
+        union = self._steadily(lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted))
         if columns is None:
             return union
         if unknown := set(columns) - set(union.column_names):
@@ -198,11 +196,11 @@ def _check(tables: Mapping[str, pa.Table]) -> None:
             raise ValueError(f"a part cannot hold {name} of trials that are not in its `trials`")
 
 
-def _current(parts: list[Path], name: str, columns: list[str] | None) -> list[pa.Table]:
-    """The current rows of one table, for each of the parts that have it."""
+def _current(parts: list[Path], name: str, columns: list[str] | None, only: pa.Array | None) -> list[pa.Table]:
+    """The current rows of one table, optionally only some trials, for each of the parts that have it."""
     superseded = _superseded(parts)
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
-    return [_without(load_table(part, name, columns), superseded.get(part)) for part in holders]
+    return [_without(load_trials(part, name, columns, only), superseded.get(part)) for part in holders]
 
 
 def _superseded(parts: list[Path]) -> dict[Path, pa.Array]:

@@ -85,6 +85,11 @@ def failed(job: Job, error: str) -> Result:
     return Result(job, "failed", 0.0, error=error)
 
 
+def result_bytes(result: Result) -> int:
+    """The bytes of the arrays that can be large."""
+    return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)
+
+
 class Taken(NamedTuple):
     """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x, y, vx and vy (F, 4, N)."""
 

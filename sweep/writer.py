@@ -11,13 +11,15 @@ from sweep.store import Store
 
 R = TypeVar("R")
 
+MOST_BYTES = 256 * 2**20
+
 
 class Writer(Generic[R]):
     """Collects the drive loop's results and stores a part now and then; a context manager.
 
-    A part is stored when `rows` results are held, when `seconds` have passed since the last one, and on
-    leaving the context, for whatever reason. Results stay held until their part is stored. `build` makes the
-    tables of a non-empty list of results.
+    A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are held, when `seconds` have passed
+    since the last one, and on leaving the context, for whatever reason. Results stay held until their part is stored.
+    `build` makes the tables of a non-empty list of results.
     """
 
     def __init__(
@@ -25,12 +27,14 @@ class Writer(Generic[R]):
         store: Store,
         build: Callable[[list[R]], Mapping[str, pa.Table]],
         *,
+        size: Callable[[R], int] = lambda _result: 0,
         rows: int = 1000,
         seconds: float = 5.0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._store = store
         self._build = build
+        self._size = size
         self._rows = rows
         self._seconds = seconds
         self._clock = clock
@@ -50,7 +54,8 @@ class Writer(Generic[R]):
     def add(self, results: Iterable[R]) -> None:
         """Hold results, storing a part if it is time."""
         self._held.extend(results)
-        if len(self._held) >= self._rows or self._clock() - self._flushed >= self._seconds:
+        full = len(self._held) >= self._rows or sum(map(self._size, self._held)) >= MOST_BYTES
+        if full or self._clock() - self._flushed >= self._seconds:
             self.flush()
 
     def flush(self) -> None:

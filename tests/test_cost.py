@@ -26,6 +26,8 @@ def test_metrics_and_frames_cost_time_and_space() -> None:
     often = Record(("speed", "flock_count"), ("speed", "flock_count"))
     assert trial_seconds("nguyen2024", settings, often) > trial_seconds("nguyen2024", settings, rare)
     assert trial_bytes(settings, often) > 20 * trial_bytes(settings, rare)
+    flown = Record(("speed",), every=100, trajectories=True)
+    assert trial_bytes(settings, flown) > 200 * 4 * 6 * 5
 
 
 def test_a_study_costs_the_sum_of_its_trials() -> None:

@@ -5,14 +5,18 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
 import sweep.launch as launch_module
+from kernels import KERNELS_SHA
+from sweep.design import expand
 from sweep.executors import Loky, Serial
-from sweep.jobs import Job
+from sweep.jobs import Job, Jobs
 from sweep.launch import launch
+from sweep.parquet import StoreError
 from sweep.spec import parse_spec
 from sweep.study import StoredStudy
 from sweep.trial import Result, run
@@ -139,6 +143,46 @@ def test_heatmaps_hold_the_visits_that_coverage_counts(tmp_path: Path) -> None:
         assert visits.shape == (600, 800)
         share = 100 * (visits > 0).sum() / (visits >= 0).sum()
         assert share == trials.loc[row["trial_id"], "coverage"]
+
+
+FLOWN = SMALL.replace("every: 2", "every: 2, trajectories: true").replace("separation_weight: [0.5, 1]", "n: [12, 5]")
+FLOWN = FLOWN.replace("n: 12, ", "")
+
+
+def test_trajectories_are_stored_by_frame_and_read_by_trial(tmp_path: Path) -> None:
+    study = launched(FLOWN, tmp_path)
+    frames = study.trajectories
+    assert list(frames.columns) == ["trial_id", "frame", "x", "y", "vx", "vy"]
+    assert list(frames["frame"]) == [0, 2, 4, 6, 8, 9] * 6
+    assert [len(x) for x in frames["x"]] == [12] * 18 + [5] * 18
+    parsed = parse_spec(FLOWN)
+    for job in Jobs(parsed, expand(parsed), KERNELS_SHA):
+        steps, flight = study.trajectory(job.trial_id)
+        result = run(job)
+        assert steps.tolist() == [0, 2, 4, 6, 8, 9]
+        assert flight.tobytes() == result.trajectory.tobytes()
+        rows = frames[frames["trial_id"] == job.trial_id]
+        assert (np.stack(rows["vy"].tolist()) == result.trajectory[:, 3]).all()
+
+
+def test_trajectories_are_asked_for(tmp_path: Path) -> None:
+    study = launched(SMALL, tmp_path)
+    assert study.trajectories.empty
+    with pytest.raises(StoreError, match=r"no trajectory of trial \w+ is stored; record: {"):
+        study.trajectory(study.trials["trial_id"][0])
+
+
+def test_an_interrupted_launch_with_trajectories_goes_on_to_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(launch_module, "run", interrupting_after(3))
+        with pytest.raises(KeyboardInterrupt):
+            relaunch(FLOWN, tmp_path / "resumed")
+    relaunch(FLOWN, tmp_path / "resumed")
+    resumed, whole = StoredStudy("small", tmp_path / "resumed"), launched(FLOWN, tmp_path / "whole")
+    same(resumed, whole)
+    pd.testing.assert_frame_equal(resumed.trajectories, whole.trajectories, check_exact=True)
 
 
 def test_a_row_says_all_that_made_it(tmp_path: Path) -> None:

@@ -18,7 +18,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sweep import parquet
 from sweep import store as store_module
+from sweep import writer as writer_module
 from sweep.parquet import StoreError
 from sweep.store import Store
 from sweep.writer import Writer
@@ -148,6 +150,23 @@ def test_read_selects_trials_and_columns(store: Store) -> None:
     assert read["value"].to_pylist() == ["1", "1", "3", "3"]
     with pytest.raises(StoreError, match="series has no column valeu"):
         store.read("series", columns=["valeu"])
+
+
+def test_a_part_without_a_wanted_trial_is_not_read(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    append(store, {"a": "1"})
+    append(store, {"b": "2"})
+    load, read = parquet.load_table, []
+
+    def noted(part: Path, name: str, *columns: Any) -> pa.Table:
+        read.append(name)
+        return load(part, name, *columns)
+
+    monkeypatch.setattr(parquet, "load_table", noted)
+    assert store.read("series", trial_ids=pa.array(["b"]))["value"].to_pylist() == ["2", "2"]
+    assert read.count("series") == 1
+    nothing = store.read("series", trial_ids=pa.array(["z"]), columns=["value"])
+    assert (nothing.column_names, nothing.num_rows) == (["value"], 0)
+    assert read.count("series") == 1
 
 
 def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
@@ -376,6 +395,15 @@ def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(store: St
         assert len(store.trial_ids()) == 4
     assert len(store.trial_ids()) == 6
     assert len(part_names(store)) == 3
+
+
+def test_a_writer_stores_a_part_when_its_results_are_large(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(writer_module, "MOST_BYTES", 10)
+    with Writer(store, build, size=len, clock=lambda: 0.0) as writer:
+        writer.add(["four", "five5"])
+        assert store.trial_ids() == {}
+        writer.add(["six"])
+        assert len(store.trial_ids()) == 3
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])

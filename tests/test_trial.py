@@ -22,13 +22,16 @@ from sweep.trial import Result, Simulation, run
 OVERFLOWS = {
     "nguyen2024": {"displacement_factor": 1e300, "separation_weight": 1e20},
     "aziel_chen2025": {"max_acceleration": 1e308, "max_speed": 1e308, "cohesion_weight": 1e308, "dt": 1e10},
+    "patel2023": {"dt": 1e308},
+    "nanobot": {"dt": 1e308},
+    "rustamani2024": {"max_acceleration": 1e308, "max_speed": 1e308, "acceleration_pool": 1e308, "cohesion_weight": 1e308},
 }
 
 
 def small(model: str, **changes: Any) -> builders.Job:
     """A short trial with coverage, escapes and a series, on a random map."""
-    settings = {"n": 12, "steps": 20, "map": "random_obstacles", "width": 240, "height": 180, "n_obstacles": 2}
-    settings |= {"obstacle_margin": 40, "obstacle_radius": 12} | changes
+    settings = {"n": 12, "steps": 20, "map": "random_obstacles", "n_obstacles": 2}
+    settings |= builders.scaled(model, width=240, height=180, obstacle_margin=40, obstacle_radius=12, pixel=1) | changes
     return builders.job(model, metrics=tuple(METRICS), series=("speed", "coverage"), heatmaps=True, **settings)
 
 
@@ -46,6 +49,44 @@ def test_a_result_has_every_metric_every_frame_and_the_heatmap(model: str) -> No
 def test_what_is_not_asked_for_is_not_given() -> None:
     result = run(builders.job(n=5, steps=4, metrics=("speed",)))
     assert (list(result.last), result.frames, result.series, result.heatmap) == (["speed"], None, {}, None)
+
+
+def flown(a_job: builders.Job) -> builders.Job:
+    """The job that records its trajectory too."""
+    return replace(a_job, record=replace(a_job.record, trajectories=True))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_trajectory_holds_every_boid_in_every_recorded_frame(model: str) -> None:
+    a_job = builders.job(model, n=12, steps=20, every=6, metrics=("coverage",))
+    result, simulation = run(flown(a_job)), Simulation(a_job)
+    states = [builders.state(simulation.flock).copy()]
+    for steps in (6, 6, 6, 2):
+        simulation.advance(steps)
+        states.append(builders.state(simulation.flock).copy())
+    assert result.frames.tolist() == [0, 6, 12, 18, 20]
+    assert (result.trajectory == np.stack(states)).all()
+    assert run(a_job).trajectory is None
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    a_job = small(model, every=3)
+    whole = run(flown(a_job)).trajectory
+    assert builders.bits(flown(a_job)) == builders.bits(a_job)
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 1)
+    monkeypatch.setattr(trial, "FRAME_BYTES", 1)
+    assert (run(flown(a_job)).trajectory == whole).all()
+
+
+def test_a_trajectory_ends_where_its_trial_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    diverged = run(flown(small("nguyen2024", steps=400, **OVERFLOWS["nguyen2024"])))
+    assert diverged.status == "diverged"
+    assert diverged.trajectory.shape == (diverged.step, 4, 12)
+    assert np.isfinite(diverged.trajectory).all()
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 60)
+    late = run(flown(replace(small("nguyen2024", steps=1000), time_limit=1e-9)))
+    assert (late.status, late.trajectory.shape) == ("timeout", (6, 4, 12))
 
 
 def without_numbers(result: Result) -> bool:
@@ -136,7 +177,8 @@ def test_a_job_that_never_returned_is_a_failed_result() -> None:
 def test_a_job_gives_the_same_bits_again_and_after_other_jobs(model: str) -> None:
     """On a map that is kept between trials, with its coverage, as well as on one that is drawn anew."""
     others = [small(name, seed=seed, n=30) for name in MODELS for seed in (5, 6)]
-    for settings in ({}, {"map": "cafeteria", "width": 800, "height": 600}):
+    own_map = next(name for name in builders.maps_of(model) if MAPS[name].size and not MAPS[name].random)
+    for settings in ({}, {"map": own_map} | builders.map_size(model, own_map)):
         a_job = small(model, **settings)
         first = builders.bits(a_job)
         others.append(small(model, seed=7, footprint_radius=9, **settings))
@@ -191,10 +233,8 @@ def test_seeds_and_replicates_differ_and_points_share_their_start() -> None:
     assert elsewhere[1:] != first[1:]
 
 
-@pytest.mark.parametrize("name", MAPS)
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+@pytest.mark.parametrize(("model", "preset", "name"), builders.PRESETS_ON_MAPS)
 def test_every_preset_runs_on_every_map(model: str, preset: str, name: str) -> None:
-    width, height = MAPS[name].size or (800, 600)
-    result = run(builders.job(model, preset, map=name, width=width, height=height, n=10, steps=5))
+    result = run(builders.job(model, preset, map=name, **builders.map_size(model, name), n=10, steps=5))
     assert result.status == "done", result.error
     assert set(result.last) == set(MODELS[model].metrics)
