@@ -38,6 +38,7 @@ def test_a_world_of_too_many_pixels_is_refused_where_coverage_is_recorded() -> N
     covering = COVERING.replace("map: cafeteria", f"map: empty, {huge}")
     assert "coverage is counted by pixels" in refused(covering)
     assert expand(parse_spec(SMALL.replace("n: 12", f"n: 12, {huge}"))).n_points == 2
+    assert expand(parse_spec(covering.replace("map: empty", "map: empty, pixel: 10"))).n_points == 2
 
 
 @pytest.mark.parametrize(

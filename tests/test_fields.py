@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels.models import MODELS
-from sweep.fields import Field, NotAllowedError, fields, preset_settings
+from sweep.fields import Field, NotAllowedError, fields, preset_settings, spelled
 
 FIELDS = fields("nguyen2024")
 NUMBERS = st.one_of(st.floats(), st.integers(-(2**40), 2**40), st.sampled_from([0.0, -0.0, 1, 0.5, math.inf]))
@@ -46,6 +46,17 @@ def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> No
         with pytest.raises(NotAllowedError) as error:
             field.column(array)
         assert error.value.index == allowed.index(False)
+
+
+def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert (FIELDS["width"].unit, FIELDS["start_speed"].unit, FIELDS["footprint_radius"].unit) == (
+        "px",
+        "px/step",
+        "pixels",
+    )
+    monkeypatch.setitem(MODELS, "metric", MODELS["nguyen2024"]._replace(length="m", time="s"))
+    assert fields("metric")["start_speed"].unit == "m/s"
+    assert spelled("length/time^2 at times of any lengths", "metric") == "m/s^2 at times of any lengths"
 
 
 def test_error_names_the_first_wrong_value() -> None:
