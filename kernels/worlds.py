@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels import arenas
 from kernels.jit import jit
 from kernels.settings import INTEGER, WorldSettings
 from kernels.state import Floats, World
@@ -91,6 +92,7 @@ def narrow_corridor(_settings: WorldSettings, _rng: np.random.Generator) -> Obst
     return np.array([[400.0, 135.0, 100.0, 100.0, 0.0], [400.0, 465.0, 100.0, 100.0, 0.0]])
 
 
+_RUSTAMANI = "rustamani2024, section 3"
 _AZIEL = "aziel_chen2025, section 3.1"
 MAPS: dict[str, Map] = {
     "empty": Map(empty, "no obstacles, any size", _AZIEL),
@@ -99,6 +101,12 @@ MAPS: dict[str, Map] = {
     "dense_cafeteria": Map(dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"),
     "dense_cafeteria_heatmap": Map(dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0), "px"),
     "narrow_corridor": Map(narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0), "px"),
+    "arena": Map(arenas.arena, "an empty square for robots", _RUSTAMANI, (10.0, 10.0), "m"),
+    "arena_two_obstacles": Map(
+        *(arenas.arena_two_obstacles, "a disc and a box on the diagonal", _RUSTAMANI), (10.0, 10.0), "m"
+    ),
+    "maze": Map(arenas.maze, "walls across the diagonal", "ours, in the spirit of " + _RUSTAMANI, (10.0, 10.0), "m"),
+    "field": Map(arenas.arena, "an empty rectangle, three times as long", _RUSTAMANI, (30.0, 10.0), "m"),
 }
 
 
@@ -123,48 +131,49 @@ class Reach(NamedTuple):
     obstacle: NDArray[np.int64]
 
 
-CELL = 10.0
+MOST_COLUMNS = 80
+"""Cells along the longer side of the world."""
 
 
 def build_reach(world: World, margin: float) -> Reach:
     """The Reach of obstacles that act up to `margin` beyond their larger half width (in the world's unit)."""
-    one_cell = math.isinf(margin) or world.obstacle_x.size == 0
-    columns = 1 if one_cell else max(1, min(1000, round(world.width / CELL)))
-    rows = 1 if one_cell else max(1, min(1000, round(world.height / CELL)))
-    first = np.zeros(columns * rows + 2, np.int64)
-    reach = np.maximum(world.half_width, world.half_height) + margin
-    size = _fill_reach(world, reach, columns, rows, first, np.empty(0, np.int64))
-    obstacle = np.empty(size, np.int64)
-    _fill_reach(world, reach, columns, rows, first, obstacle)
-    return Reach(columns, rows, columns / world.width, rows / world.height, first, obstacle)
+    n = world.obstacle_x.size
+    cell = max(world.width, world.height) / (1 if math.isinf(margin) or n == 0 else MOST_COLUMNS)
+    columns, rows = max(1, round(world.width / cell)), max(1, round(world.height / cell))
+    per_width, per_height = columns / world.width, rows / world.height
+    extent = np.maximum(world.half_width, world.half_height) + margin
+    count, nowhere = np.zeros(columns * rows + 1, np.int64), np.empty(0, np.int64)
+    _enter(world, extent, Reach(columns, rows, per_width, per_height, count, nowhere))
+    count[-1] = n
+    first = np.concatenate([[0], np.cumsum(count)])
+    obstacle = np.empty(first[-1], np.int64)
+    obstacle[first[-2] :] = np.arange(n)
+    _enter(world, extent, Reach(columns, rows, per_width, per_height, first[:-1].copy(), obstacle))
+    return Reach(columns, rows, per_width, per_height, first, obstacle)
 
 
 @jit
-def _fill_reach(
-    world: World, reach: Floats, columns: int, rows: int, first: NDArray[np.int64], obstacle: NDArray[np.int64]
-) -> int:
-    """Fill `first`, and `obstacle` unless it is empty; return how long `obstacle` must be."""
-    width = world.width / columns
-    height = world.height / rows
-    size = 0
-    for cell in range(columns * rows):
-        first[cell] = size
-        x = (cell % columns + 0.5) * width
-        y = (cell // columns + 0.5) * height
-        for m in range(reach.size):
-            beside = abs(x - world.obstacle_x[m]) > 0.5 * width + reach[m]
-            above = abs(y - world.obstacle_y[m]) > 0.5 * height + reach[m]
-            if not (beside or above):
-                if obstacle.size > 0:
-                    obstacle[size] = m
-                size += 1
-    first[columns * rows] = size
-    for m in range(reach.size):
-        if obstacle.size > 0:
-            obstacle[size] = m
-        size += 1
-    first[columns * rows + 1] = size
-    return size
+def _enter(world: World, extent: Floats, reach: Reach) -> None:
+    """Enter every obstacle into the cells within its `extent` (M,), each at `first`, which moves on by one.
+
+    Where `obstacle` is empty, this counts.
+    """
+    for m in range(extent.size):
+        x, y, r = world.obstacle_x[m], world.obstacle_y[m], extent[m] * (1 + 1e-9)
+        for row in range(*_cells(y - r, y + r, reach.rows_per_length, reach.rows)):
+            for column in range(*_cells(x - r, x + r, reach.columns_per_length, reach.columns)):
+                cell = row * reach.columns + column
+                if reach.obstacle.size > 0:
+                    reach.obstacle[reach.first[cell]] = m
+                reach.first[cell] += 1
+
+
+@jit
+def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int]:
+    """The first of `n` cells that an interval touches, and the one after the last."""
+    if math.isinf(high):
+        return 0, n
+    return max(0, math.floor(low * per_length)), min(n - 1, math.floor(high * per_length)) + 1
 
 
 @jit

@@ -18,7 +18,7 @@ OBSTACLES = [[20, 20, 7, 7, 1], [45, 30, 6, 4, 0], [59, 49, 5, 5, 1]]
 WORLD = builders.a_world(COLUMNS, ROWS, obstacles=OBSTACLES)
 BLOCKED = naive.blocked(WORLD, ROWS, COLUMNS)
 SMALL = {"map": "random_obstacles", "width": 160, "height": 120, "n_obstacles": 3, "obstacle_radius": 9}
-SMALL |= {"obstacle_margin": 20, "start_margin": 0}
+SMALL |= {"obstacle_margin": 20, "start_margin": 0, "pixel": 1, "grid_cell": 1}
 
 anywhere = st.floats(-8, 68).map(lambda place: round(place, 2))
 

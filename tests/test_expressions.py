@@ -43,10 +43,29 @@ def conditions(part: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     )
 
 
+class PowersAsCalls(ast.NodeTransformer):
+    """Makes `a ** b` the call `power(a, b)`."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:  # noqa: N802
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Pow):
+            return node
+        return ast.Call(ast.Name("power", ast.Load()), [node.left, node.right], [])
+
+
+def real_power(base: float, exponent: float) -> float:
+    """A power; ValueError where Python goes on with a complex number, even if only to compare it."""
+    result = base**exponent
+    if isinstance(result, complex):
+        raise ValueError("not a real number")
+    return result
+
+
 def in_python(text: str, values: dict[str, float]) -> object:
     """What Python makes of it, with float numbers; None where that is an error or not a finite real number."""
     names = values | PYTHON | {name: lambda x, f=function: float(f(x)) for name, function in ROUNDED.items()}
-    literals = ast.parse(text, mode="eval")
+    names |= {"power": real_power}
+    literals = ast.fix_missing_locations(PowersAsCalls().visit(ast.parse(text, mode="eval")))
     for node in ast.walk(literals):
         if isinstance(node, ast.Constant) and not isinstance(node.value, str):
             node.value = float(node.value)
@@ -54,7 +73,7 @@ def in_python(text: str, values: dict[str, float]) -> object:
         result = eval(compile(literals, "", "eval"), {"__builtins__": {}}, names)
     except (ArithmeticError, ValueError, TypeError):
         return None
-    return None if isinstance(result, complex) or not math.isfinite(result) else result
+    return result if math.isfinite(result) else None
 
 
 POINTS = st.fixed_dictionaries({name: st.sampled_from([-2.0, 0.0, 0.5, 1.0, 3.0, 10.0]) for name in NAMES})
