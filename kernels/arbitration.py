@@ -16,6 +16,19 @@ def limit(x: float, y: float, most: float) -> tuple[float, float]:
 
 
 @jit
+def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float, float]:
+    """The velocity (vx, vy), scaled to the speed `most` where it is faster, to `least` where it is slower.
+
+    A boid at rest has no direction and stays so. Eq. (22) of patel2023.
+    """
+    speed = math.sqrt(vx * vx + vy * vy)
+    moving = speed if speed > 0.0 else 1.0
+    scale = least / moving if 0.0 < speed < least else 1.0
+    scale = most / moving if speed > most else scale
+    return vx * scale, vy * scale
+
+
+@jit
 def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
     """The acceleration (ax, ay) with what of the force (x, y) fits in `budget`, and the budget left.
 

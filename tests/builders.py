@@ -73,15 +73,18 @@ def job(
     )
 
 
-def weightless(model: str) -> dict[str, float]:
-    """The changes that switch off every force of a model."""
-    return {name: 0.0 for name in fields(model) if name.endswith("_weight")}
+def weightless(model: str) -> dict[str, Any]:
+    """The changes that switch off every force of a model, and what else would change its velocities."""
+    off = {name: 0.0 for name in fields(model) if name.endswith("_weight")}
+    off |= {name: 0.0 for name in ("border_turn", "min_speed") if name in fields(model)}
+    return off | ({"border_adds_velocity": "never"} if "border_adds_velocity" in fields(model) else {})
 
 
 def isotropic(model: str) -> dict[str, Any]:
     """The changes that leave a model with only the forces between boids, which know neither place nor direction."""
-    others = ("wander_weight", "wall_weight", "goal_weight", "obstacle_weight")
-    return {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
+    others = ("wander_weight", "wall_weight", "goal_weight", "obstacle_weight", "border_turn")
+    off = {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
+    return off | ({"border_adds_velocity": "never"} if "border_adds_velocity" in fields(model) else {})
 
 
 def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulation:

@@ -43,8 +43,10 @@ def scalar(name: str, rng: np.random.Generator) -> Any:
         return rng.uniform(0, 60) ** 2
     if name in ("position", "x", "y"):
         return rng.choice([rng.uniform(1, 799), rng.uniform(-50, 850), 0.0, 100.0, 800.0])
+    if name == "crowd_apart":
+        return bool(rng.random() < 0.5)
     known = {"length": 800.0, "epsilon": 1e-10, "margin": rng.choice([0.0, 10.0, 40.0, 1e6]), "i": 2}
-    positive = {"most", "budget", "width"}
+    positive = {"least", "most", "budget", "width"}
     return known.get(name, rng.exponential(1.0) if name in positive else rng.normal(0, 1.0))
 
 

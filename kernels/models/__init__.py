@@ -1,9 +1,11 @@
 """The published models, by name. To add one, copy `_skeleton.py` and enter it here."""
 
-from kernels.models import aziel_chen2025, nguyen2024
+from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023
 from kernels.settings import Model
 
 MODELS: dict[str, Model] = {
     "nguyen2024": nguyen2024.MODEL,
     "aziel_chen2025": aziel_chen2025.MODEL,
+    "patel2023": patel2023.MODEL,
+    "nanobot": nanobot.MODEL,
 }

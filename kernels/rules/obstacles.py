@@ -52,6 +52,21 @@ def repulsion_inverse(
 
 
 @jit
+def repulsion_linear(world: World, reach: Reach, margin: float, x: float, y: float) -> tuple[float, float]:
+    """The sum of displacements from obstacles within `margin` of their surface: Eq. (25) of patel2023."""
+    force_x, force_y = 0.0, 0.0
+    cell = reach_cell(reach, x, y)
+    for k in range(reach.first[cell], reach.first[cell + 1]):
+        m = reach.obstacle[k]
+        dx = x - world.obstacle_x[m]
+        dy = y - world.obstacle_y[m]
+        counts = 1.0 if math.sqrt(dx * dx + dy * dy) < _size(world, m) + margin else 0.0
+        force_x += dx * counts
+        force_y += dy * counts
+    return force_x, force_y
+
+
+@jit
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:
     """1/(x + epsilon) - 1/(L - x + epsilon) for one coordinate in [0, L]: f_wall of aziel_chen2025.
 

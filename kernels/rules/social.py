@@ -20,21 +20,38 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
 
 
 @jit
+def separation_linear(near: Near, found: int, range2: float) -> tuple[float, float]:
+    """The sum of d = x_i - x_j over neighbours nearer than sqrt(range2): Eq. (6) of patel2023."""
+    x, y = 0.0, 0.0
+    for k in range(found):
+        close = 1.0 if near.distance2[k] < range2 else 0.0
+        x -= close * near.dx[k]
+        y -= close * near.dy[k]
+    return x, y
+
+
+@jit
 def alignment(seen: Flock, i: int, near: Near, found: int, range2: float) -> tuple[float, float]:
     """Mean velocity of the neighbours nearer than sqrt(range2), less that of boid `i`: Eq. (5) of nguyen2024.
 
     Zero without neighbours.
     """
-    vx, vy, count = 0.0, 0.0, 0
+    return alignment_from(seen.vx[i], seen.vy[i], seen, near, found, range2)
+
+
+@jit
+def alignment_from(vx: float, vy: float, seen: Flock, near: Near, found: int, range2: float) -> tuple[float, float]:
+    """`alignment` of a boid whose velocity is already (vx, vy) and not the one seen: Eq. (10) of patel2023."""
+    mean_vx, mean_vy, count = 0.0, 0.0, 0
     for k in range(found):
         if near.distance2[k] < range2:
-            vx += seen.vx[near.boid[k]]
-            vy += seen.vy[near.boid[k]]
+            mean_vx += seen.vx[near.boid[k]]
+            mean_vy += seen.vy[near.boid[k]]
             count += 1
     if count == 0:
         return 0.0, 0.0
     share = 1.0 / count
-    return vx * share - seen.vx[i], vy * share - seen.vy[i]
+    return mean_vx * share - vx, mean_vy * share - vy
 
 
 @jit
@@ -73,3 +90,27 @@ def flocking_sums(
         vx += seen.vx[near.boid[k]]
         vy += seen.vy[near.boid[k]]
     return crowd_x, crowd_y, x, y, vx, vy
+
+
+@jit
+def protected_sums(
+    seen: Flock, near: Near, found: int, crowd2: float, range2: float, crowd_apart: bool
+) -> tuple[float, float, float, float, float, float, int]:
+    """The sums behind the three rules of nanobot, in one pass.
+
+    x and y of: displacements to those nearer than sqrt(crowd2); displacements to, and velocities of, those nearer than
+    sqrt(range2), without the former if `crowd_apart`; and the number of the latter.
+    """
+    crowd_x, crowd_y, x, y, vx, vy, count = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    for k in range(found):
+        crowds = near.distance2[k] < crowd2
+        joins = (near.distance2[k] < range2) & (not (crowds & crowd_apart))
+        close, other = 1.0 if crowds else 0.0, 1.0 if joins else 0.0
+        crowd_x += close * near.dx[k]
+        crowd_y += close * near.dy[k]
+        x += other * near.dx[k]
+        y += other * near.dy[k]
+        vx += other * seen.vx[near.boid[k]]
+        vy += other * seen.vy[near.boid[k]]
+        count += int(joins)
+    return crowd_x, crowd_y, x, y, vx, vy, count

@@ -8,6 +8,8 @@ model one that takes a single step; every metric one in METRICS, from the six ro
 from naive.aziel_chen2025 import aziel_chen2025
 from naive.flight import Bird, angle_between, birds, neighbours, walk
 from naive.metrics import METRICS, flock_sizes
+from naive.nanobot import nanobot
 from naive.nguyen2024 import nguyen2024
+from naive.patel2023 import patel2023
 from naive.pixels import blocked, inside_any, visits
 from naive.rules import *

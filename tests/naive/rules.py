@@ -20,6 +20,12 @@ def shortened(force: Vector, most: float) -> Vector:
     return force * (most / length) if length > most else force
 
 
+def clamp_speed(vx: float, vy: float, least: float, most: float) -> Vector:
+    speed = math.hypot(vx, vy)
+    wanted = most if speed > most else max(speed, least)
+    return np.array([vx, vy]) / speed * wanted if speed > 0.0 else np.zeros(2)
+
+
 def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
     part = shortened(np.array([x, y]), budget)
     return ax + part[0], ay + part[1], max(budget - math.hypot(x, y), 0.0)
@@ -35,6 +41,16 @@ def separation_unit(near: Any, found: int, range2: float) -> Vector:
     _, towards = within(near, found, range2)
     lengths = np.linalg.norm(towards, axis=1)
     return (-towards / np.maximum(lengths, 1.0)[:, None]).sum(axis=0)
+
+
+def separation_linear(near: Any, found: int, range2: float) -> Vector:
+    return -within(near, found, range2)[1].sum(axis=0)
+
+
+def alignment_from(vx: float, vy: float, seen: Any, near: Any, found: int, range2: float) -> Vector:
+    others, _ = within(near, found, range2)
+    velocities = np.column_stack([seen.vx, seen.vy])
+    return velocities[others].mean(axis=0) - [vx, vy] if len(others) else np.zeros(2)
 
 
 def alignment(seen: Any, i: int, near: Any, found: int, range2: float) -> Vector:
@@ -54,6 +70,18 @@ def flocking_sums(seen: Any, near: Any, found: int, crowd2: float) -> Vector:
     return np.concatenate([within(near, found, crowd2)[1].sum(axis=0), towards.sum(axis=0), velocities.sum(axis=0)])
 
 
+def protected_sums(seen: Any, near: Any, found: int, crowd2: float, range2: float, crowd_apart: bool) -> Vector:
+    sums = np.zeros(7)
+    for k in range(found):
+        towards, j = np.array([near.dx[k], near.dy[k]]), near.boid[k]
+        in_crowd = near.distance2[k] < crowd2
+        if in_crowd:
+            sums[:2] += towards
+        if near.distance2[k] < range2 and not (in_crowd and crowd_apart):
+            sums[2:] += [*towards, seen.vx[j], seen.vy[j], 1]
+    return sums
+
+
 def wander(rng: np.random.Generator, width: float) -> Vector:
     return rng.uniform(-width, width, 2)
 
@@ -64,6 +92,12 @@ def confine(position: float, velocity: float, length: float, borders: int) -> tu
     if borders == BOUNDED and not 0.0 <= position <= length:
         return (-position if position < 0.0 else 2.0 * length - position), -velocity
     return position, velocity
+
+
+def turn_back(position: float, length: float, margin: float) -> float:
+    if position < margin:
+        return 1.0
+    return -1.0 if position > length - margin else 0.0
 
 
 def away_from_obstacles(world: Any, margin: float, x: float, y: float) -> Iterator[tuple[Vector, float]]:
@@ -83,6 +117,10 @@ def repulsion_unit(world: Any, reach: Any, margin: float, x: float, y: float) ->
 def repulsion_inverse(world: Any, reach: Any, margin: float, epsilon: float, x: float, y: float) -> Vector:  # noqa: ARG001
     forces = (unit / (distance + epsilon) for unit, distance in away_from_obstacles(world, margin, x, y))
     return sum(forces, np.zeros(2))
+
+
+def repulsion_linear(world: Any, reach: Any, margin: float, x: float, y: float) -> Vector:  # noqa: ARG001
+    return sum((unit * distance for unit, distance in away_from_obstacles(world, margin, x, y)), np.zeros(2))
 
 
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:
