@@ -1,12 +1,13 @@
 # make help lists the targets. The first one that needs it creates .venv and installs the pinned packages.
 
 PYTHON ?= python3
+SCALE ?= full
 BIN := .venv/bin
 STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart test test-slow bench check format clean
+.PHONY: help quickstart reproduce-figures test test-slow bench check format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -15,6 +16,9 @@ quickstart: $(STAMP)  ## run a small study, print its table, draw its figure
 	$(BIN)/sweep launch experiments/nguyen2024/quickstart.yaml
 	$(BIN)/sweep table quickstart
 	$(BIN)/python experiments/nguyen2024/figures.py quickstart
+
+reproduce-figures: $(STAMP)  ## run, draw and judge all that was published; SCALE=quick with few trials
+	$(BIN)/sweep reproduce --scale $(SCALE)
 
 test: check  ## check the code and run the fast tests
 	$(BIN)/pytest

@@ -33,6 +33,13 @@ class Over(StrEnum):
     half = "half"
 
 
+class Scale(StrEnum):
+    """How many trials a reproduction has."""
+
+    full = "full"
+    quick = "quick"
+
+
 def main() -> None:
     """The `sweep` command: errors that a user can mend become one line and exit code 2."""
     try:
@@ -128,6 +135,33 @@ def table(
         print(rows.to_json(orient="records", indent=2))
     else:
         table_text(stored, rows, names)
+
+
+@app.command()
+def reproduce(
+    experiments: Annotated[Path, typer.Argument(help="Folder of the studies with a published.yaml.")] = Path(
+        "experiments"
+    ),
+    only: Annotated[list[str] | None, typer.Option(help="Run and draw this study only; may be repeated.")] = None,
+    scale: Annotated[Scale, typer.Option(help="All trials, or few of them as a try.")] = Scale.full,
+    results: Results = Path("results"),
+    workers: Annotated[int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")] = 0,
+) -> None:
+    """Run what is missing of the published studies, draw their figures, and judge every published claim.
+
+    The verdicts are on the page scorecard.html below the results.
+    """
+    from sweep.claims import read_all
+    from sweep.executors import Loky, core_count
+    from sweep.reproduce import reproduce as run_all
+
+    quick = scale is Scale.quick
+    publications = read_all(experiments, quick=quick)
+    engine = Loky(workers or core_count())
+    outcome = run_all(publications, results, engine, quick=quick, only=only or ())
+    print(outcome.summary(), file=sys.stderr)
+    if not outcome.whole:
+        raise SystemExit(1)
 
 
 @app.command()

@@ -3,8 +3,11 @@
 Colours are those of Okabe and Ito, which people with any form of colour vision can tell apart.
 """
 
-from collections.abc import Sequence
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from matplotlib import style
 from matplotlib.axes import Axes
@@ -14,7 +17,20 @@ from sweep.analysis import curves
 from sweep.study import StoredStudy
 
 STYLE = Path(__file__).parent / "house.mplstyle"
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+"""What the figures and claims of a study may be called: their names become those of files and links."""
 LINE_STYLES = ("-", "--", "-.", ":", (0, (3, 1, 1, 1, 1, 1)), (0, (6, 2)))
+
+
+class Drawing(NamedTuple):
+    """A figure of a study's figures.py: `draw` gets the stored studies by the names of their specs.
+
+    `specs` are those it needs, and `text` says in one line what it shows.
+    """
+
+    draw: Callable[[dict[str, StoredStudy]], Figure]
+    specs: tuple[str, ...]
+    text: str
 
 
 def metric_curves(study: StoredStudy, by: str, metrics: Sequence[str] = ()) -> Figure:
@@ -59,10 +75,44 @@ def _trials(study: StoredStudy, by: str) -> str:
     return f"{study.name}: {number} trials a curve"
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
-    """Write `figure` as PNG and PDF, byte-identical for the same input, and return the files."""
+def save(figure: Figure, path: Path, about: Mapping[str, str] | None = None, watermark: str = "") -> list[Path]:
+    """Write `figure` as PNG and PDF, byte-identical for the same input, and return the files.
+
+    `about` goes into their metadata: text chunks of the PNG, subject and keywords of the PDF. The PNG comes last
+    and by one rename, so that what it says of itself is true of both.
+    """
+    about = about or {}
     path.parent.mkdir(parents=True, exist_ok=True)
-    files = [path.with_suffix(".png"), path.with_suffix(".pdf")]
-    figure.savefig(files[0], metadata={"Software": "boidsweep"})
-    figure.savefig(files[1], metadata={"Creator": "boidsweep", "CreationDate": None})
-    return files
+    if watermark:
+        _mark(figure, watermark)
+    png, pdf = (path.with_name(path.name + ending) for ending in (".png", ".pdf"))
+    unfinished = path.with_name(path.name + ".unfinished")
+    sentences = [f"{key}: {value}" for key, value in about.items()]
+    subject = {"Subject": sentences[0], "Keywords": "; ".join(sentences[1:])} if about else {}
+    figure.savefig(pdf, metadata={"Creator": "boidsweep", "CreationDate": None, **subject})
+    figure.savefig(unfinished, format="png", metadata={"Software": "boidsweep", **about})
+    unfinished.replace(png)
+    return [png, pdf]
+
+
+def saved_about(path: Path) -> dict[str, str]:
+    """What the PNG that `save` wrote says of itself; empty unless both files are there and whole."""
+    from PIL import Image, UnidentifiedImageError
+
+    png, pdf = (path.with_name(path.name + ending) for ending in (".png", ".pdf"))
+    if not pdf.exists():
+        return {}
+    try:
+        with Image.open(png) as image:
+            return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
+    except (FileNotFoundError, UnidentifiedImageError):
+        return {}
+
+
+def _mark(figure: Figure, watermark: str) -> None:
+    """Write `watermark` large and pale along the diagonal."""
+    width, height = figure.get_size_inches()
+    slope = math.atan2(height, width)
+    size = 72.0 * 0.75 * min(width / math.cos(slope), 2.0 * width) / (0.62 * len(watermark))
+    text = figure.text(0.5, 0.5, watermark, ha="center", va="center", rotation=math.degrees(slope))
+    text.set(fontsize=size, color="0.4", alpha=0.2, weight="bold", zorder=1000, in_layout=False)

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from studies import SMALL, launched
 
-from sweep.figures import metric_curves, save
+from sweep.figures import metric_curves, save, saved_about
 from sweep.study import StoredStudy
 
 
@@ -45,3 +46,36 @@ def test_a_repeat_gives_the_same_bytes(study: StoredStudy, tmp_path: Path) -> No
     first = [path.read_bytes() for path in save(metric_curves(study, "separation_weight"), tmp_path / "a")]
     again = [path.read_bytes() for path in save(metric_curves(study, "separation_weight"), tmp_path / "b")]
     assert first == again
+
+
+def test_files_say_what_they_show(figure: Figure, tmp_path: Path) -> None:
+    about = {"Study": "small", "Trials": "6"}
+    png, pdf = save(figure, tmp_path / "speed.v2", about)
+    assert (png.name, pdf.name) == ("speed.v2.png", "speed.v2.pdf")
+    assert saved_about(tmp_path / "speed.v2").items() >= about.items()
+    assert b"Study: small" in pdf.read_bytes()
+    assert b"Trials: 6" in pdf.read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("harm", ["no png", "no pdf", "torn png"])
+def test_files_that_are_not_whole_say_nothing(figure: Figure, tmp_path: Path, harm: str) -> None:
+    png, pdf = save(figure, tmp_path / "speed", {"Study": "small"})
+    if harm == "torn png":
+        png.write_bytes(b"torn")
+    else:
+        (png if harm == "no png" else pdf).unlink()
+    assert saved_about(tmp_path / "speed") == {}
+
+
+def test_a_watermark_is_large_pale_and_changes_no_layout(figure: Figure, tmp_path: Path) -> None:
+    figure.draw_without_rendering()
+    before = [axes.get_position().bounds for axes in figure.axes]
+    save(figure, tmp_path / "speed", watermark="QUICK: FEW TRIALS")
+    (mark,) = (text for text in figure.texts if text.get_text() == "QUICK: FEW TRIALS")
+    after = [axes.get_position().bounds for axes in figure.axes]
+    assert np.allclose(after, before)
+    width, height = mark.get_window_extent().size / figure.bbox.size
+    assert 0.6 < width < 1
+    assert 0.4 < height <= 1
+    assert mark.get_alpha() == 0.2

@@ -1,0 +1,70 @@
+"""The figures of a publication: drawn when what they depend on has changed, and only then."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+
+import matplotlib
+
+from kernels import KERNELS_SHA
+from sweep import figures
+from sweep.claims import Publication
+from sweep.figures import save, saved_about
+from sweep.study import StoredStudy
+
+SOURCES = ("figures.py", "analysis.py", "house.mplstyle")
+
+
+class FigureFile:
+    """One figure of a publication, drawn from `stored`, its studies by the names of their specs, below `root`."""
+
+    def __init__(
+        self, publication: Publication, name: str, stored: Mapping[str, StoredStudy], root: Path, watermark: str
+    ) -> None:
+        self.publication = publication
+        self.name = name
+        self.drawing = publication.drawings[name]
+        self.studies = {spec: stored[spec] for spec in self.drawing.specs if spec in stored}
+        self.path = root / "figures" / publication.name / name  # less the endings of its two files
+        self.watermark = watermark
+
+    @property
+    def possible(self) -> bool:
+        """Whether all studies that it needs are there."""
+        return len(self.studies) == len(self.drawing.specs)
+
+    def current(self) -> bool:
+        """Whether the files are there and were drawn from what is stored now."""
+        return self.possible and saved_about(self.path).get("Inputs") == self.about["Inputs"]
+
+    def draw(self) -> None:
+        """Draw and save it; whatever the study's function raises is raised."""
+        save(self.drawing.draw(self.studies), self.path, self.about, self.watermark)
+
+    @cached_property
+    def about(self) -> dict[str, str]:
+        """What the files say of themselves; `Inputs` is a hash of all that the figure depends on."""
+        done = {study.name: _done(study) for study in self.studies.values()}
+        specs = [study.spec for study in self.studies.values()]
+        own = Path(figures.__file__).parent
+        sources = [self.publication.folder / "figures.py", *(own / name for name in SOURCES)]
+        texts = [source.read_text(encoding="utf-8") for source in sources]
+        inputs = [done, specs, KERNELS_SHA, texts, matplotlib.__version__, self.watermark]
+        return {
+            "Study": ", ".join(done),
+            "Spec hash": ", ".join(_hash(spec)[:16] for spec in specs),
+            "kernels_sha": KERNELS_SHA,
+            "Trials": ", ".join(str(len(trials)) for trials in done.values()),
+            "Inputs": _hash(json.dumps(inputs)),
+        }
+
+
+def _done(study: StoredStudy) -> list[str]:
+    statuses = study.store.trial_ids()
+    return [trial for trial in study.plan["trial_id"].to_pylist() if statuses.get(trial) == "done"]
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,121 @@
+"""Whether an estimate agrees with what was published: computed, two-sided, and able to fail.
+
+With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A number is reproduced unless it lies
+outside the simultaneous interval; that something lies above or below a bound, or within two, is reproduced only
+where the whole simultaneous interval does, so that too few trials show nothing. The chance that a page calls even
+one true number not reproduced, or one false bound reproduced, is at most 0.05.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from sweep.analysis import CONFIDENCE, Estimate
+
+Status = Literal["reproduced", "not reproduced", "not testable as published"]
+
+LEVEL = 1.0 - CONFIDENCE
+ROUNDING_ERROR = 1e-12
+"""Relative: two numbers this close are equal, having been added up in another order."""
+
+
+class Value(NamedTuple):
+    """A published number, its rounding (half a unit of its last digit), the trials behind it, what else may differ."""
+
+    value: float
+    rounding: float = 0.0
+    trials: int | None = None
+    tolerance: float = 0.0
+    because: str = ""
+
+
+class Above(NamedTuple):
+    """The quantity is larger than `bound`."""
+
+    bound: float
+
+
+class Below(NamedTuple):
+    """The quantity is smaller than `bound`."""
+
+    bound: float
+
+
+class Within(NamedTuple):
+    """The quantity lies from `low` to `high`: equivalence."""
+
+    low: float
+    high: float
+
+
+Expectation = Value | Above | Below | Within
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The status and its reason. `interval` is the ordinary 95 % one.
+
+    `noticeable` is the smallest difference that could have been noticed: half the simultaneous interval, with
+    rounding and tolerance. Both are None where there was nothing to test.
+    """
+
+    status: Status
+    reason: str
+    interval: tuple[float, float] | None = None
+    noticeable: float | None = None
+
+
+def untestable(reason: str) -> Verdict:
+    """The verdict on a claim that cannot be tested."""
+    return Verdict("not testable as published", reason)
+
+
+def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
+    """The verdict on one of `claims` claims of a page."""
+    if not estimate.testable:
+        return untestable("too few values for an interval, or one that does not vary")
+    published = expectation.trials if isinstance(expectation, Value) else None
+    low, high = estimate.interval(1.0 - LEVEL / claims, published)
+    half = (high - low) / 2.0
+    if isinstance(expectation, Value):
+        half += expectation.rounding + expectation.tolerance
+        status, reason = _equal(estimate.value, low, high, expectation)
+    else:
+        status, reason = _beyond(low, high, *_allowed(expectation))
+    return Verdict(status, reason, estimate.interval(), half)
+
+
+def _equal(ours: float, low: float, high: float, expectation: Value) -> tuple[Status, str]:
+    """Reproduced where the interval, widened by rounding and tolerance, holds the published value."""
+    published, rounding, tolerance = expectation.value, expectation.rounding, expectation.tolerance
+    slack = rounding + tolerance + ROUNDING_ERROR * max(abs(ours), abs(published))
+    sources = ["chance"] + ["rounding"] * (rounding > 0) + ["the tolerance"] * (tolerance > 0)
+    explained = "chance alone" if len(sources) == 1 else ", ".join(sources[:-1]) + " and " + sources[-1]
+    found = f"differs by {brief(ours - published, sign=True)}"
+    if low - slack <= published <= high + slack:
+        return "reproduced", f"{found}, which {explained} may explain"
+    return "not reproduced", f"{found}, more than {explained} may explain"
+
+
+def _allowed(expectation: Above | Below | Within) -> tuple[float, float]:
+    if isinstance(expectation, Above):
+        return expectation.bound, math.inf
+    if isinstance(expectation, Below):
+        return -math.inf, expectation.bound
+    return expectation.low, expectation.high
+
+
+def _beyond(low: float, high: float, least: float, most: float) -> tuple[Status, str]:
+    """Reproduced where the whole interval lies between `least` and `most`; a one-sided bound itself is outside."""
+    interval = f"the simultaneous interval {brief(low)} to {brief(high)}"
+    equivalence = math.isfinite(least) and math.isfinite(most)
+    if (least <= low and high <= most) if equivalence else (least < low and high < most):
+        return "reproduced", f"{interval} lies wholly there"
+    if high < least or low > most:
+        return "not reproduced", f"the opposite was shown: {interval} lies wholly on the other side"
+    return "not reproduced", f"nothing could be shown: {interval} reaches across the bound"
+
+
+def brief(number: float, *, sign: bool = False) -> str:
+    """A number to four significant digits."""
+    return f"{number:+.4g}" if sign else f"{number:.4g}"
