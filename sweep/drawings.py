@@ -3,18 +3,15 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import matplotlib
 
 from kernels import KERNELS_SHA
-from sweep import figures
 from sweep.claims import Publication
-from sweep.figures import save, saved_about
+from sweep.figures import STYLE, save, saved_about
 from sweep.study import StoredStudy
-
-SOURCES = ("figures.py", "analysis.py", "house.mplstyle")
 
 
 class FigureFile:
@@ -48,10 +45,8 @@ class FigureFile:
         """What the files say of themselves; `Inputs` is a hash of all that the figure depends on."""
         done = {study.name: _done(study) for study in self.studies.values()}
         specs = [study.spec for study in self.studies.values()]
-        own = Path(figures.__file__).parent
-        sources = [self.publication.folder / "figures.py", *(own / name for name in SOURCES)]
-        texts = [source.read_text(encoding="utf-8") for source in sources]
-        inputs = [done, specs, KERNELS_SHA, texts, matplotlib.__version__, self.watermark]
+        sources = [path.read_text(encoding="utf-8") for path in sorted(self.publication.folder.glob("*.py"))]
+        inputs = [done, specs, KERNELS_SHA, sources, _house_sources(), matplotlib.__version__, self.watermark]
         return {
             "Study": ", ".join(done),
             "Spec hash": ", ".join(_hash(spec)[:16] for spec in specs),
@@ -59,6 +54,14 @@ class FigureFile:
             "Trials": ", ".join(str(len(trials)) for trials in done.values()),
             "Inputs": _hash(json.dumps(inputs)),
         }
+
+
+@cache
+def _house_sources() -> list[str]:
+    """The texts of what figures share: the style, the estimates, and the modules that know matplotlib."""
+    texts = [path.read_text(encoding="utf-8") for path in sorted(STYLE.parent.glob("*.py"))]
+    shared = [STYLE, STYLE.parent / "analysis.py"]
+    return [path.read_text(encoding="utf-8") for path in shared] + [text for text in texts if "matplotlib" in text]
 
 
 def _done(study: StoredStudy) -> list[str]:

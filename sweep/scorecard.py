@@ -92,8 +92,8 @@ def rule(page: Page) -> list[str]:
     return [
         f"Verdicts are computed, two-sided, and can fail. {claims} claims are tested on this page, each at the level "
         f"{LEVEL:g}/{max(claims, 1)} = {level:.2g} (Bonferroni). So the chance that the page calls even one true "
-        f"number not reproduced, or one false bound reproduced, is at most {LEVEL:.0%}. The simultaneous interval that "
-        "a verdict uses is therefore wider than the 95 % interval shown.",
+        f"number not reproduced, or one false bound reproduced, is at most {100 * LEVEL:.0f} %. The simultaneous "
+        "interval that a verdict uses is therefore wider than the 95 % interval shown.",
         "A number is reproduced where our mean differs from it by no more than half the simultaneous Student (for two "
         "groups Welch) interval, plus its rounding, plus a tolerance where one is stated with its reason. Where the "
         "number of published trials is known, their chance error counts too, with our standard deviation; where it "

@@ -109,18 +109,29 @@ def test_trials_that_fail_are_told_and_nothing_is_judged(tmp_path: Path) -> None
     assert "2 not done" in outcome.summary()
 
 
-def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
-    folder = experiments(tmp_path)
-    other = folder / "other"
+def two_publications(folder: Path) -> None:
+    """`tiny`, and the same as `other`."""
+    other = experiments(folder) / "other"
     other.mkdir()
     for name, text in (("small.yaml", SPEC), ("published.yaml", PUBLISHED), ("figures.py", FIGURES)):
         (other / name).write_text(text.replace("tiny", "other"))
+
+
+def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
+    two_publications(tmp_path)
     outcome = reproduced(tmp_path, only=("other",))
     assert done(outcome) == (16, 1, 0)
     assert outcome.verdicts == {"reproduced": 1, "not testable as published": 3}
     assert "No trial of small is done" in (tmp_path / "results" / "scorecard.html").read_text()
     with pytest.raises(SpecError, match='unknown study folder "tny"; did you mean "tiny"'):
         reproduced(tmp_path, only=("tny",))
+
+
+def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
+    two_publications(tmp_path)
+    assert reproduced(tmp_path).verdicts["reproduced"] == 2
+    experiments(tmp_path, spec=SPEC.replace("steps: 6", "steps: 8"))
+    assert reproduced(tmp_path, only=("other",)).verdicts["reproduced"] == 1
 
 
 def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
