@@ -10,7 +10,7 @@ from builders import job
 from sweep.analysis import by_point
 from sweep.executors import Loky, core_count
 from sweep.launch import launch
-from sweep.spec import load_spec, parse_spec
+from sweep.spec import parse_spec
 from sweep.study import StoredStudy
 from sweep.trial import run
 
@@ -50,9 +50,7 @@ EQUAL_STEPS = [61.9, 65.7, 80.1, 87.7, 63.8, 74.4, 87.8, 94.6]
 def test_coverage_at_equal_steps_is_that_of_the_published_program(tmp_path: Path) -> None:
     """Ours is a mean of 40 trials, theirs of 3 with the same spread: eight two-sided checks at 4 standard errors, one
     false alarm in 2000; their rounding of 0.05 is added."""
-    spec = load_spec(EXPERIMENTS / "aziel_chen2025" / "best_gains.yaml").text
-    spec = spec[: spec.index("record:")].replace("seeds: [27, 729, 4913]", "replicates: 40")
-    trials = full(spec, tmp_path).trials
+    trials = full((EXPERIMENTS / "aziel_chen2025" / "equal_steps.yaml").read_text(encoding="utf-8"), tmp_path).trials
     groups = trials.groupby("point", sort=False)["coverage_total"]
     error = groups.std() * np.sqrt(1 / 3 + 1 / 40) + 0.05
     assert (np.abs(groups.mean() - EQUAL_STEPS) < 4 * error).all()
