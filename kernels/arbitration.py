@@ -41,3 +41,20 @@ def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[floa
     left = budget - length
     left = left if left > 0.0 else 0.0
     return ax + x * scale, ay + y * scale, left
+
+
+@jit
+def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
+    """The vector (x, y) with either component cut to the interval from -`most` to `most`."""
+    return max(-most, min(x, most)), max(-most, min(y, most))
+
+
+@jit
+def add_in_turn(ax: float, ay: float, x: float, y: float, has_room: bool, most: float) -> tuple[float, float, bool]:
+    """The acceleration (ax, ay) with (x, y) added whole while there is room, and whether there still is.
+
+    There is none any more once the sum is longer than `most`. Algorithm 9 of rustamani2024.
+    """
+    ax = ax + x if has_room else ax
+    ay = ay + y if has_room else ay
+    return ax, ay, has_room & (ax * ax + ay * ay <= most * most)

@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.jit import jit
-from kernels.settings import OccupancySettings
+from kernels.settings import MOST_CELLS, OccupancySettings
 from kernels.state import World
 from kernels.worlds import obstacle_distance
-
-MOST_CELLS = 10**7
 
 
 class Occupancy(NamedTuple):
@@ -58,7 +56,7 @@ def _take(world: World, cell: float, inflation: float, taken: NDArray[np.bool_])
 
 @jit
 def is_taken(occupancy: Occupancy, x: float, y: float) -> bool:
-    """Whether the cell at (x, y) is taken, or none; `x` and `y` must be finite."""
-    column, row = math.floor(x * occupancy.per_length), math.floor(y * occupancy.per_length)
+    """Whether the cell at (x, y) is taken, or there is none."""
+    column, row = x * occupancy.per_length, y * occupancy.per_length
     rows, columns = occupancy.taken.shape
-    return bool(not (0 <= column < columns and 0 <= row < rows) or occupancy.taken[row, column])
+    return bool(not (0.0 <= column < columns and 0.0 <= row < rows) or occupancy.taken[int(row), int(column)])

@@ -79,6 +79,9 @@ class StartSettings(NamedTuple):
     ]
     start_speed: Annotated[float, About("initial speed, or bound of its components", "length/time", low=0)]
     start_margin: Annotated[float, About("least distance of initial positions from the borders", "length", low=0)]
+    start_center_x: Annotated[float, About("centre of the disc in which boids start", "length")]
+    start_center_y: Annotated[float, About("centre of the disc in which boids start", "length")]
+    start_radius: Annotated[float, About("its radius; 0: boids start all over the world", "length", low=0)]
     start_free: Annotated[bool, About("initial positions inside obstacles are drawn again")]
     start_draws: Annotated[
         int,
@@ -126,6 +129,9 @@ COMMON: dict[str, Any] = {
     "start_positions": "continuous",
     "start_velocities": "heading",
     "start_margin": 0.0,
+    "start_center_x": 0.0,
+    "start_center_y": 0.0,
+    "start_radius": 0.0,
     "start_free": True,
     "start_draws": "numpy",
     "flock_range": 50.0,
@@ -163,6 +169,10 @@ class OccupancySettings(NamedTuple):
 
     cell: float
     inflation: float
+
+
+MOST_CELLS = 10**7
+"""Of an occupancy grid."""
 
 
 class Model(NamedTuple):

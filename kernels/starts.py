@@ -36,25 +36,43 @@ def start_numpy(n: int, settings: StartSettings, world: World, contact: Reach, r
 
 @jit
 def _draw_positions(flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator) -> bool:
-    """Draw every position, until it is free if it must be; False where no free place is found.
-
-    Integer positions include both borders.
-    """
-    margin = settings.start_margin
+    """Draw every position, until it is allowed; False where no such place is found."""
+    left, across = _span(settings, settings.start_center_x, world.width)
+    top, along = _span(settings, settings.start_center_y, world.height)
     for i in range(flock.x.size):
         for _ in range(MOST_DRAWS):
             u, v = rng.random(), rng.random()
-            x = margin + u * (world.width - 2.0 * margin)
-            y = margin + v * (world.height - 2.0 * margin)
             if settings.start_positions == INTEGER:
-                x = math.ceil(margin) + math.floor(u * (math.floor(world.width - 2.0 * margin) + 1.0))
-                y = math.ceil(margin) + math.floor(v * (math.floor(world.height - 2.0 * margin) + 1.0))
-            flock.x[i], flock.y[i] = x, y
-            if not settings.start_free or not inside_any(world, contact, x, y):
+                flock.x[i] = math.ceil(left) + math.floor(u * (math.floor(across) + 1.0))
+                flock.y[i] = math.ceil(top) + math.floor(v * (math.floor(along) + 1.0))
+            else:
+                flock.x[i], flock.y[i] = left + u * across, top + v * along
+            if _is_allowed(settings, world, contact, flock.x[i], flock.y[i]):
                 break
         else:
             return False
     return True
+
+
+@jit
+def _span(settings: StartSettings, center: float, length: float) -> tuple[float, float]:
+    """Where the region of the start begins along one axis, and its extent: the world's, or the disc's part of it.
+
+    Integer positions include both ends.
+    """
+    margin, radius = settings.start_margin, settings.start_radius
+    if radius == 0.0:
+        return margin, length - 2.0 * margin
+    low = max(margin, center - radius)
+    return low, min(length - margin, center + radius) - low
+
+
+@jit
+def _is_allowed(settings: StartSettings, world: World, contact: Reach, x: float, y: float) -> bool:
+    """Whether a boid may start at (x, y): in the disc, where there is one, and free where it must be."""
+    dx, dy = x - settings.start_center_x, y - settings.start_center_y
+    outside = settings.start_radius > 0.0 and dx * dx + dy * dy > settings.start_radius * settings.start_radius
+    return not (outside or (settings.start_free and inside_any(world, contact, x, y)))
 
 
 def start_python_random(n: int, settings: StartSettings, world: World, contact: Reach, seed: int) -> Flock:

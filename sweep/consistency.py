@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.settings import MOST_CELLS
 from sweep.expressions import parse
 from sweep.points import Points
 from sweep.spec import Record, Study
@@ -28,17 +30,32 @@ DEMANDS = (
         "map != 'random_obstacles' or n_obstacles == 0 or 2 * obstacle_margin <= min(width, height)",
         "obstacle_margin leaves obstacles no room: it must be at most half of width and of height",
     ),
+    Demand(
+        "start_draws == 'numpy' or start_radius == 0",
+        "start_draws: python_random draws in the whole world: it needs start_radius 0",
+    ),
+    Demand(
+        "start_radius == 0 or start_margin <= start_center_x <= width - start_margin"
+        " and start_margin <= start_center_y <= height - start_margin",
+        "the centre of the start lies outside the world, or in its start_margin",
+    ),
     Demand("not minimum_image or borders == 'torus'", "minimum_image is for a torus: it needs borders: torus"),
 )
 PIXELS = Demand(
     f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
     f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
 )
+CELLS = Demand(
+    f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
+    f"the occupancy grid would have more than {MOST_CELLS:,} cells",
+)
 
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError, naming the first such point, where settings do not go together."""
-    for demand in (*DEMANDS, *([PIXELS] if _covers(study.record) else [])):
+    pixels = [PIXELS] if _covers(study.record) else []
+    cells = [CELLS] if MODELS[study.model].occupancy else []
+    for demand in (*DEMANDS, *pixels, *cells):
         condition = parse(demand.condition, study.fields)
         given = [name for name in sorted(condition.names) if study.place_of(name)]
         place = study.place_of(given[0]) if given else None

@@ -73,6 +73,30 @@ def job(
     )
 
 
+def maps_of(model: str) -> list[str]:
+    """The maps that go with a model: those in its unit of length, and those without a unit."""
+    return [name for name, entry in MAPS.items() if entry.unit in ("", MODELS[model].length)]
+
+
+def scale(model: str) -> float:
+    """How many of a model's units of length stand for a pixel, where a test's world is measured in pixels."""
+    return {"px": 1, "m": 0.02}[MODELS[model].length]
+
+
+def scaled(model: str, **lengths: float) -> dict[str, float]:
+    """Settings that are lengths, given in pixels, in the model's own unit."""
+    return {name: length * scale(model) for name, length in lengths.items()}
+
+
+PRESETS_ON_MAPS = [(model, preset, name) for model, preset in PRESETS for name in maps_of(model)]
+
+
+def map_size(model: str, name: str) -> dict[str, float]:
+    """The width and height that a map has, or of 800 by 600 px where it has none of its own."""
+    size = MAPS[name].size
+    return {"width": size[0], "height": size[1]} if size else scaled(model, width=800, height=600)
+
+
 def weightless(model: str) -> dict[str, Any]:
     """The changes that switch off every force of a model, and what else would change its velocities."""
     off = {name: 0.0 for name in fields(model) if name.endswith("_weight")}
@@ -83,8 +107,14 @@ def weightless(model: str) -> dict[str, Any]:
 def isotropic(model: str) -> dict[str, Any]:
     """The changes that leave a model with only the forces between boids, which know neither place nor direction."""
     others = ("wander_weight", "wall_weight", "goal_weight", "obstacle_weight", "border_turn")
+    others += ("seek_weight", "arrival_weight")
     off = {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
     return off | ({"border_adds_velocity": "never"} if "border_adds_velocity" in fields(model) else {})
+
+
+def handless(model: str) -> dict[str, float]:
+    """The changes that switch off what prefers one side: boids that steer round cells try growing angles first."""
+    return {"obstacle_weight": 0.0} if MODELS[model].occupancy else {}
 
 
 def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulation:
@@ -155,11 +185,10 @@ def exact_jobs(model: str) -> Iterator[Job]:
     The worlds with coverage are small, since without compilation their 480,000 pixels take a second.
     """
     every_metric = tuple(METRICS)
-    small = {"map": "random_obstacles", "width": 240, "height": 210, "n_obstacles": 3, "obstacle_radius": 12}
-    small |= {"obstacle_margin": 30, "n": 14, "steps": 10}
+    small = {"map": "random_obstacles", "n_obstacles": 3, "n": 14, "steps": 10}
+    small |= scaled(model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=1)
     wanted = {"metrics": every_metric, "heatmaps": True, "seed": 27}
     for preset, update, borders in product(MODELS[model].presets, UPDATES, BORDERS):
         yield job(model, preset, series=every_metric, every=3, update=update, **borders, **small, **wanted)
-    for name, entry in MAPS.items():
-        width, height = entry.size or (800.0, 600.0)
-        yield job(model, "as_run", series=("speed",), map=name, width=width, height=height, n=20, steps=6)
+    for name in maps_of(model):
+        yield job(model, "as_run", series=("speed",), map=name, **map_size(model, name), n=20, steps=6)

@@ -20,6 +20,11 @@ def refused(spec: str) -> str:
     [
         ("start_margin: 370", "spec.yaml:5: start_margin leaves boids no room"),
         ("obstacle_margin: 371", "spec.yaml:5: obstacle_margin leaves obstacles no room"),
+        (
+            "start_radius: 9, start_center_x: 40, start_center_y: 30, start_draws: python_random",
+            "spec.yaml:5: start_draws",
+        ),
+        ("start_radius: 9, start_center_x: -1", "spec.yaml:5: the centre of the start lies outside the world"),
         ("minimum_image: true, borders: open", "spec.yaml:5: minimum_image is for a torus"),
     ],
 )
@@ -47,3 +52,11 @@ def test_a_world_of_too_many_pixels_is_refused_where_coverage_is_recorded() -> N
 )
 def test_what_just_fits_is_accepted(settings: str) -> None:
     assert expand(parse_spec(SMALL.replace("n: 12", f"n: 12, {settings}"))).n_points == 2
+
+
+def test_an_occupancy_grid_of_too_many_cells_is_refused_where_the_model_has_one() -> None:
+    robots = SMALL.replace("nguyen2024", "rustamani2024").replace("n: 12", "n: 12, map: empty, width: 600, height: 41")
+    assert "spec.yaml:5: the occupancy grid would have more than 10,000,000 cells" in refused(
+        robots.replace("41", "42").replace("n: 12", "n: 12, grid_cell: 0.05")
+    )
+    assert expand(parse_spec(robots)).n_points == 2

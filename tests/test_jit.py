@@ -44,7 +44,8 @@ def test_the_interpreter_gives_the_same_bits(model: str) -> None:
 def test_whole_and_fractional_numbers_share_one_compiled_signature(model: str) -> None:
     for number in (1, 1.0, 1.5, True + 1):
         weights = {name: number for name, off in builders.weightless(model).items() if off == 0.0}
-        assert run(builders.job(model, n=5, steps=2, width=400 + number, height=300, **weights)).status == "done"
+        size = builders.scaled(model, width=400 + number, height=300)
+        assert run(builders.job(model, n=5, steps=2, **size, **weights)).status == "done"
     for update in builders.UPDATES:
         assert run(builders.job(model, n=6, steps=2, update=update, heatmaps=True)).status == "done"
     assert len(builders.MODELS[model].advance.signatures) == 1

@@ -23,9 +23,10 @@ def test_a_model_does_what_its_slow_twin_does(model: str, preset: str, update: s
     """For 20 steps, with the same generator. Sums and angles round differently, by 1e-13 px at 300 px, and a flock
     amplifies differences: over all cases and four seeds to 1e-12 px. A wrong rule is off by more than 1e-3 px.
     """
-    small = {"map": "random_obstacles", "width": 300, "height": 280, "obstacle_margin": 60, "obstacle_radius": 15}
+    small = {"map": "random_obstacles", "n_obstacles": 6, "n": 14, "steps": 20, "seed": 27}
+    small |= builders.scaled(model, width=300, height=280, obstacle_margin=60, obstacle_radius=15)
     weights = {"cohesion_weight": 0.2, "alignment_weight": 0.3, "separation_weight": 0.05, "goal_weight": 1e-4}
-    a_job = builders.job(model, preset, **small, **weights, **borders, update=update, n=14, steps=20, seed=27)
+    a_job = builders.job(model, preset, **small, **weights, **borders, update=update)
     simulation = Simulation(a_job)
     birds, rng = naive.birds(simulation.flock), np.random.default_rng(stream(a_job, "noise"))
     for _ in range(20):
@@ -92,8 +93,17 @@ def test_aziel_chen2025_covers_exactly_the_published_pixels(name: str, n: int) -
 
 
 def final(a_job: builders.Job, x: Any, y: Any, vx: Any, vy: Any) -> np.ndarray:
-    """The state (4, N) at the end of a job that starts from the given flock."""
-    return builders.state(builders.to_end(builders.place(Simulation(a_job), x, y, vx, vy)).flock)
+    """The state (4, N) at the end of a job that starts from the given flock, in pixels and steps."""
+    simulation = Simulation(a_job)
+    units = in_units(simulation, 1.0)
+    return builders.state(builders.to_end(builders.place(simulation, *(units * [x, y, vx, vy]))).flock) / units
+
+
+def in_units(simulation: Simulation, flock: Any) -> np.ndarray:
+    """A state (4, N) given in pixels and steps, in the units of the model."""
+    length = builders.scale(simulation.job.model)
+    speed = length / simulation.params.dt
+    return np.array([[length], [length], [speed], [speed]]) * flock
 
 
 def a_start(n: int = 25) -> np.ndarray:
@@ -120,7 +130,11 @@ def shift(flock: np.ndarray) -> np.ndarray:
     return flock + np.array([[130.5], [-77.25], [0.0], [0.0]])
 
 
-SQUARE = {"width": 600, "height": 600, "n": 25, "steps": 15}
+def square(model: str) -> dict[str, Any]:
+    """A world of 600 x 600 px, and 25 boids for 15 steps."""
+    return {"n": 25, "steps": 15} | builders.scaled(model, width=600, height=600)
+
+
 CLOSE = {"rtol": 0, "atol": 1e-9}
 """Rounding of 1e-13 px at 600 px, which 15 steps were seen to amplify to 5e-13 px."""
 
@@ -133,8 +147,9 @@ def test_a_turned_or_mirrored_flock_does_the_same_turned_or_mirrored(
     model: str, preset: str, update: str, transform: Any, borders: dict[str, Any]
 ) -> None:
     """In a square world without obstacles; its walls and borders are symmetric too."""
-    changes = {"map": "empty", "wander_weight": 0, "goal_x": 300, "goal_y": 300, "goal_weight": 1e-3}
-    a_job = builders.job(model, preset, update=update, **borders, **SQUARE, **changes)
+    changes = {"map": "empty", "wander_weight": 0, "goal_weight": 1e-3} | builders.handless(model)
+    changes |= builders.scaled(model, goal_x=300, goal_y=300)
+    a_job = builders.job(model, preset, update=update, **borders, **square(model), **changes)
     np.testing.assert_allclose(final(a_job, *transform(a_start())), transform(final(a_job, *a_start())), **CLOSE)
 
 
@@ -142,11 +157,11 @@ def test_a_turned_or_mirrored_flock_does_the_same_turned_or_mirrored(
 @every_preset
 def test_a_shifted_flock_does_the_same_shifted(model: str, preset: str, update: str) -> None:
     """Without walls and obstacles: in an open world, and on a torus that is seen across its borders."""
-    a_job = builders.job(model, preset, update=update, borders="open", **SQUARE, **builders.isotropic(model))
+    a_job = builders.job(model, preset, update=update, borders="open", **square(model), **builders.isotropic(model))
     end = final(a_job, *a_start())
     np.testing.assert_allclose(final(a_job, *shift(a_start())), shift(end), **CLOSE)
     torus = {"borders": "torus", "minimum_image": True}
-    a_job = builders.job(model, preset, update=update, **torus, **SQUARE, **builders.isotropic(model))
+    a_job = builders.job(model, preset, update=update, **torus, **square(model), **builders.isotropic(model))
     around, straight = a_start(), final(a_job, *a_start())
     around[:2] = (around[:2] + 290.0) % 600.0
     off = (final(a_job, *around) - straight)[:2] - 290.0
@@ -158,7 +173,7 @@ def test_names_do_not_matter_if_synchronous_and_do_if_sequential(model: str, pre
     """Sums in another order round differently; a sequential update goes through the boids in another order."""
     order = np.random.default_rng(6).permutation(25)
     for update, alike in (("synchronous", True), ("sequential", False)):
-        a_job = builders.job(model, preset, update=update, borders="open", **SQUARE, **builders.isotropic(model))
+        a_job = builders.job(model, preset, update=update, borders="open", **square(model), **builders.isotropic(model))
         renamed, named = final(a_job, *a_start()[:, order]), final(a_job, *a_start())[:, order]
         assert np.allclose(renamed, named, **CLOSE) == alike
 
@@ -166,8 +181,9 @@ def test_names_do_not_matter_if_synchronous_and_do_if_sequential(model: str, pre
 @every_update
 @every_preset
 def test_boids_that_nothing_acts_upon_fly_straight(model: str, preset: str, update: str) -> None:
-    """To a few roundings of 1000 px."""
-    a_job = builders.job(model, preset, update=update, borders="open", **SQUARE, **builders.weightless(model))
+    """To a few roundings of 1000 px. None is so fast that a limit of its components would turn it."""
+    changes = builders.weightless(model) | {"max_speed": 1000}
+    a_job = builders.job(model, preset, update=update, borders="open", **square(model), **changes)
     start = a_start()
     gone = final(a_job, *start)[:2] - start[:2]
     assert (np.hypot(*gone) > 0).all()
@@ -177,23 +193,24 @@ def test_boids_that_nothing_acts_upon_fly_straight(model: str, preset: str, upda
 @every_update
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_mirroring_borders_keep_the_speed_to_the_bit(model: str, update: str) -> None:
-    changes = SQUARE | {"steps": 200, "start_speed": 3} | builders.weightless(model)
+    changes = square(model) | {"steps": 200, "start_speed": 3} | builders.weightless(model)
     simulation = Simulation(builders.job(model, "as_written", update=update, borders="bounded", **changes))
     x, y, vx, vy = a_start()
-    start = builders.state(builders.place(simulation, x, y, vx / 2, vy / 2).flock)
+    slow = in_units(simulation, [x, y, vx / 2, vy / 2])
+    start = builders.state(builders.place(simulation, *slow).flock)
     end = builders.state(builders.to_end(simulation).flock)
     assert np.array_equal(np.abs(end[2:]), np.abs(start[2:]))
     assert not np.array_equal(end[2:], start[2:])
-    assert ((end[:2] >= 0) & (end[:2] <= 600)).all()
+    assert ((end[:2] >= 0) & (end[:2] <= 600 * builders.scale(model))).all()
 
 
 @every_update
 @every_preset
 def test_a_torus_and_a_bounded_world_keep_their_boids(model: str, preset: str, update: str) -> None:
     for borders in builders.BORDERS[1:]:
-        a_job = builders.job(model, preset, update=update, **borders, **SQUARE, metrics=("speed",))
+        a_job = builders.job(model, preset, update=update, **borders, **square(model), metrics=("speed",))
         path = builders.trajectory(builders.to_end(Simulation(a_job)))[:, :2]
-        assert ((path >= 0) & (path <= 600)).all()
+        assert ((path >= 0) & (path <= 600 * builders.scale(model))).all()
 
 
 @pytest.mark.parametrize("model", builders.MODELS)

@@ -1,6 +1,7 @@
 """Every kernel of a rule against its slow twin, on drawn cases near and at the bounds where rules change."""
 
 import inspect
+import math
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -15,13 +16,15 @@ import kernels
 from kernels import arbitration
 from kernels.arbitration import limit, serve
 from kernels.neighbours import Near
+from kernels.occupancy import build_occupancy
 from kernels.rules.borders import confine
-from kernels.settings import BOUNDED, OPEN, TORUS
+from kernels.settings import BOUNDED, OPEN, TORUS, OccupancySettings
 from kernels.worlds import build_reach
 
 CASES = 60
 OBSTACLES = [[100, 100, 25, 25, 1], [140, 130, 10, 10, 0], [300, 200, 60, 20, 0], [700, 500, 40, 40, 1]]
 WORLD = builders.a_world(obstacles=OBSTACLES)
+OCCUPANCY = build_occupancy(WORLD, OccupancySettings(2.0, 8.0))
 
 
 def rules() -> dict[str, Callable[..., Any]]:
@@ -43,10 +46,18 @@ def scalar(name: str, rng: np.random.Generator) -> Any:
         return rng.uniform(0, 60) ** 2
     if name in ("position", "x", "y"):
         return rng.choice([rng.uniform(1, 799), rng.uniform(-50, 850), 0.0, 100.0, 800.0])
-    if name == "crowd_apart":
+    if name in ("crowd_apart", "has_room"):
         return bool(rng.random() < 0.5)
-    known = {"length": 800.0, "epsilon": 1e-10, "margin": rng.choice([0.0, 10.0, 40.0, 1e6]), "i": 2}
-    positive = {"least", "most", "budget", "width"}
+    known = {
+        "length": 800.0,
+        "epsilon": 1e-10,
+        "margin": rng.choice([0.0, 10.0, 40.0, 1e6]),
+        "i": 2,
+        "turn": rng.choice([0.5, 0.1, math.pi / 4]),
+        "look_ahead": rng.uniform(10, 60),
+        "path_step": rng.uniform(1, 9),
+    }
+    positive = {"least", "most", "budget", "width", "stop", "slow"}
     return known.get(name, rng.exponential(1.0) if name in positive else rng.normal(0, 1.0))
 
 
@@ -62,6 +73,7 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
         "seen": builders.a_flock(*rng.normal(0, 3, (4, 13))),
         "world": WORLD,
         "rng": np.random.default_rng(seed),
+        "occupancy": OCCUPANCY,
         "borders": int(rng.choice([OPEN, TORUS, BOUNDED])),
     }
     names = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)

@@ -11,7 +11,7 @@ import pytest
 from kernels.settings import COMPONENTS, CONTINUOUS, HEADING, INTEGER, NUMPY, PYTHON_RANDOM, StartSettings
 from kernels.starts import start_numpy, start_python_random
 from kernels.state import Flock
-from kernels.worlds import MAPS, build_reach
+from kernels.worlds import build_reach
 from sweep.trial import Simulation, run
 
 WORLD = builders.a_world(300.0, 200.0, obstacles=[[100, 100, 60, 60, 1], [220, 60, 50, 40, 0]])
@@ -27,8 +27,9 @@ def start(
     margin: float = 10.0,
     seed: int = 3,
     free: bool = True,
+    disc: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Flock:
-    settings = StartSettings(positions, velocities, 2.0, margin, free, NUMPY)
+    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free, NUMPY)
     return start_numpy(n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed))
 
 
@@ -39,13 +40,47 @@ def test_boids_start_within_the_margin_and_outside_obstacles(positions: int, vel
     assert not any(naive.inside_any(WORLD, x, y) for x, y in zip(flock.x, flock.y, strict=True))
 
 
-@pytest.mark.parametrize("name", MAPS)
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+@pytest.mark.parametrize(("model", "preset", "name"), builders.PRESETS_ON_MAPS)
 def test_every_start_on_every_map_is_free(model: str, preset: str, name: str) -> None:
-    width, height = MAPS[name].size or (800.0, 600.0)
-    simulation = Simulation(builders.job(model, preset, map=name, width=width, height=height, n=100, start_free=True))
+    size = builders.map_size(model, name)
+    simulation = Simulation(builders.job(model, preset, map=name, **size, n=100, start_free=True))
     flock, world = simulation.flock, simulation.world
     assert not any(naive.inside_any(world, x, y) for x, y in zip(flock.x, flock.y, strict=True))
+
+
+@pytest.mark.parametrize("positions", [CONTINUOUS, INTEGER])
+def test_boids_start_in_their_disc_within_the_margin_and_outside_obstacles(positions: int) -> None:
+    """The disc reaches into an obstacle and beyond the margin."""
+    flock = start(300, positions, HEADING, disc=(20.0, 60.0, 40.0))
+    assert ((flock.x >= 10) & (np.hypot(flock.x - 20, flock.y - 60) <= 40)).all()
+    assert not any(naive.inside_any(WORLD, x, y) for x, y in zip(flock.x, flock.y, strict=True))
+    assert [flock.y.min(), flock.y.max()] == pytest.approx([21.0, 99.0], abs=3.0)
+
+
+def test_positions_are_uniform_in_the_disc() -> None:
+    """The square of the distance from its centre, and the angle: four checks beyond 4 standard errors, 3e-4."""
+    flock = start(MANY, CONTINUOUS, HEADING, EMPTY, disc=(120.0, 100.0, 50.0))
+    dx, dy = flock.x - 120.0, flock.y - 100.0
+    uniform_within((dx * dx + dy * dy) / 2500.0)
+    uniform_within((np.arctan2(dy, dx) / np.pi + 1.0) / 2.0)
+
+
+def test_a_disc_outside_the_world_has_no_free_place() -> None:
+    with pytest.raises(RuntimeError, match="no free place for a boid"):
+        start(3, CONTINUOUS, HEADING, EMPTY, disc=(-50.0, 100.0, 40.0))
+
+
+@pytest.mark.parametrize("positions", [CONTINUOUS, INTEGER])
+def test_a_radius_of_zero_draws_as_ever(positions: int) -> None:
+    """The first draws of the generator, one pair a boid where every place is free."""
+    flock, draws = start(2, positions, HEADING, EMPTY), np.random.default_rng(3).random(4)
+    width, height = (
+        (280.0 * draws[::2], 180.0 * draws[1::2])
+        if positions == CONTINUOUS
+        else (np.floor(281.0 * draws[::2]), np.floor(181.0 * draws[1::2]))
+    )
+    assert flock.x.tolist() == (10.0 + width).tolist()
+    assert flock.y.tolist() == (10.0 + height).tolist()
 
 
 def test_continuous_positions_are_uniform() -> None:
@@ -87,7 +122,7 @@ def uniform_within(draws: np.ndarray) -> None:
 
 
 def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> None:
-    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, True, PYTHON_RANDOM)
+    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True, PYTHON_RANDOM)
     flock = start_python_random(2, settings, EMPTY, build_reach(EMPTY, 0.0), 27)
     draws = Random(27)
     for i in range(2):

@@ -1,11 +1,12 @@
 """The published models, by name. To add one, copy `_skeleton.py` and enter it here."""
 
-from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023
+from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024
 from kernels.settings import Model
 
 MODELS: dict[str, Model] = {
     "nguyen2024": nguyen2024.MODEL,
     "aziel_chen2025": aziel_chen2025.MODEL,
+    "rustamani2024": rustamani2024.MODEL,
     "patel2023": patel2023.MODEL,
     "nanobot": nanobot.MODEL,
 }

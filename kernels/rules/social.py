@@ -2,6 +2,7 @@
 
 import math
 
+from kernels.arbitration import TINY
 from kernels.jit import jit
 from kernels.neighbours import Near
 from kernels.state import Flock
@@ -17,6 +18,21 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
             x -= near.dx[k] * scale
             y -= near.dy[k] * scale
     return x, y
+
+
+@jit
+def separation_direction(near: Near, found: int, range2: float) -> tuple[float, float]:
+    """The unit vector along the sum of d / |d|^2, d = x_i - x_j, over neighbours nearer than sqrt(range2).
+
+    Zero without neighbours, or where the sum is. Algorithm 2 of rustamani2024.
+    """
+    x, y = 0.0, 0.0
+    for k in range(found):
+        if 0.0 < near.distance2[k] < range2:
+            x -= near.dx[k] / near.distance2[k]
+            y -= near.dy[k] / near.distance2[k]
+    length = max(math.sqrt(x * x + y * y), TINY)
+    return x / length, y / length
 
 
 @jit

@@ -13,3 +13,4 @@ from naive.nguyen2024 import nguyen2024
 from naive.patel2023 import patel2023
 from naive.pixels import blocked, inside_any, visits
 from naive.rules import *
+from naive.rustamani2024 import ORDERS, cells_within, rustamani2024

@@ -31,6 +31,16 @@ def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[floa
     return ax + part[0], ay + part[1], max(budget - math.hypot(x, y), 0.0)
 
 
+def limit_components(x: float, y: float, most: float) -> Vector:
+    return np.clip([x, y], -most, most)
+
+
+def add_in_turn(ax: float, ay: float, x: float, y: float, has_room: bool, most: float) -> tuple[float, float, bool]:
+    if has_room:
+        ax, ay = ax + x, ay + y
+    return ax, ay, has_room and math.hypot(ax, ay) <= most
+
+
 def within(near: Any, found: int, range2: float) -> tuple[Vector, Vector]:
     """Indices (K,) and displacements (K, 2) of the first `found` neighbours that are nearer than sqrt(range2)."""
     close = near.distance2[:found] < range2
@@ -51,6 +61,13 @@ def alignment_from(vx: float, vy: float, seen: Any, near: Any, found: int, range
     others, _ = within(near, found, range2)
     velocities = np.column_stack([seen.vx, seen.vy])
     return velocities[others].mean(axis=0) - [vx, vy] if len(others) else np.zeros(2)
+
+
+def separation_direction(near: Any, found: int, range2: float) -> Vector:
+    _, towards = within(near, found, range2)
+    pushes = [-d / math.hypot(*d) ** 2 for d in towards if d.any()]
+    push = sum(pushes, np.zeros(2))
+    return push / math.hypot(*push) if push.any() else push
 
 
 def alignment(seen: Any, i: int, near: Any, found: int, range2: float) -> Vector:
@@ -84,6 +101,40 @@ def protected_sums(seen: Any, near: Any, found: int, crowd2: float, range2: floa
 
 def wander(rng: np.random.Generator, width: float) -> Vector:
     return rng.uniform(-width, width, 2)
+
+
+def seek(dx: float, dy: float, vx: float, vy: float, gain: float) -> Vector:
+    return np.array([dx, dy]) * gain - [vx, vy]
+
+
+def arrival(dx: float, dy: float, vx: float, vy: float, stop: float, slow: float, most: float, gain: float) -> Vector:
+    distance = math.hypot(dx, dy)
+    if distance < stop:
+        return np.zeros(2)
+    speed = min(most * distance / slow, most)
+    return gain * speed / distance * np.array([dx, dy]) - [vx, vy]
+
+
+def is_taken(occupancy: Any, x: float, y: float) -> bool:
+    rows, columns = occupancy.taken.shape
+    row, column = math.floor(y * occupancy.per_length), math.floor(x * occupancy.per_length)
+    return bool(occupancy.taken[row, column]) if 0 <= row < rows and 0 <= column < columns else True
+
+
+def steer_to_avoid(
+    occupancy: Any, x: float, y: float, vx: float, vy: float, look_ahead: float, path_step: float, turn: float
+) -> tuple[float, float, bool]:
+    """The headings in the order in which they are looked at, and the first whose points are free."""
+    if vx == vy == 0.0:
+        return 0.0, 0.0, False
+    turns = [0.0] + [side * k * turn for k in range(1, int(math.pi / turn) + 1) for side in (1, -1)]
+    headings = [math.atan2(vy, vx) + angle for angle in turns]
+    points = np.linspace(0.0, look_ahead, int(look_ahead / path_step + 1e-9) + 1)[1:-1]
+    for k, heading in enumerate(headings):
+        path = [(x + length * math.cos(heading), y + length * math.sin(heading)) for length in points]
+        if not any(is_taken(occupancy, *place) for place in path):
+            return (math.cos(heading), math.sin(heading), False) if k > 0 else (0.0, 0.0, False)
+    return 0.0, 0.0, True
 
 
 def confine(position: float, velocity: float, length: float, borders: int) -> tuple[float, float]:
