@@ -1,4 +1,4 @@
-"""The figures of aziel_chen2025, its Table 1 as a figure, and measures of its claims."""
+"""The figures of aziel_chen2025, and its Table 1 as a figure."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -8,16 +8,26 @@ import pandas as pd
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from experiments.aziel_chen2025.search import (  # noqa: F401 (the measures are for published.yaml)
+    GAINS,
+    SIZES,
+    Studies,
+    Values,
+    chosen,
+    gain_spread_dense_cafeteria,
+    gain_spread_narrow_corridor,
+    loss_to_alignment_beyond_and_before,
+    loss_to_alignment_of_50_less_that_of_100,
+    near_maximal_in_the_empty_map,
+    seed_spread_dense_cafeteria,
+    seed_spread_narrow_corridor,
+)
 from sweep.analysis import mean_interval
 from sweep.effects import effects_figure
 from sweep.figures import LINE_STYLES, STYLE, Drawing
 from sweep.plots import BLUE, ORANGE, VERMILION, draw_map, draw_values, draw_visits, legend, name_rows, note
 from sweep.study import StoredStudy
-
-Studies = dict[str, StoredStudy]
-Values = NDArray[np.float64]
 
 MAPS = {
     "dense_cafeteria": "dense cafeteria",
@@ -25,9 +35,6 @@ MAPS = {
     "narrow_corridor": "narrow corridor",
     "empty": "empty",
 }
-SIZES = (50, 100)
-GAINS = {"cohesion_weight": "$k_{coh}$", "alignment_weight": "$k_{ali}$", "separation_weight": "$k_{col}$"}
-WALL_WEIGHT = 10.0
 BEST = (("map", "cafeteria"), ("n", 100))
 
 
@@ -129,7 +136,7 @@ def _both_sizes(axes: Axes, study: StoredStudy, name: str, gain: str) -> None:
 def figure5(studies: Studies) -> Figure:
     """Coverage over time in the cafeteria with 100 boids and the best gains, one line a seed."""
     study = studies["wall_clock"]
-    trials = _chosen(study.trials, dict(BEST))
+    trials = chosen(study.trials, dict(BEST))
     series = study.series
     with style.context(STYLE):
         figure = Figure(figsize=(4.2, 3.0))
@@ -148,7 +155,7 @@ def figure5(studies: Studies) -> Figure:
 def figure6(studies: Studies) -> Figure:
     """How often each pixel was visited, for the three seeds of figure 5."""
     study = studies["wall_clock"]
-    trials = _chosen(study.trials, dict(BEST))
+    trials = chosen(study.trials, dict(BEST))
     visits = study.heatmaps.set_index("trial_id")["visits"]
     most = max(float(np.quantile(visits[trial][visits[trial] > 0], 0.99)) for trial in trials["trial_id"])
     with style.context(STYLE):
@@ -212,11 +219,12 @@ def swarm_size(studies: Studies) -> Figure:
                 found = [mean_interval(_doubling(studies[spec], name, column)) for name in MAPS]
                 draw_values(axes, places + shift, tuple(np.array(found, np.float64)[:, :3].T), colour, marker, label)
             axes.set_xlabel(f"change from 50 to 100 boids:\n{words}")
+            axes.locator_params(axis="x", nbins=6)
         for axes in panels:
             name_rows(axes, names)
         legend(figure, panels[0])
         pairs = f"{_trials(studies['fitted_steps'])} pairs of trials a row"
-        note(figure, f"left of zero: less coverage, more even visits; ours: {pairs}, mean with 95 % interval")
+        note(figure, f"below zero: less coverage, but more even visits; ours: {pairs}, mean with 95 % interval")
     return figure
 
 
@@ -239,102 +247,25 @@ FIGURES = {
 }
 
 
-def _chosen(trials: pd.DataFrame, settings: Mapping[str, object]) -> pd.DataFrame:
-    """The trials with these settings that are done, the corridor only with the usual wall gain."""
-    chosen = (trials["status"] == "done") & (trials["wall_weight"] == WALL_WEIGHT)
-    for name, value in settings.items():
-        chosen &= trials[name] == value
-    return trials[chosen]
-
-
 def _interval(study: StoredStudy, settings: Mapping[str, object], column: str) -> tuple[float, float, float, int]:
-    return mean_interval(_chosen(study.trials, settings)[column].to_numpy(np.float64))
+    return mean_interval(chosen(study.trials, settings)[column].to_numpy(np.float64))
 
 
 def _trials(study: StoredStudy) -> int:
-    return len(_chosen(study.trials, dict(BEST)))
+    return len(chosen(study.trials, dict(BEST)))
 
 
 def _doubling(study: StoredStudy, name: str, column: str) -> Values:
     """The change from 50 to 100 boids, one value a replicate."""
-    by_size = _chosen(study.trials, {"map": name}).pivot(index="replicate", columns="n", values=column)
+    by_size = chosen(study.trials, {"map": name}).pivot(index="replicate", columns="n", values=column)
     return np.asarray(by_size[100] - by_size[50], np.float64)
 
 
 def _points(study: StoredStudy, settings: Mapping[str, object]) -> pd.DataFrame:
     """Gains and coverage of every point with these settings, a mean over its seeds, in the order of the sample."""
     columns = [*GAINS, "coverage", "coverage_total"]
-    return _chosen(study.trials, settings).groupby("point", sort=False)[columns].mean()
+    return chosen(study.trials, settings).groupby("point", sort=False)[columns].mean()
 
 
 def _rank(points: pd.DataFrame, gain: str) -> str:
     return f"{points[gain].rank().corr(points['coverage_total'].rank()):.2f}".replace("-", "\N{MINUS SIGN}")
-
-
-def _by_gain(study: StoredStudy, settings: Mapping[str, object]) -> "pd.Series[float]":
-    """Coverage of the traversable pixels by gain vector, a mean over seeds and whatever `settings` leaves open."""
-    return _chosen(study.trials, settings).groupby(list(GAINS))["coverage"].mean()
-
-
-def _losses(coverage: "pd.Series[float]") -> Values:
-    """Coverage lost for each 0.01 of alignment weight, one value for each pair of points half the sample apart."""
-    alignment = coverage.index.get_level_values("alignment_weight").to_numpy()
-    order = np.argsort(alignment, kind="stable")
-    half = len(order) // 2
-    first, second = order[:half], order[half : 2 * half]
-    values = coverage.to_numpy()
-    return np.asarray(0.01 * (values[first] - values[second]) / (alignment[second] - alignment[first]), np.float64)
-
-
-def loss_to_alignment_beyond_and_before(studies: Studies) -> tuple[Values, Values]:
-    """Coverage lost for each 0.01 of alignment weight beyond 0.03, and before, as a mean over maps and sizes."""
-    coverage = _by_gain(studies["gains"], {})
-    beyond = coverage.index.get_level_values("alignment_weight") > 0.03
-    return _losses(coverage[beyond]), _losses(coverage[~beyond])
-
-
-def loss_to_alignment_of_50_less_that_of_100(studies: Studies) -> Values:
-    """Coverage lost for each 0.01 of alignment weight in the two obstacle-dense maps: 50 boids less 100."""
-    losses = {
-        (name, n): _losses(_by_gain(studies["gains"], {"map": name, "n": n}))
-        for name in ("dense_cafeteria", "narrow_corridor")
-        for n in SIZES
-    }
-    return np.mean([losses[name, 50] - losses[name, 100] for name, n in losses if n == 50], axis=0)
-
-
-def near_maximal_in_the_empty_map(studies: Studies) -> Values:
-    """By gain vector, the share of the two sizes that reach nine tenths of the best coverage in the empty map."""
-    coverage = [_by_gain(studies["gains"], {"map": "empty", "n": n}) for n in SIZES]
-    return np.mean([one.to_numpy() > 0.9 * one.max() for one in coverage], axis=0)
-
-
-def _spread_over_seeds(study: StoredStudy, name: str) -> Values:
-    by_point = _chosen(study.trials, {"map": name}).groupby([*GAINS, "n"])["coverage"].std()
-    return by_point.groupby(list(GAINS)).mean().to_numpy(np.float64)
-
-
-def seed_spread_dense_cafeteria(studies: Studies) -> Values:
-    """Standard deviation of coverage over the seeds by gain vector: the dense cafeteria less the empty map."""
-    return _spread_over_seeds(studies["gains"], "dense_cafeteria") - _spread_over_seeds(studies["gains"], "empty")
-
-
-def seed_spread_narrow_corridor(studies: Studies) -> Values:
-    """Standard deviation of coverage over the seeds by gain vector: the narrow corridor less the empty map."""
-    return _spread_over_seeds(studies["gains"], "narrow_corridor") - _spread_over_seeds(studies["gains"], "empty")
-
-
-def _spread_over_gains(study: StoredStudy, name: str) -> Values:
-    """The squared deviation of each gain vector's coverage from the mean of all, a mean over the two sizes."""
-    coverage = [_by_gain(study, {"map": name, "n": n}).to_numpy() for n in SIZES]
-    return np.mean([(one - one.mean()) ** 2 for one in coverage], axis=0)
-
-
-def gain_spread_dense_cafeteria(studies: Studies) -> Values:
-    """The variance of coverage over gain vectors, by vector: the dense cafeteria less the empty map."""
-    return _spread_over_gains(studies["gains"], "dense_cafeteria") - _spread_over_gains(studies["gains"], "empty")
-
-
-def gain_spread_narrow_corridor(studies: Studies) -> Values:
-    """The variance of coverage over gain vectors, by vector: the narrow corridor less the empty map."""
-    return _spread_over_gains(studies["gains"], "narrow_corridor") - _spread_over_gains(studies["gains"], "empty")
