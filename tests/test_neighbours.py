@@ -167,7 +167,8 @@ def end_of(a_job: builders.Job, spread: float, searched: str) -> bytes:
     """The state after a trial whose flock was first spread or gathered, with a grid of one kind."""
     simulation = Simulation(a_job)
     if spread:
-        x, y = (400 + (p - 400) * spread for p in (simulation.flock.x, simulation.flock.y))
+        middle = 400 * builders.scale(a_job.model)
+        x, y = (middle + (p - middle) * spread for p in (simulation.flock.x, simulation.flock.y))
         builders.place(simulation, x, y, simulation.flock.vx, simulation.flock.vy)
     reach = simulation.model.interaction_range(simulation.params)
     if searched == "all pairs":
@@ -194,7 +195,8 @@ def test_all_pairs_and_every_grid_give_the_same_bits(
         "map": "random_obstacles",
         "n_obstacles": 4,
     }
-    a_job = builders.job(model, preset, width=460, height=760, **changes, **borders)
+    changes |= builders.scaled(model, width=460, height=760)
+    a_job = builders.job(model, preset, **changes, **borders)
     for spread in FLOCKS.values():
         assert len({end_of(a_job, spread, searched) for searched in SEARCHES}) == 1
 
