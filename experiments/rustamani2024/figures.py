@@ -6,6 +6,7 @@ speed is not at its limit. A flight is x, y, vx and vy of the boids of one trial
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import matplotlib
@@ -37,6 +38,7 @@ FAR, CLOSE = 2.0, 0.25
 """Distances from the goal beyond which a boid is on its way, and at which it has come close, m."""
 LEADER, FOLLOWER = BLUE, ORANGE
 SITUATIONS = {"arena": "without a goal", "field": "to a goal"}
+LOOKS = ((BLUE, "o"), (VERMILION, "s"), (SKY, "D"), (ORANGE, "^"))
 COMPARED = {"perception_range": "perception range", "fov": "half angle of view"}
 PRESETS = {"": "as run", "_as_written": "as written"}
 
@@ -60,7 +62,7 @@ def _all_flights(study: StoredStudy) -> dict[str, Floats]:
     """The flights of all trials by their ids."""
     names = ["x", "y", "vx", "vy"]
     tables = study.trajectories.groupby("trial_id", sort=False)
-    return {trial: np.stack([np.stack(table[name].tolist()) for name in names], axis=1) for trial, table in tables}
+    return {str(trial): np.stack([np.stack(table[name].tolist()) for name in names], axis=1) for trial, table in tables}
 
 
 def _flights(study: StoredStudy, settings: Settings) -> list[Floats]:
@@ -272,7 +274,7 @@ def _speed_by_distance(study: StoredStudy, flight: Floats, edges: Floats) -> Flo
     way = (np.cumsum(distance < CLOSE, axis=0) == 0) & (times[:, None] >= 2.0)
     sums, _ = np.histogram(distance[way], edges, weights=speed[way])
     counts, _ = np.histogram(distance[way], edges)
-    return np.divide(sums, counts, out=np.full(len(sums), np.nan), where=counts > 0)
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
 
 
 def avoidance(studies: Studies) -> Figure:
@@ -336,7 +338,7 @@ def _compare(
         figure = Figure(figsize=(7.4, 6.9))
         top, middle, bottom = figure.subfigures(3, 1, height_ratios=(2.4, 1.3, 2.3))
         for part, situation in ((top, "arena"), (middle, "field")):
-            for axes, level, name in zip(part.subplots(1, 3), levels, names, strict=True):
+            for axes, level, name in zip(part.subplots(1, 3, squeeze=False)[0], levels, names, strict=True):
                 _draw_trial(axes, paths, map=situation, **{setting: level})
                 axes.set_title(name)
             part.suptitle(f"{SITUATIONS[situation]}, as run, by {COMPARED[setting]}", fontsize=9)
@@ -357,9 +359,8 @@ def _compare(
 
 def _draw_levels(axes: Axes, studies: Studies, spec: str, setting: str, levels: Sequence[float], metric: str) -> None:
     """The mean and interval of `metric` at each level, in both situations and with both presets."""
-    looks = (("", "arena", BLUE, "o"), ("", "field", VERMILION, "s"))
-    looks += (("_as_written", "arena", SKY, "D"), ("_as_written", "field", ORANGE, "^"))
-    for shift, (ending, situation, colour, marker) in zip((-0.24, -0.08, 0.08, 0.24), looks, strict=True):
+    looks = zip((-0.24, -0.08, 0.08, 0.24), product(PRESETS, SITUATIONS), LOOKS, strict=True)
+    for shift, (ending, situation), (colour, marker) in looks:
         study = studies[spec + ending]
         columns = [_chosen(study, {"map": situation, setting: level})[metric].to_numpy() for level in levels]
         table = np.array([mean_interval(column)[:3] for column in columns]).T
