@@ -1,15 +1,18 @@
 """The physics: flocks, rules, worlds and metrics as numba kernels. Reads no file, prints nothing, validates nothing.
 
-    state       Flock, World, Schedule: what enters kernels      jit           how they are compiled
+    settings    what a user can choose                           jit           how kernels are compiled
+    state       Flock, World: what enters kernels                workspace     what a model works with
     neighbours  who sees whom                                    arbitration   how forces share one acceleration
-    rules/      social, steering, obstacles, borders             models/       one file a published model
-    worlds      maps -> World                                    starts        initial flocks
-    metrics     recorded frames -> numbers                       coverage      visited pixels
+    rules/      social, steering, avoidance, obstacles, borders  models/       one file a published model
+    worlds      maps -> World, with arenas                       occupancy     grids on which robots look for obstacles
+    starts      initial flocks                                   recording     frames; events: what is counted
+    metrics/    recorded frames -> numbers                       coverage      visited pixels
 
 numba's disk cache does not notice that a called function changed in another file (numba issue 1833), so cached code
-lives in a folder named by the hash of all kernel sources. The same hash is recorded with every result.
+lives in a folder named by a hash of all kernels. The same hash is recorded with every result.
 """
 
+import ast
 import hashlib
 import os
 from pathlib import Path
@@ -18,13 +21,27 @@ import numba
 
 
 def source_stamp(folder: Path) -> str:
-    """The sha256 of all Python sources below `folder`, names included, as 64 hexadecimal digits."""
+    """The sha256, in hexadecimal, of what all Python sources below `folder` do: names and code.
+
+    Docstrings, comments and layout are left out, so that a better explanation leaves results valid.
+    """
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
-        source = path.read_bytes()
-        digest.update(f"{path.relative_to(folder).as_posix()} {len(source)}\n".encode())
-        digest.update(source)
+        code = ast.unparse(_without_docstrings(ast.parse(path.read_bytes())))
+        digest.update(f"{path.relative_to(folder).as_posix()} {len(code)}\n{code}".encode())
     return digest.hexdigest()
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    """The tree without statements that are only a constant, as docstrings are, in place."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            node.body = [part for part in node.body if not _is_constant(part)] or [ast.Pass()]
+    return tree
+
+
+def _is_constant(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 KERNELS_SHA = source_stamp(Path(__file__).parent)

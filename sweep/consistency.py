@@ -45,6 +45,7 @@ PIXELS = Demand(
     f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
     f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
 )
+SPEEDS = Demand("min_speed <= max_speed", "the lower limit of the speed is above the upper one")
 CELLS = Demand(
     f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
     f"the occupancy grid would have more than {MOST_CELLS:,} cells",
@@ -55,7 +56,8 @@ def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError, naming the first such point, where settings do not go together."""
     pixels = [PIXELS] if _covers(study.record) else []
     cells = [CELLS] if MODELS[study.model].occupancy else []
-    for demand in (*DEMANDS, *pixels, *cells):
+    speeds = [SPEEDS] if "min_speed" in study.fields else []
+    for demand in (*DEMANDS, *pixels, *cells, *speeds):
         condition = parse(demand.condition, study.fields)
         given = [name for name in sorted(condition.names) if study.place_of(name)]
         place = study.place_of(given[0]) if given else None

@@ -45,9 +45,9 @@ def model_settings(name: str) -> Table:
 
 def map_table() -> Table:
     """Environment maps and where they come from."""
-    table = Table("map", "size (px)", "what it is", "source")
+    table = Table("map", "size", "what it is", "source")
     for name, map_ in MAPS.items():
-        size = f"{map_.size[0]:g} x {map_.size[1]:g}" if map_.size else "any"
+        size = f"{map_.size[0]:g} x {map_.size[1]:g} {map_.unit}" if map_.size else "any"
         table.add_row(name, size, map_.text, map_.source)
     return table
 

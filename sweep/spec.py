@@ -198,8 +198,8 @@ def _record(entry: Entry | None, model: Model) -> Record:
     entry.keys(["metrics", "series", "every", *KEPT])
     metrics, series = entry.get("metrics"), entry.get("series")
     every, kept = entry.get("every"), {name: entry.child(name).truth() for name in KEPT if name in entry.value}
-    recorded = _metrics(metrics) if metrics else model.metrics
-    followed = _metrics(series) if series else ()
+    recorded = _metrics(metrics, model) if metrics else model.metrics
+    followed = _metrics(series, model) if series else ()
     return Record(
         metrics=(*recorded, *(name for name in followed if name not in recorded)),
         series=followed,
@@ -208,11 +208,14 @@ def _record(entry: Entry | None, model: Model) -> Record:
     )
 
 
-def _metrics(entry: Entry) -> tuple[str, ...]:
+def _metrics(entry: Entry, model: Model) -> tuple[str, ...]:
     names = tuple(child.one_of("metric", METRICS) for child in entry.entries())
     for index, name in enumerate(names):
         if name in names[:index]:
             raise entry.child(index).error(f'"{name}" stands twice in "{entry.name}"')
+        if METRICS[name].potential and not model.pair_potential:
+            having = ", ".join(other.name for other in MODELS.values() if other.pair_potential)
+            raise entry.child(index).error(f'metric "{name}" is for models with a pair potential: {having}')
     return names
 
 

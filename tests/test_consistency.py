@@ -32,6 +32,16 @@ def test_a_setting_without_room_is_refused(settings: str, message: str) -> None:
     assert refused(SMALL.replace("n: 12", f"n: 12, {settings}")).startswith(message)
 
 
+def test_a_potential_needs_a_model_that_has_one() -> None:
+    message = refused(SMALL.replace("series: [speed]", "series: [speed, potential]"))
+    assert message == 'spec.yaml:10: metric "potential" is for models with a pair potential: patel2023, nanobot'
+
+
+def test_the_lower_limit_of_the_speed_is_not_above_the_upper() -> None:
+    spec = SMALL.replace("nguyen2024", "nanobot").replace("n: 12", "n: 12, min_speed: 7")
+    assert refused(spec).startswith("spec.yaml:5: the lower limit of the speed is above the upper one where max_speed")
+
+
 def test_the_first_offending_point_of_a_sweep_is_named() -> None:
     spec = SMALL.replace("separation_weight: [0.5, 1]", "start_margin: [0, 500, 600]")
     assert "spec.yaml:7:" in refused(spec)

@@ -46,7 +46,7 @@ def conditions(part: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 class PowersAsCalls(ast.NodeTransformer):
     """Makes `a ** b` the call `power(a, b)`."""
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:  # noqa: N802
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
         if not isinstance(node.op, ast.Pow):
             return node

@@ -49,6 +49,7 @@ def modules(part: str) -> list[str]:
 
 
 KERNELS_MAY_IMPORT = {
+    "ast",
     "kernels",
     "numpy",
     "numba",

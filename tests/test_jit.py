@@ -109,3 +109,13 @@ def test_the_stamp_covers_names_and_contents_of_all_sources(copied: Path) -> Non
     (folder / "notes.txt").write_text("no source")
     stamps.add(kernels.source_stamp(folder))
     assert len(stamps) == 3
+
+
+def test_the_stamp_leaves_out_what_is_only_said_about_the_code(copied: Path) -> None:
+    rule = copied / "kernels" / "rules" / "borders.py"
+    said = rule.read_text().replace('"""What happens', '"""About what happens').replace("elif", "# why\n    elif")
+    assert said.count("About") == 1
+    rule.write_text(said)
+    assert kernels.source_stamp(copied / "kernels") == kernels.KERNELS_SHA
+    rule.write_text(said.replace("2.0 * length", "2.5 * length"))
+    assert kernels.source_stamp(copied / "kernels") != kernels.KERNELS_SHA

@@ -77,7 +77,7 @@ AS_WRITTEN = COMMON | {
 }
 """The world is the window, and the arena what is 100 px from its borders. Rocks are points.
 
-The figures last some 24 s: 500 steps are that at about 20 frames a second, a rate which the document does not give.
+The document does not give the rate of frames, nor how long a trial is; 500 steps are our choice.
 """
 AS_RUN = AS_WRITTEN | {"border_adds_velocity": "always"}
 AS_INTENDED = AS_WRITTEN | {"border_adds_velocity": "never"}
