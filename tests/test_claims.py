@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
+from kernels.models import MODELS
 from sweep.claims import Publication, read_all
 from sweep.document import SpecError
 from sweep.measures import Call, Difference, Mean, RankCorrelation
@@ -159,3 +160,11 @@ def test_a_study_belongs_to_one_spec(tmp_path: Path) -> None:
 def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match=r"no folder in it has a published.yaml"):
         read_all(tmp_path, quick=False)
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_what_the_five_documents_published_loads_at_both_scales(quick: bool) -> None:
+    """Every claim has a measure and an expectation or a reason, of specs and figures that exist."""
+    publications = read_all(Path(__file__).parent.parent / "experiments", quick=quick)
+    assert {publication.name for publication in publications} == set(MODELS)
+    assert all(publication.contradictions for publication in publications)
