@@ -40,7 +40,9 @@ def brightness(path: Path) -> NDArray[np.float64]:
     except ImageError:
         raise
     except FileNotFoundError:
-        raise ImageError("does not exist") from None
+        raise ImageError(f"does not exist in {path.parent}") from None
+    except IsADirectoryError:
+        raise ImageError("is a folder") from None
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise ImageError(f"is too large; at most {MOST_SIDE} x {MOST_SIDE} pixels") from None
     except UnidentifiedImageError:
@@ -51,10 +53,10 @@ def brightness(path: Path) -> NDArray[np.float64]:
 
 
 def _grey(image: "Image.Image") -> NDArray[np.float64]:
-    if image.mode in ("I", "I;16", "I;16L", "I;16B"):
+    if image.mode in ("I;16", "I;16L", "I;16B") or (image.mode == "I" and image.format == "PPM"):
         return np.asarray(image, np.float64) / 257.0
-    if image.mode == "F":
-        raise ImageError("has pixels of fractional numbers, whose black and white are not known")
+    if image.mode in ("I", "F"):
+        raise ImageError("has pixels of 32 bits, whose white is not known; allowed are up to 16 bits")
     if image.has_transparency_data:
         from PIL import Image
 

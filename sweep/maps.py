@@ -134,6 +134,8 @@ def _ros(entry: Entry, folder: Path) -> OwnMap:
     if mode:
         mode.one_of("mode", ["trinary"])
     least = threshold.number() if threshold else OCCUPIED
+    if threshold and not 0 <= least <= 1:
+        raise threshold.expected("a number from 0 to 1")
     light = _pixels(root.child("image"), path.parent)
     occupancy = (light if negate and negate.whole(0, 1) else 255.0 - light) / 255.0
     return _of_pixels(root.child("image"), occupancy > least, _positive(root.child("resolution")))

@@ -146,11 +146,12 @@ def test_images_of_other_kinds_mean_the_same(tmp_path: Path) -> None:
     clear = np.dstack([np.zeros((2, 3, 3), np.uint8), np.where(grey < 128, 255, 0).astype(np.uint8)])
     write_image(tmp_path / "deep.png", grey.astype(np.uint16) * 257)
     write_image(tmp_path / "clear.png", clear)
+    write_image(tmp_path / "deep.pgm", grey.astype(np.uint16) * 257)
     write_image(tmp_path / "colour.png", np.dstack([grey] * 3))
     write_image(tmp_path / "grey.pgm", grey)
     Image.fromarray(grey).convert("P").save(tmp_path / "palette.png")
     Image.fromarray(grey < 128).convert("1").save(tmp_path / "bits.png")
-    for name in ("deep.png", "clear.png", "colour.png", "grey.pgm", "palette.png"):
+    for name in ("deep.png", "deep.pgm", "clear.png", "colour.png", "grey.pgm", "palette.png"):
         assert occupied(tmp_path / name) == expected, name
     assert occupied(tmp_path / "bits.png") == (grey >= 128).tolist()
 
@@ -213,6 +214,9 @@ MISTAKES = [
     (["  room: {ros: empty.yaml}"], '7: "empty.yaml" is no ROS map: it has no key "image"'),
     (["  room: {ros: short.yaml}"], '7: "short.yaml" is no ROS map: it has no key "resolution"'),
     (["  room: {ros: scale.yaml}"], 'scale.yaml:3: unknown mode "scale". Allowed: trinary'),
+    (["  room: {ros: percent.yaml}"], 'percent.yaml:3: "occupied_thresh" must be a number from 0 to 1, not 65'),
+    (["  room: {image: whole.tiff, resolution: 1}"], '7: the image "whole.tiff" has pixels of 32 bits, whose white'),
+    (["  room: {image: ., resolution: 1}"], '7: the image "." is a folder'),
     (["  room: {size: [1], shapes: []}"], '7: "size" must be [width, height], not a list'),
     (shapes(), '9: "shapes" must be a list with at least one value, not nothing'),
     (shapes("disc: {x: 1, y: 1}"), '10: missing key "radius" in "disc"'),
@@ -241,12 +245,14 @@ def test_mistake_is_named_with_its_line(
     (tmp_path / "empty.yaml").write_text("# nothing\n")
     (tmp_path / "short.yaml").write_text("image: noise.png\n")
     (tmp_path / "scale.yaml").write_text("image: noise.png\nresolution: 1\nmode: scale\n")
+    (tmp_path / "percent.yaml").write_text("image: noise.png\nresolution: 1\noccupied_thresh: 65\n")
+    write_image(tmp_path / "whole.tiff", np.zeros((2, 2), np.int32))
     if "bomb" in lines[0]:
         write_image(tmp_path / "bomb.png", np.zeros((30, 30), np.uint8))
         monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 800)
     with pytest.raises(SpecError) as error:
         loaded(tmp_path, *lines)
-    assert str(error.value).startswith(message if ".yaml" in message[:12] else f"spec.yaml:{message}")
+    assert str(error.value).startswith(message if ".yaml" in message[:13] else f"spec.yaml:{message}")
 
 
 def test_a_size_that_contradicts_the_map_is_refused() -> None:
