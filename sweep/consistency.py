@@ -8,7 +8,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import MOST_CELLS
 from sweep.expressions import parse
-from sweep.points import Points
+from sweep.points import SIDES, Points
 from sweep.spec import Record, Study
 
 MOST_PIXELS = 10**8
@@ -41,9 +41,12 @@ DEMANDS = (
     ),
     Demand("not minimum_image or borders == 'torus'", "minimum_image is for a torus: it needs borders: torus"),
 )
-PIXELS = Demand(
-    f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
-    f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
+PIXELS = (
+    Demand(
+        f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
+        f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of them",
+    ),
+    Demand("pixel <= min(width, height)", "coverage is counted by pixels, and the world has no room for one"),
 )
 SPEEDS = Demand("min_speed <= max_speed", "the lower limit of the speed is above the upper one")
 CELLS = Demand(
@@ -54,13 +57,14 @@ CELLS = Demand(
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError, naming the first such point, where settings do not go together."""
-    pixels = [PIXELS] if _covers(study.record) else []
+    pixels = PIXELS if _covers(study.record) else ()
     cells = [CELLS] if MODELS[study.model].occupancy else []
     speeds = [SPEEDS] if "min_speed" in study.fields else []
     for demand in (*DEMANDS, *pixels, *cells, *speeds):
         condition = parse(demand.condition, study.fields)
-        given = [name for name in sorted(condition.names) if study.place_of(name)]
-        place = study.place_of(given[0]) if given else None
+        # The map last: it brings its width and height.
+        named = [*sorted(condition.names), *(["map"] if condition.names & set(SIDES) else [])]
+        place = next(filter(None, map(study.place_of, named)), None)
         holds = points.evaluate(study, condition, place or ("model",))
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)

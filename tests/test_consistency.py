@@ -48,6 +48,20 @@ def test_the_first_offending_point_of_a_sweep_is_named() -> None:
     assert "start_margin = 500.0" in refused(spec)
 
 
+def test_what_comes_with_a_map_is_said_where_the_map_is_chosen() -> None:
+    robots = SMALL.replace("n: 12", "n: 12, start_speed: 0").replace("nguyen2024", "rustamani2024")
+    room = "maps: {room: {size: [1, 1], shapes: [{disc: {x: 0, y: 0, radius: 0.1}}]}}\nseed: 5"
+    small = robots.replace("seed: 5", room).replace("separation_weight: [0.5, 1]", "map: [arena, room]")
+    assert refused(small).startswith("spec.yaml:7: start_margin leaves boids no room")
+
+
+def test_a_world_smaller_than_a_pixel_is_refused_where_coverage_is_recorded() -> None:
+    assert "spec.yaml:5: coverage is counted by pixels, and the world has no room for one where height" in refused(
+        COVERING.replace("steps: 20", "steps: 20, pixel: 601")
+    )
+    assert expand(parse_spec(COVERING.replace("steps: 20", "steps: 20, pixel: 600"))).n_points == 2
+
+
 def test_a_world_of_too_many_pixels_is_refused_where_coverage_is_recorded() -> None:
     huge = "width: 100000, height: 100000"
     covering = COVERING.replace("map: cafeteria", f"map: empty, {huge}")
