@@ -37,7 +37,8 @@ def read_ablation(name: str, entry: Entry, reader: AxisReader, given: Collection
     chosen = entry.child("ablate")
     other = chosen.one_of(f"preset of {reader.model}", MODELS[reader.model].presets)
     if other == reader.preset:
-        raise chosen.error(f"{other} is the preset of the study: ablate needs another one")
+        others = ", ".join(preset for preset in MODELS[reader.model].presets if preset != other)
+        raise chosen.error(f"{other} is the preset of the study: ablate needs another one. Allowed: {others}")
     details = differing(reader.model, reader.preset, other, given)
     if not details:
         raise chosen.error(f"{other} differs from {reader.preset} in nothing that the study leaves open")

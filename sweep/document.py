@@ -46,8 +46,8 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key on the way to this value."""
-        return next((part for part in reversed(self.place) if isinstance(part, str)), "spec")
+        """The last key on the way to this value; of the whole document the name of its file."""
+        return next((part for part in reversed(self.place) if isinstance(part, str)), self.document.path.name)
 
     def error(self, message: str) -> SpecError:
         """The SpecError that says `message` with the line of this value."""

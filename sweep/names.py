@@ -16,6 +16,8 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     sentence = f'unknown {kind} "{given}"'
     if close:
         sentence += f'; did you mean "{close[0]}"?'
+    if not names:
+        return sentence + ": there is none"
     if len(names) <= SHORT_LIST:
         sentence += ("" if close else ".") + f" Allowed: {', '.join(names)}"
     return sentence

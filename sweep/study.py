@@ -88,10 +88,13 @@ class StoredStudy:
     def trajectory(self, trial: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in them, shape (F, 4, N).
 
-        Raises StoreError where none are stored of that trial.
+        Raises StoreError where there is no such trial, and where none are stored of it.
         """
         table = self.store.read("trajectories", trial_ids=pa.array([trial]))
         if table.num_rows == 0:
+            stored = self.store.trial_ids()
+            if trial not in stored:
+                raise StoreError(f"study {self.name}: {unknown('trial', trial, stored)}")
             raise StoreError(
                 f"study {self.name}: no trajectory of trial {trial} is stored; record: {{trajectories: true}} does that"
             )

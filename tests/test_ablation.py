@@ -104,7 +104,10 @@ MISTAKES = [
         ["sweep: {detail: {ablate: as_writen}}"],
         '6: unknown preset of nguyen2024 "as_writen"; did you mean "as_written"?',
     ),
-    (["sweep: {detail: {ablate: as_run}}"], "6: as_run is the preset of the study: ablate needs another one"),
+    (
+        ["sweep: {detail: {ablate: as_run}}"],
+        "6: as_run is the preset of the study: ablate needs another one. Allowed: as_written",
+    ),
     (["sweep: {drag: {ablate: as_written}}"], '6: "drag" is a field: an axis that ablates needs a name of its own'),
     (["sweep: {detail: {ablate: as_written, points: 3}}"], '6: unknown key "points". Allowed: ablate, when'),
     (["sweep:", "  a: {ablate: as_written}", "  b: {ablate: as_written}"], '8: "a" ablates already: a study has one'),
@@ -139,3 +142,5 @@ def test_details_name_what_was_changed_in_each_trial(tmp_path: Path) -> None:
     assert list(labels) == [label for label in ["", *changed, "all"] for _ in range(2)]
     with pytest.raises(StoreError, match='unknown ablated preset "as_run"'):
         details(study, "as_run")
+    with pytest.raises(StoreError, match='unknown ablated preset "as_written": there is none'):
+        details(launched(SMALL, tmp_path), "as_written")

@@ -170,6 +170,8 @@ def test_trajectories_are_asked_for(tmp_path: Path) -> None:
     assert study.trajectories.empty
     with pytest.raises(StoreError, match=r"no trajectory of trial \w+ is stored; record: {"):
         study.trajectory(study.trials["trial_id"][0])
+    with pytest.raises(StoreError, match='unknown trial "nope"'):
+        study.trajectory("nope")
 
 
 def test_an_interrupted_launch_with_trajectories_goes_on_to_the_same_bits(

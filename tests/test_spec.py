@@ -302,7 +302,7 @@ REPLACED = [
     ("study: short", 'study: "a\\n"', '1: study "a\n" is not allowed'),
     (SHORT, "", "1: is empty"),
     (SHORT, "# nothing\n", "1: is empty"),
-    (SHORT, "- 1\n", '1: "spec" must be a mapping with at least one entry, not a list'),
+    (SHORT, "- 1\n", '1: "spec.yaml" must be a mapping with at least one entry, not a list'),
     (SHORT, "\x00", "1: is not valid YAML: "),
 ]
 
