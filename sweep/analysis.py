@@ -149,7 +149,8 @@ def _sample(values: NDArray[np.float64]) -> Sample:
     # The mean of equal values may be off by a rounding error, which would pass for a variance.
     if np.all(values == values[0]):
         return Sample(float(values[0]), 0.0, len(values))
-    return Sample(float(values.mean()), float(values.var(ddof=1)), len(values))
+    with np.errstate(invalid="ignore"):
+        return Sample(float(values.mean()), float(values.var(ddof=1)), len(values))
 
 
 def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankEstimate:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from traceback import extract_tb
 from typing import Any
 
 from sweep.design import Design, expand
@@ -164,16 +165,24 @@ def _figures_module(file: Path) -> dict[str, Any]:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise SpecError(f"{file.name}: cannot be loaded: {type(error).__name__}: {error}") from error
+        lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
+        line = f":{lines[-1]}" if lines else ""
+        raise SpecError(f"{file.name}{line}: cannot be loaded: {type(error).__name__}: {error}") from error
     return vars(module)
 
 
 def _drawings(module: Mapping[str, Any], studies: Mapping[str, Study]) -> dict[str, Drawing]:
-    drawings: dict[str, Drawing] = dict(module.get("FIGURES", {}))
+    drawings = module.get("FIGURES", {})
+    if not isinstance(drawings, dict):
+        raise SpecError(f"figures.py: FIGURES must be a dict of drawings by name, not {type(drawings).__name__}")
     for name, drawing in drawings.items():
+        if not isinstance(name, str):
+            raise SpecError(f'figures.py: figure "{name}" must be named by a text')
         if not NAME.fullmatch(name):
             raise SpecError(f'figures.py: figure "{name}" is not a name of letters, digits, "_" and "-"')
-        for spec in drawing.specs:
+        if not isinstance(drawing, Drawing) or not callable(drawing.draw) or not isinstance(drawing.specs, tuple):
+            raise SpecError(f'figures.py: figure "{name}" must be Drawing(function, (names of specs,), text)')
+        for spec in map(str, drawing.specs):
             if spec not in studies:
                 raise SpecError(f'figures.py: figure "{name}": {unknown("spec", spec, studies)}')
     return drawings

@@ -7,6 +7,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import matplotlib
+from matplotlib.figure import Figure
 
 from kernels import KERNELS_SHA
 from sweep.claims import Publication
@@ -38,7 +39,10 @@ class FigureFile:
 
     def draw(self) -> None:
         """Draw and save it; whatever the study's function raises is raised."""
-        save(self.drawing.draw(self.studies), self.path, self.about, self.watermark)
+        figure = self.drawing.draw(self.studies)
+        if not isinstance(figure, Figure):
+            raise TypeError(f"its function must return a figure of matplotlib, not {type(figure).__name__}")
+        save(figure, self.path, self.about, self.watermark)
 
     @cached_property
     def about(self) -> dict[str, str]:

@@ -179,6 +179,9 @@ def _row(publication: Publication, claim: Claim, stored: Stored, claims: int, ou
 
 
 def _write(page: Page) -> None:
-    page.root.mkdir(parents=True, exist_ok=True)
-    (page.root / "scorecard.html").write_text(as_html(page), encoding="utf-8")
-    (page.root / "scorecard.md").write_text(as_markdown(page), encoding="utf-8")
+    try:
+        page.root.mkdir(parents=True, exist_ok=True)
+        (page.root / "scorecard.html").write_text(as_html(page), encoding="utf-8")
+        (page.root / "scorecard.md").write_text(as_markdown(page), encoding="utf-8")
+    except OSError as error:
+        raise StoreError(f"{page.root}: cannot write the page ({error}); trials and figures are stored") from None

@@ -74,6 +74,8 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
     """The verdict on one of `claims` claims of a page."""
     if not estimate.testable:
         return untestable("too few values for an interval, or one that does not vary")
+    if not math.isfinite(estimate.value):
+        return untestable("one of the values is infinite")
     published = expectation.trials if isinstance(expectation, Value) else None
     low, high = estimate.interval(1.0 - LEVEL / claims, published)
     half = (high - low) / 2.0

@@ -140,7 +140,16 @@ def test_wrong_quick_changes_are_named(tmp_path: Path, change: str, message: str
     [
         ('("small",)', '("big",)', 'figures.py: figure "curves": unknown spec "big"'),
         ('"curves":', '"../curves":', 'figures.py: figure "../curves" is not a name'),
-        ("import numpy", "import nunpy", "figures.py: cannot be loaded: ModuleNotFoundError"),
+        ("import numpy", "import nunpy", "figures.py:2: cannot be loaded: ModuleNotFoundError"),
+        ("import numpy", "import (", "figures.py: cannot be loaded: SyntaxError: invalid syntax (figures.py, line 2)"),
+        (
+            "FIGURES = ",
+            "FIGURES = [] or None #",
+            "figures.py: FIGURES must be a dict of drawings by name, not NoneType",
+        ),
+        ('Drawing(curves, ("small",), "Speed & dispersion")', "curves", 'figures.py: figure "curves" must be Drawing('),
+        ('("small",)', '"small"', 'figures.py: figure "curves" must be Drawing(function, (names of specs,), text)'),
+        ('"curves":', "3:", 'figures.py: figure "3" must be named by a text'),
     ],
 )
 def test_wrong_figures_are_named(tmp_path: Path, right: str, wrong: str, message: str) -> None:

@@ -11,6 +11,7 @@ from publications import FIGURES, PUBLISHED, SPEC, experiments
 from sweep.claims import read_all
 from sweep.document import SpecError
 from sweep.executors import Serial
+from sweep.parquet import StoreError
 from sweep.reproduce import Outcome, reproduce
 
 BROKEN_TRIALS = SPEC.replace("n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,").replace(
@@ -89,11 +90,13 @@ def test_a_figure_is_drawn_again_when_its_inputs_change(tmp_path: Path, change: 
 
 def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> None:
     published = PUBLISHED.replace("{mean: speed, frame: 0, for: {separation_weight: 1}}", "{call: broken}")
-    failing = FIGURES.replace('"curves":', '"bad": Drawing(broken, ("small",), "nothing"),\n"curves":')
+    others = '"bad": Drawing(broken, ("small",), "nothing"),\n"none": Drawing(constant, ("small",), "nothing"),\n'
+    failing = FIGURES.replace('"curves":', others + '"curves":')
     experiments(tmp_path, published, figures=failing)
     outcome = reproduced(tmp_path)
     assert outcome.failures == [
         "figure tiny/bad: RuntimeError: no idea",
+        "figure tiny/none: TypeError: its function must return a figure of matplotlib, not ndarray",
         "claim tiny/start-speed: broken: RuntimeError: no idea",
     ]
     assert (outcome.drawn, outcome.whole) == (1, False)
@@ -137,6 +140,13 @@ def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
 def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from sweep.cli import main; main()", "reproduce", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    (tmp_path / "results" / "scorecard.html").mkdir(parents=True)
+    with pytest.raises(StoreError, match=r"results: cannot write the page .*; trials and figures are stored"):
+        reproduced(tmp_path)
 
 
 def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:

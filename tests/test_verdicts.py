@@ -88,6 +88,12 @@ def test_fewer_than_two_values_are_not_testable(values: list[float]) -> None:
     assert status(mean_estimate(np.array(values, np.float64)), Value(1.0)) == "not testable as published"
 
 
+@pytest.mark.parametrize("expectation", [Value(1.0), Above(1.0)])
+def test_neither_are_infinite_values(expectation: Expectation) -> None:
+    for values in ([1.0, math.inf, 2.0], [math.inf, -math.inf], [math.inf, math.inf]):
+        assert status(mean_estimate(np.array(values)), expectation) == "not testable as published"
+
+
 @pytest.mark.parametrize("found", [RankEstimate(0.5, 3), RankEstimate(math.nan, 9)])
 def test_neither_is_a_correlation_of_three_or_of_what_does_not_vary(found: RankEstimate) -> None:
     assert status(found, Above(0.0)) == "not testable as published"
