@@ -13,6 +13,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+INTERRUPTED = 130
+
 app = typer.Typer(
     help="Monte Carlo experiments and parameter sweeps over boid swarms.",
     no_args_is_help=True,
@@ -44,8 +46,11 @@ def main() -> None:
     """The `sweep` command: errors that a user can mend become one line and exit code 2."""
     try:
         app()
-    except KeyboardInterrupt:
-        _stop("interrupted; what is done is stored, and the same command goes on from there", 130)
+    except (KeyboardInterrupt, SystemExit) as ending:
+        # typer turns Ctrl-C into an exit without a word.
+        if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
+            raise
+        _stop("interrupted; what is done is stored, and the same command goes on from there", INTERRUPTED)
     except BrokenPipeError:
         # The reader of our output has seen enough; Python would complain once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -172,6 +172,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) 
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
+    assert errors.endswith("interrupted; what is done is stored, and the same command goes on from there\n"), errors
     assert "Traceback" not in errors
     stored = json.loads(sweep(tmp_path, "status", "small", "--json").stdout)["statuses"]
     assert 0 < stored["done"] < 100_000
