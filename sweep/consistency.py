@@ -48,6 +48,11 @@ PIXELS = (
     ),
     Demand("pixel <= min(width, height)", "coverage is counted by pixels, and the world has no room for one"),
 )
+GOAL = Demand(
+    "0 <= goal_x <= width and 0 <= goal_y <= height",
+    "the goal lies outside the world, and what is recorded is about the goal",
+)
+GOAL_METRICS = ("goal_distance", "goal_spread", "share_arrived", "time_to_goal")
 SPEEDS = Demand("min_speed <= max_speed", "the lower limit of the speed is above the upper one")
 CELLS = Demand(
     f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
@@ -58,9 +63,10 @@ CELLS = Demand(
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError, naming the first such point, where settings do not go together."""
     pixels = PIXELS if _covers(study.record) else ()
+    goal = [GOAL] if set(GOAL_METRICS) & set(study.record.metrics) else []
     cells = [CELLS] if MODELS[study.model].occupancy else []
     speeds = [SPEEDS] if "min_speed" in study.fields else []
-    for demand in (*DEMANDS, *pixels, *cells, *speeds):
+    for demand in (*DEMANDS, *pixels, *goal, *cells, *speeds):
         condition = parse(demand.condition, study.fields)
         # The map last: it brings its width and height.
         named = [*sorted(condition.names), *(["map"] if condition.names & set(SIDES) else [])]

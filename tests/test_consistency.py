@@ -55,6 +55,15 @@ def test_what_comes_with_a_map_is_said_where_the_map_is_chosen() -> None:
     assert refused(small).startswith("spec.yaml:7: start_margin leaves boids no room")
 
 
+def test_a_goal_outside_the_world_is_refused_where_what_is_recorded_is_about_it() -> None:
+    robots = SMALL.replace("nguyen2024", "rustamani2024").replace(
+        "n: 12", "n: 12, start_speed: 0, map: empty, height: 8"
+    )
+    assert "spec.yaml:5: the goal lies outside the world" in refused(robots)
+    assert expand(parse_spec(robots.replace("{series: [speed]", "{metrics: [speed]"))).n_points == 2
+    assert expand(parse_spec(robots.replace("height: 8", "height: 8, goal_y: 8"))).n_points == 2
+
+
 def test_a_world_smaller_than_a_pixel_is_refused_where_coverage_is_recorded() -> None:
     assert "spec.yaml:5: coverage is counted by pixels, and the world has no room for one where height" in refused(
         COVERING.replace("steps: 20", "steps: 20, pixel: 601")
