@@ -22,7 +22,7 @@ def arena_two_obstacles(_settings: WorldSettings, _rng: np.random.Generator) -> 
 
 
 def maze(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Walls that stand alternately across the way from (1, 1) to (9, 9), with passages 0.9 to 1.3 m wide."""
+    """Walls that stand alternately across the way from (1, 1) to (9, 9), with passages 0.9 to 1.8 m wide."""
     outer = [_level(0.0, 10.0, HALF), _level(0.0, 10.0, 10.0 - HALF)]
     outer += [_upright(HALF, 0.0, 10.0), _upright(10.0 - HALF, 0.0, 10.0)]
     level = [_level(0.2, 4.4, 4.6), _level(3.1, 7.3, 7.0), _level(7.1, 9.8, 3.2)]

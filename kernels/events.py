@@ -1,4 +1,7 @@
-"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids have moved in step."""
+"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids have moved in step.
+
+The start is not looked at. A boid that is outside, in an obstacle or in contact from the start counts in step 1.
+"""
 
 from typing import NamedTuple
 

@@ -51,11 +51,11 @@ def test_events_are_those_of_a_recount_from_all_frames(model: str) -> None:
         assert np.nanmax(series[name]) > 0
 
 
-def watched(flocks: list[tuple[list[float], list[float]]]) -> list[int]:
+def watched(flocks: list[tuple[list[float], list[float]]], **changes: float) -> list[int]:
     """The events after steps in which the boids are at the given x with the given vx, all on one line."""
     world = builders.a_world(100.0, 100.0)
     simulation = Simulation(builders.job("nguyen2024", n=len(flocks[0][0]), steps=1, metrics=("boid_collisions",)))
-    seen = builders.OBSERVATION._replace(equilibrium_steps=2)
+    seen = builders.OBSERVATION._replace(equilibrium_steps=2, **changes)
     watch = simulation.record.watch._replace(observation=seen, contact=build_reach(world, 0.0))
     for step, (x, vx) in enumerate(flocks):
         count(builders.a_flock(x, [50.0] * len(x), vx), world, watch, step + 1)
@@ -68,6 +68,12 @@ def test_a_contact_counts_once_for_each_boid_until_it_ends() -> None:
     assert watched([close, close])[2] == 2
     assert watched([close, apart])[2] == 3, "boid 1 went from one contact to another without a step alone"
     assert watched([close, ([0.0, 40.0, 90.0], [0.0] * 3), close])[2] == 4
+
+
+def test_a_contact_may_be_farther_than_company() -> None:
+    far = {"contact_distance": 20.0, "flock_range": 5.0}
+    assert watched([([10.0, 25.0, 60.0], [0.0] * 3)], **far)[2] == 2
+    assert watched([([10.0, 30.0, 60.0], [0.0] * 3)], **far)[2] == 0
 
 
 def test_a_lone_boid_is_in_no_equilibrium_and_a_pair_in_step_is() -> None:

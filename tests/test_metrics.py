@@ -74,6 +74,7 @@ def test_a_metric_is_what_its_slow_twin_says(name: str, n: int, ddof: int) -> No
     """Up to the rounding of sums: 1e-12 relative, and the same absolute for a spread about zero (a single boid)."""
     rng = np.random.default_rng(5)
     bodies, counts = rng.normal(0, 40, (12, 6, n)), drawn_counts(rng, 12)
+    bodies[::3, 2:4, -1] = 0.0  # A boid at rest has no course.
     seen = builders.OBSERVATION._replace(coverage_cv_ddof=ddof)
     for outside in (False, True):
         ground = GROUND._replace(potential=GROUND.potential._replace(cohesion_outside=outside))
@@ -146,6 +147,75 @@ def test_one_boid_is_a_flock_without_a_nearest_neighbour() -> None:
     }
     assert {name: one(name, **alone) for name in known} == known
     assert math.isnan(one("nearest_neighbour_distance", **alone))
+
+
+def test_a_column_is_long_along_its_course_and_a_front_across_it() -> None:
+    """Three boids in a row; a square is round; one that does not move as a whole has no course."""
+    row, corners = {"x": [0.0, 10.0, 20.0]}, {"x": [0.0, 10.0, 10.0, 0.0], "y": [0.0, 0.0, 10.0, 10.0]}
+    assert one("elongation", **row, vx=2.0) == 1.0
+    assert one("elongation", **row, vy=-2.0) == -1.0
+    assert one("elongation", **corners, vx=3.0) == 0.0
+    assert math.isnan(one("elongation", **row, vx=[1.0, -1.0, 0.0]))
+    assert math.isnan(one("elongation", x=[0.0, 10.0], vx=2.0))
+
+
+def test_elongation_is_of_the_largest_flock() -> None:
+    """Deviations of 2 along and 1 across its course make 1/3; a pair far off, and its course, do not count."""
+    box = {"x": [0.0, 4.0, 4.0, 0.0, 500.0, 500.0], "y": [0.0, 0.0, 2.0, 2.0, 0.0, 9.0]}
+    assert one("elongation", **box, vx=[1.0] * 4 + [0.0] * 2, vy=[0.0] * 4 + [50.0] * 2) == pytest.approx(1 / 3)
+
+
+def test_neighbours_ahead_are_those_on_the_side_of_the_course() -> None:
+    """Of a column all fly along x: the last sees two ahead, the middle one of two, the first none of two."""
+    assert one("neighbours_ahead", x=[0.0, 10.0, 20.0], vx=1.0) == 50.0
+    assert one("neighbours_ahead", x=[0.0, 10.0], vx=[1.0, -1.0]) == 100.0
+    assert one("neighbours_ahead", x=[0.0, 10.0], vx=[-1.0, 1.0]) == 0.0
+    assert one("neighbours_ahead", x=[0.0, 10.0], vy=1.0) == 0.0, "abreast is not ahead"
+
+
+def test_a_boid_at_rest_has_nobody_ahead_and_does_not_count() -> None:
+    assert one("neighbours_ahead", x=[0.0, 10.0, -10.0], vx=[1.0, 0.0, 0.0]) == 50.0
+    assert math.isnan(one("neighbours_ahead", x=[0.0, 10.0]))
+    assert math.isnan(one("neighbours_ahead", x=[0.0, 51.0], vx=1.0))
+
+
+def test_clearance_is_from_the_surface_and_negative_inside() -> None:
+    """A disc of radius 25 at (20, -30), and a wall whose upper side is at y = 45; without obstacles there is none."""
+    places = {"x": [20.0, -60.0], "y": [-10.0, 57.0]}
+    assert one("clearance", **places) == (-5.0 + 12.0) / 2
+    assert one("least_clearance", **places) == -5.0
+    nothing = GROUND._replace(world=builders.a_world(100.0, 80.0))
+    for name in ("clearance", "least_clearance"):
+        assert np.isnan(measured(name, np.zeros((2, 6, 3)), ground=nothing)).all()
+
+
+def test_the_spread_at_the_goal_is_about_the_centre_of_those_who_are_there() -> None:
+    """The goal is at (50, 40) and its radius 50; a boid just at the radius is not there."""
+    places = {"x": [56.0, 50.0, 50.0, 100.0], "y": [40.0, 48.0, 32.0, 40.0]}
+    apart = (4.0 + 2 * math.hypot(2.0, 8.0)) / 3
+    assert one("goal_spread", **places) == pytest.approx(apart, rel=1e-15)
+    assert one("goal_distance", **places) == (6 + 8 + 8 + 50) / 4
+    assert math.isnan(one("goal_spread", x=[50.0, 100.0], y=[40.0, 40.0]))
+
+
+def test_boids_are_lost_that_are_outside_the_largest_flock() -> None:
+    places = {"x": [0.0, 49.0, 98.0, 200.0, 249.0, 400.0, 450.0, 900.0]}
+    assert one("flock_count", **places) == 5
+    assert (one("boids_lost", **places), one("largest_flock_share", **places)) == (5, 37.5)
+
+
+def test_the_potential_of_a_pair_counts_for_either_boid() -> None:
+    """With the rules of GROUND: 0.6 (50^2 - 40^2) / 2 for boids 50 apart, nothing from 70 on and at 40.
+
+    Nearer than 40 it is (0.15 - 0.6) (40^2 - r^2) / 2, below zero, as cohesion is the stronger there. A boid with two
+    neighbours feels half of each.
+    """
+    assert one("potential", x=[0.0, 50.0]) == pytest.approx(270.0, rel=1e-14)
+    assert one("potential", x=[0.0, 30.0]) == pytest.approx(-157.5, rel=1e-14)
+    assert [one("potential", x=[0.0, r]) for r in (40.0, 70.0)] == [0.0, 0.0]
+    assert one("potential", x=[0.0, 50.0, 100.0]) == pytest.approx(270.0, rel=1e-14)
+    assert one("flock_potential", x=[0.0, 45.0, 500.0]) == pytest.approx(2 * 0.3 * (45**2 - 40**2), rel=1e-14)
+    assert math.isnan(one("flock_potential", x=[0.0, 60.0])), "they act on each other, but are no flock"
 
 
 def test_coverage_cv_before_the_first_visit_is_not_a_number() -> None:

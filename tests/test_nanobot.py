@@ -23,6 +23,18 @@ def test_there_is_no_program_so_what_was_run_is_what_was_written() -> None:
     assert presets["as_run"] == presets["as_written"]
 
 
+def test_the_preset_has_the_usual_values_of_the_pseudocode() -> None:
+    """A flock is who sees each other; each boid is moved before the next one looks."""
+    usual = {
+        **{"border_turn": 0.2, "perception_range": 40, "separation_range": 8, "cohesion_weight": 0.0005},
+        **{"separation_weight": 0.05, "alignment_weight": 0.05, "min_speed": 3, "max_speed": 6},
+        **{"border_margin": 100, "width": 640, "height": 480, "borders": "open", "map": "empty"},
+        **{"protected_count_once": True, "update": "sequential", "flock_range": 40, "dt": 1},
+    }
+    known = MODELS["nanobot"].presets["as_written"]
+    assert {name: known[name] for name in usual} == usual
+
+
 @pytest.mark.parametrize(("once", "velocity"), [(True, (3.5595, 0.15)), (False, (3.5559375, 0.175))])
 def test_a_boid_in_the_protected_range_counts_for_separation_only(once: bool, velocity: tuple[float, float]) -> None:
     """Neighbours at 5 and 20 px. Cohesion makes 4.01 of 4, alignment 3.8095 of that, separation takes 0.25.

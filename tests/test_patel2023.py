@@ -7,9 +7,31 @@ import builders
 import numpy as np
 import pytest
 
+from kernels.models import MODELS
 from sweep.trial import Simulation
 
 ALONE = {"alignment_weight": 0, "cohesion_weight": 0}
+
+
+TABLE_I = {
+    **{"separation_range": 50, "alignment_range": 80, "cohesion_range": 80, "obstacle_range": 60},
+    **{"separation_weight": 0.15, "alignment_weight": 0.1, "cohesion_weight": 0.005, "obstacle_weight": 0.25},
+    **{"border_margin": 175, "border_turn": 10, "max_speed": 10, "min_speed": 7},
+}
+SCENARIO = {
+    **{"n": 10, "n_obstacles": 5, "obstacle_radius": 0, "width": 1200, "height": 1200, "borders": "open"},
+    **{"start_margin": 100, "obstacle_margin": 100, "start_velocities": "components", "start_speed": 10},
+    **{"update": "sequential", "dt": 1, "flock_range": 80},
+}
+
+
+def test_presets_have_the_values_of_table_1_and_differ_in_the_border_rule_alone() -> None:
+    """Ten rovers and five rocks in the arena of 1000 px in a window of 1200; a flock is who perceives each other."""
+    adds = {"as_written": "in_margin", "as_run": "always", "as_intended": "never"}
+    known = MODELS["patel2023"].presets
+    assert {name: known["as_run"][name] for name in TABLE_I | SCENARIO} == TABLE_I | SCENARIO
+    for preset, where in adds.items():
+        assert known[preset] == known["as_run"] | {"border_adds_velocity": where}
 
 
 def stepped(

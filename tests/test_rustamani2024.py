@@ -10,7 +10,8 @@ import pytest
 
 from kernels.arbitration import add_in_turn, limit_components
 from kernels.events import DEAD_ENDS
-from kernels.occupancy import build_occupancy
+from kernels.models import MODELS
+from kernels.occupancy import Occupancy, build_occupancy
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.settings import OccupancySettings
 from sweep.trial import Simulation, run
@@ -31,6 +32,34 @@ def accelerations(preset: str, flock: Any, **changes: Any) -> np.ndarray:
     simulation = placed(preset, flock, **builders.weightless(MODEL) | UNLIMITED | {"dt": 1e-3} | changes)
     assert simulation.advance(1)
     return (builders.state(simulation.flock)[2:].T - np.array(flock, float)[:, 2:]) / 1e-3
+
+
+COMMON_TO_BOTH = {
+    **{"n": 10, "dt": 0.1, "width": 10, "height": 10, "max_speed": 0.8, "max_acceleration": 10, "fov": 360},
+    **{"obstacle_weight": 6.6, "separation_weight": 1.8, "arrival_weight": 1.5},
+    **{"seek_weight": 0.4, "alignment_weight": 1.4, "cohesion_weight": 0.5, "priority": "safety_first"},
+    **{"navigation_gain": 0.8, "stop_distance": 0.05, "look_ahead": 0.8, "path_step": 0.16, "angle_step": 0.5},
+    **{"grid_cell": 0.05, "inflation": 0.2, "range_inclusive": False},
+}
+AS_WRITTEN_AND_AS_RUN = {
+    "separation_range": (math.inf, 0.35),
+    "alignment_gain": (1, 3),
+    "arrival_gain": (1, 0.3),
+    "arrival_limited": (True, False),
+    "slow_distance": (0.05, 1),
+    "leader_share": (1, 0.5),
+    "acceleration_pool": (10, 6.65),
+    "component_limits": (False, True),
+}
+
+
+def test_presets_have_the_values_of_the_text_and_of_the_program() -> None:
+    """And differ in nothing else."""
+    written, run_with = (MODELS[MODEL].presets[preset] for preset in PRESETS)
+    assert {name: written[name] for name in COMMON_TO_BOTH} == COMMON_TO_BOTH
+    assert {name: (written[name], run_with[name]) for name in AS_WRITTEN_AND_AS_RUN} == AS_WRITTEN_AND_AS_RUN
+    assert {name for name in written if written[name] != run_with[name]} == set(AS_WRITTEN_AND_AS_RUN)
+    assert (MODELS[MODEL].length, MODELS[MODEL].time) == ("m", "s")
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -189,6 +218,18 @@ def test_a_boid_steers_to_the_first_free_heading(
     x, y, is_dead_end = steer_to_avoid(ARENA, *boid, *PATHS)
     assert (x, y) == ((0.0, 0.0) if heading is None else pytest.approx((math.cos(heading), math.sin(heading))))
     assert not is_dead_end
+
+
+def test_the_search_goes_up_to_half_a_turn_to_either_side() -> None:
+    """All cells are taken but those of one path, 3 rad off: the sixth turn of 0.5, and none without that path."""
+    taken = np.ones((200, 200), np.bool_)
+    assert steer_to_avoid(Occupancy(taken, 20.0), 5.0, 5.0, 0.4, 0.0, *PATHS) == (0.0, 0.0, True)
+    for side in (1.0, -1.0):
+        free, points = taken.copy(), 0.16 * np.arange(1, 5)
+        rows, columns = 5 + points * math.sin(3.0 * side), 5 + points * math.cos(3.0)
+        free[(20 * rows).astype(int), (20 * columns).astype(int)] = False
+        found = steer_to_avoid(Occupancy(free, 20.0), 5.0, 5.0, 0.4, 0.0, *PATHS)
+        assert found == (math.cos(3.0), math.sin(3.0 * side), False)
 
 
 def test_a_path_has_its_points_whatever_the_rounding() -> None:

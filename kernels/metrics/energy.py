@@ -8,7 +8,7 @@ r_s <= r_c:
 
 so that the force on a boid, with n held fixed, is the sum of both rules. V is least, namely 0, at r_s, as the text
 asks, but stays finite as boids meet. Where only those outside r_s cohere, the first line has a alone, and n counts
-them.
+them. Where r_s > r_c, which is not checked, V is not the potential of the rules.
 """
 
 import math

@@ -142,7 +142,8 @@ def advance(
     """Advance `flock` by `steps` updates; return False after the first step that is not finite.
 
     p += v dt, then v += dt times the sum of the rules at the new position. In a synchronous update all boids move
-    before any of them looks. The velocity at the end of a step is limited at the beginning of the next.
+    before any of them looks. The velocity at the end of a step is limited at the beginning of the next: what is
+    recorded is faster than what moves, as run about 21 px a step where moves are 10.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(max(params.separation_range, params.alignment_range, params.cohesion_range), True)

@@ -74,7 +74,7 @@ def neighbours_ahead(bodies: Vector, reach: float) -> float:
         angle_between(bodies[:2, j] - bodies[:2, i], bodies[2:4, i])
         for i in range(bodies.shape[1])
         for j in range(bodies.shape[1])
-        if i != j and distances(bodies)[i, j] < reach
+        if i != j and distances(bodies)[i, j] < reach and bodies[2:4, i].any()
     ]
     return 100 * float(np.mean(np.array(angles) < math.pi / 2)) if angles else math.nan
 
