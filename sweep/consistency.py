@@ -1,5 +1,6 @@
 """What settings must fulfil together, in every study."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +55,17 @@ GOAL = Demand(
 )
 GOAL_METRICS = ("goal_distance", "goal_spread", "share_arrived", "time_to_goal")
 SPEEDS = Demand("min_speed <= max_speed", "the lower limit of the speed is above the upper one")
+POTENTIAL = "the pair potential that is recorded needs a separation_range within that of cohesion"
+LOOKING = (
+    Demand(
+        "obstacle_weight == 0 or 2 * path_step <= look_ahead",
+        "no point of a path is looked at: look_ahead must be at least twice path_step",
+    ),
+    Demand(
+        f"obstacle_weight == 0 or angle_step <= {math.pi}",
+        "no other heading is looked at: angle_step must be at most pi",
+    ),
+)
 CELLS = Demand(
     f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
     f"the occupancy grid would have more than {MOST_CELLS:,} cells",
@@ -64,9 +76,9 @@ def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError, naming the first such point, where settings do not go together."""
     pixels = PIXELS if _covers(study.record) else ()
     goal = [GOAL] if set(GOAL_METRICS) & set(study.record.metrics) else []
-    cells = [CELLS] if MODELS[study.model].occupancy else []
+    looking = [CELLS, *LOOKING] if MODELS[study.model].occupancy else []
     speeds = [SPEEDS] if "min_speed" in study.fields else []
-    for demand in (*DEMANDS, *pixels, *goal, *cells, *speeds):
+    for demand in (*DEMANDS, *pixels, *goal, *looking, *speeds, *_potential(study)):
         condition = parse(demand.condition, study.fields)
         # The map last: it brings its width and height.
         named = [*sorted(condition.names), *(["map"] if condition.names & set(SIDES) else [])]
@@ -75,6 +87,14 @@ def check_consistency(study: Study, points: Points) -> None:
         if not holds.all():
             where = points.describe(int(np.argmin(holds)), condition.names)
             raise study.document.error(place or ("model",), demand.message + where)
+
+
+def _potential(study: Study) -> list[Demand]:
+    """What the metrics of a pair potential ask: cohesion has a range of its own, or that of perception."""
+    if not any(METRICS[name].potential for name in study.record.metrics):
+        return []
+    cohesion = "cohesion_range" if "cohesion_range" in study.fields else "perception_range"
+    return [Demand(f"separation_range <= {cohesion}", POTENTIAL)]
 
 
 def _covers(record: Record) -> bool:

@@ -15,11 +15,12 @@ from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Job, Jobs
 from sweep.provenance import provenance
+from sweep.result import Result, failed, result_bytes
 from sweep.rows import PROVENANCE, Tables
 from sweep.runner import drive
 from sweep.spec import Study
 from sweep.store import Store
-from sweep.trial import Result, failed, result_bytes, run, warm
+from sweep.trial import run, warm
 from sweep.writer import Writer
 
 

@@ -10,8 +10,8 @@ import pyarrow as pa
 from kernels.metrics import METRICS
 from sweep.fields import Field, fields, spelled
 from sweep.jobs import Job
+from sweep.result import Result
 from sweep.spec import Study
-from sweep.trial import Result
 
 PROVENANCE = b"boidsweep"
 """The key of the provenance, as JSON, in the schema metadata of every file."""

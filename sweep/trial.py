@@ -5,7 +5,7 @@ Pure: the result depends on the job alone, reads and writes nothing, and takes o
 
 import time
 import traceback
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, heatmap, no_coverage
-from kernels.events import build_watch
+from kernels.events import BOID_COLLISIONS, COLLISIONS, ESCAPES, SETTLED, Watch, build_watch, count
 from kernels.metrics import METRICS, Ground
 from kernels.models import MODELS
 from kernels.neighbours import build_grid
@@ -36,33 +36,11 @@ from kernels.worlds import MAPS, Reach, build_reach, build_world
 from sweep.fields import fields, settings_tuple
 from sweep.jobs import Job, literal_seed, stream
 from sweep.maps import Obstacles
+from sweep.result import Result
 
 BOID_STEPS_A_CALL = 200_000
 """About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """What a trial gave.
-
-    `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
-    metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
-    (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
-    holds visit counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid in them.
-    """
-
-    job: Job
-    status: str
-    seconds: float
-    step: int = 0
-    error: str = ""
-    last: dict[str, float] = field(default_factory=dict)
-    mean: dict[str, float] = field(default_factory=dict)
-    frames: NDArray[np.int64] | None = None
-    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    heatmap: NDArray[np.int32] | None = None
-    trajectory: NDArray[np.float64] | None = None
 
 
 def run(job: Job) -> Result:
@@ -78,16 +56,6 @@ def simulate(job: Job) -> Result:
     """The result of `job`; an exception is raised."""
     began = time.perf_counter()
     return Simulation(job).result(began)
-
-
-def failed(job: Job, error: str) -> Result:
-    """The result of a job that never returned one."""
-    return Result(job, "failed", 0.0, error=error)
-
-
-def result_bytes(result: Result) -> int:
-    """The bytes of the arrays that can be large."""
-    return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)
 
 
 class Taken(NamedTuple):
@@ -120,6 +88,7 @@ class Simulation:
         self.work = build_workspace(self.flock, self.world, reach, self.place.reach, self.place.occupancy)
         self.record = _record(job, self.schedule, self.place, world_settings, self.observation)
         self.ground = _ground(self.model, self.params, self.world, self.record.coverage, self.schedule.n)
+        note_start(self.flock, self.world, self.record.watch)
         keep_frame(self.flock, self.record)
         self.step = 0
 
@@ -275,6 +244,13 @@ def _record(job: Job, schedule: Schedule, place: Place, settings: WorldSettings,
         coverage=_coverage(job, settings, place, observation) if covers else no_coverage(),
         watch=build_watch(schedule.n, counts, pairs, place.contact, observation),
     )
+
+
+def note_start(flock: Flock, world: World, watch: Watch) -> None:
+    """Take note of where boids start: what they are in from the beginning has not begun, but is where they arrived."""
+    count(flock, world, watch, 0)
+    watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
+    watch.in_step[:] = 0
 
 
 def _ground(model: Model, params: Any, world: World, coverage: Coverage, n: int) -> Ground:

@@ -15,8 +15,9 @@ from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.fields import fields, preset_settings
 from sweep.jobs import Job, point_id
+from sweep.result import Result
 from sweep.spec import Record, Streams
-from sweep.trial import Result, Simulation
+from sweep.trial import Simulation, note_start
 
 UPDATES = ("sequential", "synchronous")
 BORDERS = (
@@ -124,6 +125,10 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
     reach = simulation.model.interaction_range(simulation.params)
     there = simulation.place
     simulation.work = build_workspace(simulation.flock, simulation.world, reach, there.reach, there.occupancy)
+    watch = simulation.record.watch
+    for state in (watch.outside, watch.inside, watch.touching, watch.arrived, watch.events):
+        state[:] = 0
+    note_start(simulation.flock, simulation.world, watch)
     return simulation
 
 

@@ -37,6 +37,26 @@ def test_a_potential_needs_a_model_that_has_one() -> None:
     assert message == 'spec.yaml:10: metric "potential" is for models with a pair potential: patel2023, nanobot'
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ("path_step: 0.5", "spec.yaml:5: no point of a path is looked at"),
+        ("angle_step: 3.2", "spec.yaml:5: no other heading is looked at"),
+    ],
+)
+def test_steering_that_looks_at_nothing_is_refused(settings: str, message: str) -> None:
+    """Unless it has no weight."""
+    spec = SMALL.replace("nguyen2024", "rustamani2024").replace("n: 12", f"n: 12, {settings}")
+    assert refused(spec).startswith(message)
+    expand(parse_spec(spec.replace("n: 12", "n: 12, obstacle_weight: 0")))
+
+
+def test_a_potential_needs_cohesion_to_reach_as_far_as_separation() -> None:
+    spec = SMALL.replace("nguyen2024", "nanobot").replace("n: 12", "n: 12, separation_range: 41")
+    expand(parse_spec(spec.replace("series:", "metrics: [speed], series:")))
+    assert refused(spec).startswith("spec.yaml:5: the pair potential that is recorded needs a separation_range")
+
+
 def test_the_lower_limit_of_the_speed_is_not_above_the_upper() -> None:
     spec = SMALL.replace("nguyen2024", "nanobot").replace("n: 12", "n: 12, min_speed: 7")
     assert refused(spec).startswith("spec.yaml:5: the lower limit of the speed is above the upper one where max_speed")

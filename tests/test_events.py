@@ -25,7 +25,7 @@ def recount(frames: np.ndarray, settings: dict[str, float]) -> dict[str, list[fl
     in_step = company.any(axis=2) & (alike | ~company).all(axis=2)
     touching = (apart < settings["contact_distance"]).any(axis=2)
     there = np.hypot(frames[:, 0] - settings["goal_x"], frames[:, 1] - settings["goal_y"]) < settings["goal_radius"]
-    touching[0] = there[0] = in_step[0] = False
+    in_step[0] = False
     came, window = np.maximum.accumulate(there, axis=0), int(settings["equilibrium_steps"])
     first = np.where(came[-1], came.argmax(axis=0), np.iinfo(int).max)
     rows: dict[str, list[float]] = {name: [] for name in EVENTS}
@@ -82,3 +82,14 @@ def test_a_lone_boid_is_in_no_equilibrium_and_a_pair_in_step_is() -> None:
     assert watched([pair])[5] == 0
     assert watched([pair, pair])[5] == 2
     assert watched([pair, pair, ([10.0, 30.0], [1.0, 1.5])])[5] == 0
+
+
+def test_what_boids_start_in_has_not_begun() -> None:
+    """Two in contact, one outside, one in the obstacle, one at the goal: only the arrival counts, at time 0."""
+    names = ("escapes", "collisions", "boid_collisions", "share_arrived", "time_to_goal")
+    settings = {"n": 5, "steps": 3, "goal_x": 700, "goal_y": 500, "map": "cafeteria", "width": 800, "height": 600}
+    still = builders.weightless("nguyen2024") | {"start_velocities": "components", "start_speed": 0}
+    simulation = Simulation(builders.job("nguyen2024", metrics=names, **settings, **still))
+    builders.place(simulation, [10.0, 12.0, -5.0, 200.0, 700.0], [10.0, 10.0, 300.0, 200.0, 500.0], 0.0, 0.0)
+    _, values, _ = builders.to_end(simulation).take_frames()
+    assert values[:, -1].tolist() == [0.0, 0.0, 0.0, 20.0, 0.0]

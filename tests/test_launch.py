@@ -17,9 +17,10 @@ from sweep.executors import Loky, Serial
 from sweep.jobs import Job, Jobs
 from sweep.launch import launch
 from sweep.parquet import StoreError
+from sweep.result import Result
 from sweep.spec import parse_spec
 from sweep.study import StoredStudy
-from sweep.trial import Result, run
+from sweep.trial import run
 
 TIMING = ["seconds"]
 

@@ -15,8 +15,9 @@ import pytest
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep import trial
+from sweep.result import Result, failed
 from sweep.spec import Streams
-from sweep.trial import Result, Simulation, run
+from sweep.trial import Simulation, run
 
 OVERFLOWS = {
     "nguyen2024": {"displacement_factor": 1e300, "separation_weight": 1e20},
@@ -170,7 +171,7 @@ def test_an_exception_is_a_result_with_the_traceback(monkeypatch: pytest.MonkeyP
 
 def test_a_job_that_never_returned_is_a_failed_result() -> None:
     a_job = small("nguyen2024")
-    assert trial.failed(a_job, "killed") == Result(a_job, "failed", 0.0, error="killed")
+    assert failed(a_job, "killed") == Result(a_job, "failed", 0.0, error="killed")
 
 
 @pytest.mark.parametrize("model", MODELS)

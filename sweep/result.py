@@ -1,0 +1,41 @@
+"""What a trial gave, as plain values."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.jobs import Job
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a trial gave.
+
+    `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
+    metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
+    (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
+    holds visit counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid in them.
+    """
+
+    job: Job
+    status: str
+    seconds: float
+    step: int = 0
+    error: str = ""
+    last: dict[str, float] = field(default_factory=dict)
+    mean: dict[str, float] = field(default_factory=dict)
+    frames: NDArray[np.int64] | None = None
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    heatmap: NDArray[np.int32] | None = None
+    trajectory: NDArray[np.float64] | None = None
+
+
+def failed(job: Job, error: str) -> Result:
+    """The result of a job that never returned one."""
+    return Result(job, "failed", 0.0, error=error)
+
+
+def result_bytes(result: Result) -> int:
+    """The bytes of the arrays that can be large."""
+    return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)
