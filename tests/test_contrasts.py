@@ -97,6 +97,7 @@ def test_several_points_need_a_unit() -> None:
         ("sped", {"weight": 1.0}, {"weight": 2.0}, 'unknown column "sped"; did you mean "speed"'),
         ("speed", {"wieght": 1.0}, {"weight": 2.0}, 'unknown column "wieght"; did you mean "weight"'),
         ("speed", {"weight": 3.0}, {"weight": 2.0}, "no trial has weight = 3.0"),
+        ("speed", {"status": 1}, {"weight": 2.0}, "no trial has status = 1"),
         ("speed", {"weight": 1.0}, {"n": 10}, "share trials"),
         ("speed", {}, {"n": 10}, "no setting and n = 10 share trials"),
     ],

@@ -35,7 +35,7 @@ class Units(NamedTuple):
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
     """Which of `values` are `value`; numbers to the last digits, so that 0.3 finds 3 * 0.1."""
     array = np.asarray(values)
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if isinstance(value, int | float) and not isinstance(value, bool) and array.dtype.kind in "iuf":
         return np.isclose(array.astype(np.float64), value, rtol=SAME_NUMBER, atol=0.0)
     return np.asarray(array == value, np.bool_)
 
