@@ -4,6 +4,7 @@
                 {uniform: [a, b], points: n}, or another distribution
     a free name {zip: {field: list, linspace or logspace, ...}}
                 {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another sampler
+                {sample: saltelli, points: n, second_order: false, ...} | {sample: morris, points: n, levels: 4, ...}
                 {sample: table, file: gains.csv, columns: [...]}
                 {ablate: another preset}, see sweep.ablation
 
@@ -16,15 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
+from sweep.blocks import OPTIONS, Blocks, read_blocks, sample_blocks
 from sweep.document import Entry
 from sweep.evaluation import ExpressionError
 from sweep.expressions import CONDITION, Expression, parse
 from sweep.fields import Column, Field, NotAllowedError
 from sweep.names import unknown
-from sweep.sampling import DISTRIBUTIONS, SAMPLERS
+from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
 from sweep.tables import read_table
 
-MOST_POINTS = 10_000_000
 GRIDS: dict[str, Callable[[float, float, int], Column]] = {"linspace": np.linspace, "logspace": np.geomspace}
 FORMS = ("values", *GRIDS, *DISTRIBUTIONS)
 DIGITS = 12
@@ -36,7 +37,8 @@ class Axis:
 
     `when` says where the axis applies; `merged` counts the rows that were the same as an earlier one; `notes`
     are remarks for the user. An axis that goes from the study's preset to another names that, `ablated`, and the
-    settings that change together, `details`.
+    settings that change together, `details`. A sampled axis names its `sampler`; where its points come in `blocks`,
+    `rows` says for each point of them, in their order, which row it is.
     """
 
     name: str
@@ -46,6 +48,9 @@ class Axis:
     notes: tuple[str, ...] = ()
     ablated: str | None = None
     details: tuple[tuple[str, ...], ...] = ()
+    sampler: str | None = None
+    blocks: Blocks | None = None
+    rows: Column | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -66,10 +71,12 @@ class AxisReader:
 
     def read(self, name: str, entry: Entry) -> Axis:
         """The axis that `entry` writes. Raises SpecError where it is none."""
+        blocks = None
         if isinstance(entry.value, dict) and ("sample" in entry.value or "zip" in entry.value):
             if name in self.fields:
                 raise entry.error(f'"{name}" is a field: an axis of several fields needs a name of its own')
-            columns = self._sample(name, entry) if "sample" in entry.value else self._zip(entry)
+            blocks = self._blocks(entry)
+            columns = self._sample(name, entry, blocks) if "sample" in entry.value else self._zip(entry)
         elif name in self.fields:
             columns = {name: self._single(self.fields[name], entry)}
         else:
@@ -77,10 +84,11 @@ class AxisReader:
                 unknown("field", name, self.fields) + " (an axis of several fields has sample, zip or ablate)"
             )
         when = self.when(entry)
-        kept = _distinct_rows(list(columns.values()))
-        length = len(next(iter(columns.values())))
+        kept, rows = _distinct_rows(list(columns.values()))
         columns = {field: column[kept] for field, column in columns.items()}
-        return Axis(name, columns, when, length - len(kept), _notes(name, entry))
+        notes = (*((blocks.note(name),) if blocks else ()), *_notes(name, entry))
+        sampler, merged = _sampler(entry), len(rows) - len(kept)
+        return Axis(name, columns, when, merged, notes, sampler=sampler, blocks=blocks, rows=rows if blocks else None)
 
     def _single(self, field: Field, entry: Entry) -> Column:
         if isinstance(entry.value, list):
@@ -98,19 +106,32 @@ class AxisReader:
         entry.keys([form, "when"])
         return _listed(field, entry.child("values")) if form == "values" else _grid(field, entry.child(form))
 
-    def _sample(self, name: str, entry: Entry) -> dict[str, Column]:
-        sampler = entry.child("sample").one_of("sampler", [*SAMPLERS, "table"])
+    def _blocks(self, entry: Entry) -> Blocks | None:
+        """The blocks of an axis whose points come in such, else None."""
+        if entry.value.get("sample") not in [*OPTIONS]:
+            return None
+        sampler = entry.child("sample").text()
+        entry.keys(["sample", "points", "when", OPTIONS[sampler], *self.fields], required=["points"])
+        return read_blocks(entry, sampler, sum(key in self.fields for key in entry.value))
+
+    def _sample(self, name: str, entry: Entry, blocks: Blocks | None) -> dict[str, Column]:
+        sampler = entry.child("sample").one_of("sampler", [*SAMPLERS, *OPTIONS, "table"])
         if sampler == "table":
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.fields, self.folder)
-        options = ("sample", "points", "when")
-        entry.keys([*options, *self.fields], required=["points"])
-        distributions = {key: child for key, child in entry.mapping() if key not in options}
-        if not distributions:
+        if blocks is None:
+            entry.keys(["sample", "points", "when", *self.fields], required=["points"])
+        members = {key: child for key, child in entry.mapping() if key in self.fields}
+        if not members:
             raise entry.error(f'"{name}" samples no field')
-        units = SAMPLERS[sampler](_points(entry), list(distributions), name, self.seed)
+        distributions = {field: _only(child, DISTRIBUTIONS) for field, child in members.items()}
+        if blocks:
+            shapes = {field: distribution.name for field, distribution in distributions.items()}
+            units = sample_blocks(blocks, shapes, name, self.seed)
+        else:
+            units = SAMPLERS[sampler](_points(entry), list(members), name, self.seed)
         return {
-            field: _drawn(self.fields[field], _only(distribution, DISTRIBUTIONS), unit)
+            field: _drawn(self.fields[field], distribution, unit)
             for (field, distribution), unit in zip(distributions.items(), units, strict=True)
         }
 
@@ -168,7 +189,7 @@ def _coerced(field: Field, entry: Entry, values: list[object] | Column) -> Colum
 
 def _listed(field: Field, entry: Entry) -> Column:
     column = _coerced(field, entry, [child.value for child in entry.entries()])
-    kept = _distinct_rows([column])
+    kept, _ = _distinct_rows([column])
     if len(kept) < len(column):
         twice = min(set(range(len(column))) - set(kept.tolist()))
         raise entry.child(twice).error(f'{entry.child(twice).value} stands twice in "{field.name}"')
@@ -203,13 +224,15 @@ def _drawn(field: Field, entry: Entry, unit: Column) -> Column:
         raise entry.error(f"{entry.name}: {error}") from None
 
 
-def _distinct_rows(columns: list[Column]) -> Column:
-    """Indices, ascending, of the rows that no earlier row equals."""
+def _distinct_rows(columns: list[Column]) -> tuple[Column, Column]:
+    """Indices, ascending, of the rows that no earlier row equals; and for every row which of these it equals."""
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:
         _, inverse = np.unique(_sortable(column), return_inverse=True)
         _, codes = np.unique(codes * (inverse.max() + 1) + inverse, return_inverse=True)
-    return np.sort(np.unique(codes, return_index=True)[1])
+    _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return first[order], np.argsort(order)[inverse]
 
 
 def _sortable(column: Column) -> Column:
@@ -220,8 +243,17 @@ def _sortable(column: Column) -> Column:
     return np.array([codes[text] for text in column.tolist()])
 
 
+def _sampler(entry: Entry) -> str | None:
+    """What drew the points of an axis, None where they are listed or on a grid."""
+    if not isinstance(entry.value, dict):
+        return None
+    if "sample" in entry.value:
+        return entry.child("sample").text()
+    return "random" if any(form in entry.value for form in DISTRIBUTIONS) else None
+
+
 def _notes(name: str, entry: Entry) -> tuple[str, ...]:
-    if isinstance(entry.value, dict) and entry.value.get("sample") == "sobol":
+    if _sampler(entry) in ("sobol", "saltelli"):
         points = entry.value["points"]
         if points & (points - 1):
             return (f"{name}: a Sobol sequence is most even for a power of two, not for {points} points",)

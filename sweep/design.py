@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sweep.axes import MOST_POINTS, Axis
+from sweep.axes import Axis
 from sweep.consistency import check_consistency
 from sweep.fields import Column, NotAllowedError, Value, preset_settings
 from sweep.points import Points, check_maps, fitted_to_map
+from sweep.sampling import MOST_POINTS
 from sweep.spec import Study
 
 MOST_TRIALS = 10**9

@@ -64,7 +64,7 @@ class FigureFile:
 def _house_sources() -> list[str]:
     """The texts of what figures share: the style, the estimates, and the modules that know matplotlib."""
     texts = [path.read_text(encoding="utf-8") for path in sorted(STYLE.parent.glob("*.py"))]
-    shared = [STYLE, STYLE.parent / "analysis.py"]
+    shared = [STYLE, *sorted((STYLE.parent / "analysis").glob("*.py"))]
     return [path.read_text(encoding="utf-8") for path in shared] + [text for text in texts if "matplotlib" in text]
 
 

@@ -8,7 +8,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import CONFIDENCE, mean_interval
+from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
 from sweep.figures import STYLE
 from sweep.plots import BLUE, GREEN, VERMILION, draw_values, legend, name_rows, note
 from sweep.study import StoredStudy, details
@@ -39,9 +39,10 @@ def paired_effects(
     comparisons = len(metrics) * after.groupby([by, "detail"]).ngroups
     rows = []
     for (value, detail), group in after.groupby([by, "detail"], sort=False):
-        change = group.set_index(start)[list(metrics)] - before
+        changed = group.set_index(start)
         for metric in metrics:
-            *found, n = mean_interval(change[metric].to_numpy(), 1.0 - (1.0 - CONFIDENCE) / comparisons)
+            pairs = paired_contrast(changed[metric], before[metric])
+            *found, n = mean_interval(pairs.first - pairs.second, simultaneous_confidence(comparisons))
             rows.append((value, detail, metric, *(np.exp(found) if factor else found), n))
     return pd.DataFrame(rows, columns=[by, "detail", "metric", "value", "low", "high", "n"])
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import overload
 
+import numpy as np
 import pyarrow as pa
 
 from kernels import KERNELS_SHA
+from sweep.axes import Axis
 from sweep.cost import job_seconds
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
@@ -114,12 +116,26 @@ def _run(
 
 
 def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
-    """The trials of the spec in its order; the metadata adds the varied and ablated fields and the spec's maps."""
-    table = pa.table(jobs.table())
+    """The trials of the spec in its order, with the settings that vary.
+
+    The metadata adds their names, what each axis samples or ablates, and the spec's maps.
+    """
+    repeats = study.trials_per_point
+    table = pa.table(jobs.table() | {name: np.repeat(column, repeats) for name, column in design.columns.items()})
     about = origin | {
         "varied": list(design.columns),
         "record": list(study.record.metrics),
         "maps": {name: own.as_json() for name, own in study.maps.items()},
         "ablated": {axis.ablated: axis.details for axis in study.axes if axis.ablated},
+        "axes": {axis.name: _axis(axis) for axis in study.axes},
     }
     return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})
+
+
+def _axis(axis: Axis) -> dict[str, object]:
+    """The fields of an axis, what sampled them, and of a sample in blocks which row each of its points is."""
+    about: dict[str, object] = {"fields": list(axis.columns), "sampler": axis.sampler}
+    if axis.blocks and axis.rows is not None:
+        about |= {"size": axis.blocks.size, "levels": axis.blocks.levels}
+        about |= {"rows": axis.rows.tolist()} if axis.merged else {}
+    return about

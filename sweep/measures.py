@@ -6,21 +6,19 @@ has, metrics and frames that are not recorded.
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, cast, get_args
+from typing import cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.analysis import Unit, agrees
 from sweep.design import Design
 from sweep.document import Entry
 from sweep.fields import Column, NotAllowedError, Value
 from sweep.names import SHORT_LIST, unknown
 from sweep.spec import Study
 
-Unit = Literal["trial", "point", "replicate"]
-
 KINDS = ("mean", "difference", "rank_correlation", "call")
-SAME_NUMBER = 1e-9
 
 
 @dataclass(frozen=True)
@@ -73,14 +71,6 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     if isinstance(measure, Difference):
         return list(dict.fromkeys([measure.first.spec, measure.second.spec]))
     return [measure.spec]
-
-
-def agrees(values: Any, value: Value) -> NDArray[np.bool_]:
-    """Where `values` equal `value`; numbers up to the last digits, so that 0.3 finds 3 * 0.1."""
-    array = np.asarray(values)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return np.isclose(array.astype(np.float64), value, rtol=SAME_NUMBER, atol=0.0)
-    return np.asarray(array == value, np.bool_)
 
 
 class MeasureReader:

@@ -9,7 +9,7 @@ from typing import Any
 from kernels import KERNELS_SHA
 from sweep.spec import Study
 
-PACKAGES = ("boidsweep", "numpy", "numba", "llvmlite", "scipy", "pandas", "pyarrow", "joblib", "pillow")
+PACKAGES = ("boidsweep", "numpy", "numba", "llvmlite", "scipy", "pandas", "pyarrow", "joblib", "pillow", "SALib")
 MOST_DIFF = 200_000
 
 

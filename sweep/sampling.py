@@ -15,10 +15,12 @@ from sweep.fields import Column, Field, NotAllowedError
 from sweep.seeds import address, words
 
 Unit = NDArray[np.float64]
-"""Numbers in [0, 1), shape (points,)."""
+"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of them."""
 
 LEAST = 2.0**-54
 """Stands for 0 where the inverse of a distribution is infinite."""
+
+MOST_POINTS = 10_000_000
 
 MOST = 1e100
 """Bound of the arguments of continuous distributions, far from where arithmetic overflows."""
@@ -26,7 +28,7 @@ MOST = 1e100
 
 def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
     """Independent draws; each field has its own stream, so another field or more points change no value."""
-    return [_generator(seed, axis, name).random(points) for name in names]
+    return [generator(seed, axis, name).random(points) for name in names]
 
 
 def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
@@ -36,7 +38,7 @@ def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> 
     """
     from scipy.stats.qmc import LatinHypercube
 
-    sample = LatinHypercube(d=len(names), seed=_generator(seed, axis)).random(points)
+    sample = LatinHypercube(d=len(names), seed=generator(seed, axis)).random(points)
     return list(sample.T)
 
 
@@ -45,7 +47,7 @@ def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]
     from scipy.stats.qmc import Sobol
 
     # scipy warns of a number that is no power of two, so we take the next one and cut.
-    sample = Sobol(d=len(names), seed=_generator(seed, axis)).random_base2(math.ceil(math.log2(points)))
+    sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(math.ceil(math.log2(points)))
     return list(sample[:points].T)
 
 
@@ -53,7 +55,7 @@ def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit
     """The scrambled Halton sequence: more points continue it, another field makes it another."""
     from scipy.stats.qmc import Halton
 
-    return list(Halton(d=len(names), seed=_generator(seed, axis)).random(points).T)
+    return list(Halton(d=len(names), seed=generator(seed, axis)).random(points).T)
 
 
 SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
@@ -64,14 +66,16 @@ SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
 }
 
 
-def _generator(seed: int, *names: str) -> Generator:
+def generator(seed: int, *names: str) -> Generator:
+    """The random numbers of an axis, or of one of its fields."""
     return default_rng(address(seed, "design", *(word for name in names for word in words(name))))
 
 
 def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     """Uniform between two numbers."""
     low, high = _bounds(field, arguments)
-    return low + unit * (high - low)
+    values: Column = low + unit * (high - low)
+    return values.clip(low, high)
 
 
 def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
@@ -115,7 +119,7 @@ def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     values = field.column(arguments)
     if len(set(values.tolist())) < len(values):
         raise NotAllowedError("lists a value twice")
-    return values[(unit * len(values)).astype(np.intp)]
+    return values[np.minimum((unit * len(values)).astype(np.intp), len(values) - 1)]
 
 
 DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Column]] = {

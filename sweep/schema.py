@@ -10,11 +10,12 @@ from typing import Any
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
-from sweep.axes import GRIDS, MOST_POINTS
+from sweep.axes import GRIDS
+from sweep.blocks import MOST_LEVELS, OPTIONS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
 from sweep.maps import MAP_NAME, MOST_LENGTH
-from sweep.sampling import DISTRIBUTIONS, SAMPLERS
+from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
 from sweep.spec import MOST_REPLICATES, REQUIRED, STUDY_NAME
 
 Schema = dict[str, Any]
@@ -201,7 +202,6 @@ def _axis(value: Schema) -> Schema:
 
 def _joint_axes(values: Schema) -> list[Schema]:
     """The ways to write an axis of several fields."""
-    options = {"points": _reference("points"), "when": _reference("when")}
     distributions = {
         name: _reference("distribution") | {"properties": {"choice": _listed(value)}} for name, value in values.items()
     }
@@ -211,10 +211,38 @@ def _joint_axes(values: Schema) -> list[Schema]:
     columns = {"anyOf": [_listed({"enum": list(values)}), _mapping(dict.fromkeys(values, TEXT))]}
     table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns, "when": _reference("when")}
     return [
-        _mapping({"sample": {"enum": list(SAMPLERS)}, **options, **distributions}, ["sample", "points"]),
+        _sampled(distributions),
         _mapping(table, ["sample", "file"]),
         _mapping({"zip": _mapping(members), "when": _reference("when")}, ["zip"]),
     ]
+
+
+def _sampled(distributions: Schema) -> Schema:
+    """A joint axis drawn by a sampler, with the keys that only some samplers know."""
+    options: Schema = {
+        "points": _reference("points") | {"description": "number of points; of blocks of them for saltelli and morris"},
+        "when": _reference("when"),
+        "second_order": {
+            "type": "boolean",
+            "description": "false: blocks of D + 2 points for D fields, not 2 D + 2, and no indices of pairs",
+        },
+        "levels": {
+            "type": "integer",
+            "minimum": 2,
+            "maximum": MOST_LEVELS,
+            "multipleOf": 2,
+            "description": "number of values of a field, by default 4",
+        },
+    }
+    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | dict.fromkeys(OPTIONS.values(), False)
+    blocks = [
+        {"sample": {"const": name}, "points": {"minimum": 2}, "when": False}
+        | {key: False for key in OPTIONS.values() if key != own}
+        for name, own in OPTIONS.items()
+    ]
+    sampler: Schema = {"sample": {"enum": [*SAMPLERS, *OPTIONS]}}
+    joint = _mapping(sampler | options | distributions, ["sample", "points"])
+    return joint | {"anyOf": [{"properties": properties} for properties in (plain, *blocks)]}
 
 
 def _ablation(model: str) -> Schema:

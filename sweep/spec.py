@@ -17,7 +17,7 @@ from sweep.expressions import Expression
 from sweep.fields import Field, Value, study_fields
 from sweep.maps import OwnMap, read_maps
 from sweep.strict_yaml import dump, parse_document, read_document
-from sweep.values import check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
+from sweep.values import check_complete, check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
 
 Stream = Literal["common", "independent"]
 
@@ -139,6 +139,7 @@ def _study(root: Entry) -> Study:
     axes = read_axes(root.get("sweep"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
+    check_complete(root, axes)
     replicates, seeds = _replication(root)
     return Study(
         document=root.document,

@@ -83,6 +83,22 @@ def check_conditions(root: Entry, axes: tuple[Axis, ...], derive: Iterable[str])
             del later[name]
 
 
+def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
+    """Raise SpecError where a condition could take points out of a sample that counts only whole."""
+    sampled = [axis for axis in axes if axis.blocks]
+    for other in sampled[1:]:
+        message = f'"{sampled[0].name}" is such a sample already: a study has one of saltelli or morris'
+        raise root.document.error(("sweep", other.name), message)
+    for whole in sampled:
+        if "require" in root.value:
+            message = f'require could reject points of "{whole.name}": a {whole.sampler} sample counts only whole'
+            raise root.document.error(("require",), message)
+        for axis in axes:
+            if axis.when and axis.when.names & whole.columns.keys():
+                message = f'when cannot use fields of "{whole.name}": a {whole.sampler} sample counts only whole'
+                raise root.document.error(("sweep", axis.name, "when"), message)
+
+
 def read_require(entry: Entry | None, known: dict[str, Field]) -> tuple[Expression, ...]:
     """The conditions under `require`."""
     return tuple(read_expression(child, known, CONDITION) for child in entry.entries()) if entry else ()

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from sweep.analysis import CONFIDENCE, Estimate
+from sweep.analysis import CONFIDENCE, Estimate, simultaneous_confidence
 
 Status = Literal["reproduced", "not reproduced", "not testable as published"]
 
@@ -77,7 +77,7 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")
     published = expectation.trials if isinstance(expectation, Value) else None
-    low, high = estimate.interval(1.0 - LEVEL / claims, published)
+    low, high = estimate.interval(simultaneous_confidence(claims), published)
     half = (high - low) / 2.0
     if isinstance(expectation, Value):
         half += expectation.rounding + expectation.tolerance

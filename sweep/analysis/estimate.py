@@ -1,71 +1,15 @@
-"""From tables to estimates with intervals. Trials that are not done take no part; how many there are is counted."""
+"""Estimates whose interval can be asked for at any confidence: means, differences and rank correlations."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 CONFIDENCE = 0.95
-
-
-def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
-    """Half the width of the Student-t interval of a mean of `n` values with sample standard deviation `deviation`.
-
-    Both may be arrays. Valid for independent values whose mean is about normal; NaN for fewer than two values.
-    """
-    from scipy.stats import t
-
-    n = np.asarray(n, np.float64)
-    return t.ppf(0.5 + confidence / 2, np.where(n > 1, n - 1, np.nan)) * deviation / np.sqrt(n)
-
-
-def mean_interval(values: NDArray[np.float64], confidence: float = CONFIDENCE) -> tuple[float, float, float, int]:
-    """Mean, the bounds of its interval, and the number of values that are not NaN."""
-    values = values[~np.isnan(values)]
-    n = len(values)
-    if n == 0:
-        return np.nan, np.nan, np.nan, 0
-    mean = float(values.mean())
-    half = float(half_width(values.std(ddof=1), n, confidence)) if n > 1 else np.nan
-    return mean, mean - half, mean + half, n
-
-
-def by_point(
-    trials: pd.DataFrame, varied: Sequence[str], metrics: Sequence[str], confidence: float = CONFIDENCE
-) -> pd.DataFrame:
-    """Each metric's mean and interval over the replicates of each point, in the order of `trials`.
-
-    Columns: the `varied` settings, then for each metric its mean under its own name, `<metric>_low`,
-    `<metric>_high` and `<metric>_n`, and `not_done`, the number of trials without a result.
-    """
-    groups = trials.groupby("point", sort=False)
-    columns: dict[str, Any] = {name: groups[name].first() for name in varied}
-    for name in metrics:
-        mean, n = groups[name].mean(), groups[name].count()
-        half = half_width(groups[name].std(), n, confidence)
-        columns |= {name: mean, f"{name}_low": mean - half, f"{name}_high": mean + half, f"{name}_n": n}
-    columns["not_done"] = (trials["status"] != "done").groupby(trials["point"], sort=False).sum()
-    return pd.DataFrame(columns).reset_index(drop=True)
-
-
-def curves(
-    series: pd.DataFrame, trials: pd.DataFrame, by: str, metric: str, confidence: float = CONFIDENCE
-) -> pd.DataFrame:
-    """Mean of `metric` over trials, with its pointwise interval, at every frame and for every value of `by`.
-
-    Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not for the whole curve.
-    """
-    done = trials.loc[trials["status"] == "done", ["trial_id", by]]
-    joined = series[["trial_id", "frame", metric]].merge(done, on="trial_id")
-    table = joined.groupby([by, "frame"], sort=True)[metric].agg(["mean", "std", "count"]).reset_index()
-    half = half_width(table["std"], table["count"], confidence)
-    table["low"], table["high"] = table["mean"] - half, table["mean"] + half
-    return table.rename(columns={"count": "n"})[[by, "frame", "mean", "low", "high", "n"]]
 
 
 class Sample(NamedTuple):
@@ -78,7 +22,11 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanEstimate:
-    """The mean of one sample, or that of a first sample minus that of an independent second one."""
+    """The mean of one sample, or that of a first sample minus that of an independent second one.
+
+    Its intervals and tests are Student's and Welch's: for independent values whose mean is about normal. They fail
+    for few values of a skewed distribution, where "bootstrap_t" of `mean_interval` does better.
+    """
 
     samples: tuple[Sample, ...]
 
@@ -98,13 +46,35 @@ class MeanEstimate:
         With `published`, it is the interval of the difference from means of so many published trials, whose
         variance is taken to be ours.
         """
+        error, freedom = self.error(published)
+        half = student_quantile(0.5 + confidence / 2, freedom) * error
+        return self.value - half, self.value + half
+
+    def error(self, published: int | None = None) -> tuple[float, float]:
+        """The standard error and its degrees of freedom, Welch's (1947, Biometrika 34, 28-35) for two samples.
+
+        Infinite degrees where no value differs from another, for then the error is zero.
+        """
         extra = 1.0 / published if published else 0.0
         parts = [sample.variance * (1.0 / sample.n + extra) for sample in self.samples]
         if sum(parts) == 0.0:
-            return self.value, self.value
+            return 0.0, math.inf
         spread = sum(part * part / (sample.n - 1) for part, sample in zip(parts, self.samples, strict=True))
-        half = _student(0.5 + confidence / 2, sum(parts) ** 2 / spread) * math.sqrt(sum(parts))
-        return self.value - half, self.value + half
+        return math.sqrt(sum(parts)), sum(parts) ** 2 / spread
+
+    def tail(self, bound: float, *, above: bool) -> float:
+        """Student's one-sided p, of so large (`above`) or so small a value if the true one were `bound`."""
+        from scipy.stats import t
+
+        error, freedom = self.error()
+        distance = self.value - bound if above else bound - self.value
+        return float(t.sf(distance / error, freedom)) if error > 0.0 else float(distance <= 0.0)
+
+    def p_value(self) -> float:
+        """Student's two-sided p, Welch's for two samples, that the true value is zero; NaN where not testable."""
+        if not self.testable:
+            return np.nan
+        return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
 
 
 @dataclass(frozen=True)
@@ -130,7 +100,7 @@ class RankEstimate:
         largest = 1.0 - 6.0 / (self.n**3 - self.n)
         correlation = min(max(self.value, -largest), largest)
         deviation = math.sqrt((1.0 + correlation * correlation / 2.0) / (self.n - 3))
-        half = _student(0.5 + confidence / 2, math.inf) * deviation
+        half = student_quantile(0.5 + confidence / 2, math.inf) * deviation
         low, high = math.tanh(math.atanh(correlation) - half), math.tanh(math.atanh(correlation) + half)
         return min(low, self.value), max(high, self.value)
 
@@ -163,7 +133,8 @@ def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankE
 
 
 @lru_cache(maxsize=4096)
-def _student(probability: float, freedom: float) -> float:
+def student_quantile(probability: float, freedom: float) -> float:
+    """The quantile of Student's distribution with so many degrees of freedom, which may be infinite."""
     from scipy.stats import t
 
     return float(t.ppf(probability, freedom))

@@ -1,0 +1,242 @@
+"""What a change of settings does: the difference of two selections of trials, paired where they share random numbers.
+
+Two selections whose trials start alike differ less by chance than independent ones: with common random numbers the
+variance of the difference is var(first) + var(second) - 2 cov(first, second) (Law 2015, Simulation Modeling and
+Analysis, section 11.2). Each result says whether it is paired and what that brought.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, get_args
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sweep.analysis.estimate import CONFIDENCE, MeanEstimate, mean_estimate
+from sweep.analysis.pairing import Unit, Units, agrees, chosen, pairable, units
+from sweep.analysis.simultaneous import holm, max_t, simultaneous_confidence
+from sweep.names import unknown
+
+Floats = NDArray[np.float64]
+Together = Literal["bonferroni", "sidak", "max_t"]
+
+
+class Study(Protocol):
+    """What a contrast needs of a stored study: its trials and the names of the settings that differ between points."""
+
+    @property
+    def trials(self) -> pd.DataFrame:
+        """One row a trial."""
+
+    @property
+    def varied(self) -> list[str]:
+        """Names of settings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contrast:
+    """A first mean minus a second.
+
+    `first` and `second` hold the independent values that count: where paired, (n,) each in the order of `pairs`, what
+    tells pairs apart (else None), and of any two lengths where not. `left_out` counts trials without a result.
+    """
+
+    estimate: MeanEstimate
+    first: Floats
+    second: Floats
+    pairs: pd.Index | None
+    left_out: int
+
+    @property
+    def paired(self) -> bool:
+        """Whether it is the mean of differences within pairs."""
+        return self.pairs is not None
+
+    @property
+    def value(self) -> float:
+        """The difference."""
+        return self.estimate.value
+
+    @property
+    def correlation(self) -> float:
+        """Pearson's correlation within pairs; NaN where not paired, where a side does not vary, or below 2 pairs."""
+        if not self.paired or len(self.first) < 2 or np.ptp(self.first) == 0.0 or np.ptp(self.second) == 0.0:
+            return np.nan
+        return float(np.corrcoef(self.first, self.second)[0, 1])
+
+    @property
+    def variance_reduction(self) -> float:
+        """How many times as many independent trials would be needed for the same error: var(unpaired)/var(paired).
+
+        Infinite where all differences are equal, below 1 where pairs vary against each other, NaN where not paired
+        or below 2 pairs. For equal variances it is 1/(1 - correlation).
+        """
+        if not self.paired or not self.estimate.testable:
+            return np.nan
+        unpaired = self.first.var(ddof=1) + self.second.var(ddof=1)
+        paired = self.estimate.samples[0].variance
+        return float(unpaired / paired) if paired > 0.0 else np.inf
+
+    def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
+        """The bounds of Student's interval of the mean of differences, of Welch's where not paired; NaN if unknown."""
+        return self.estimate.interval(confidence) if self.estimate.testable else (np.nan, np.nan)
+
+
+class Equivalence(NamedTuple):
+    """Two one-sided tests: the larger p, the interval at 1 - 2 `level`, and whether it lies within the margins."""
+
+    p: float
+    low: float
+    high: float
+    equivalent: bool
+
+
+def compare(one: Units, other: Units) -> Contrast:
+    """`one` minus `other`: paired where each unit has its partner, else between independent samples."""
+    left_out = one.left_out + other.left_out
+    if pairable(one, other):
+        return paired_contrast(one.values, other.values, left_out)
+    first, second = (values[~np.isnan(values)] for values in (one.array(), other.array()))
+    return Contrast(mean_estimate(first, second), first, second, None, left_out)
+
+
+def paired_contrast(first: "pd.Series[float]", second: "pd.Series[float]", left_out: int = 0) -> Contrast:
+    """The mean of the differences of two columns whose index pairs them; a pair that lacks a side does not count.
+
+    Raises ValueError where an index has an entry twice.
+    """
+    if not (first.index.is_unique and second.index.is_unique):
+        raise ValueError("values cannot be paired: several have the same seed, replicate and settings")
+    both = pd.concat([first, second], axis=1, join="inner").dropna().sort_index()
+    one, other = both.to_numpy(np.float64).T
+    return Contrast(mean_estimate(one - other), one, other, both.index, left_out)
+
+
+def contrast(
+    source: Study | pd.DataFrame,
+    metric: str,
+    first: Mapping[str, Any],
+    second: Mapping[str, Any],
+    unit: Unit | None = None,
+) -> Contrast:
+    """The mean of a column of trials where settings are `first` minus that where they are `second`.
+
+    `source` is a stored study, or its table of trials, which then is taken to vary in the named settings only. Trials
+    are paired by seed, replicate and the varied settings that neither side names, if all start in common (the spec's
+    `streams: {start: common}`) and both sides have the same; else the two samples are taken to be independent.
+    Where several points are left, `unit` says what is independent: "trial", the means of a "point", or those of a
+    "replicate", the right one for starts in common. Student's interval is valid for a difference that is about normal.
+    Raises ValueError for names that do not exist, sides that are empty or overlap, and where `unit` is missing.
+    """
+    trials, varied = _table(source)
+    for name in (metric, *first, *second):
+        _check_column(trials, name)
+    sides = [chosen(trials, settings) for settings in (first, second)]
+    for side, settings in zip(sides, (first, second), strict=True):
+        if side.empty:
+            raise ValueError(f"no trial has {_words(settings)}")
+    if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
+        raise ValueError(f"{_words(first)} and {_words(second)} share trials; a contrast needs two apart")
+    free = [name for name in varied if name not in {*first, *second}]
+    return compare(*(_units(side, metric, unit, free) for side in sides))
+
+
+def contrasts(
+    source: Study | pd.DataFrame,
+    metric: str,
+    by: str,
+    reference: object,
+    settings: Mapping[str, Any] | None = None,
+    unit: Unit | None = None,
+    confidence: float = CONFIDENCE,
+    together: Together = "bonferroni",
+) -> pd.DataFrame:
+    """Every value of the setting `by` against `reference`, where the other settings are `settings`.
+
+    Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside the reference), correlation,
+    variance_reduction, left_out. The intervals hold together, as do the p-values: with "bonferroni" and "sidak" those
+    are Holm's, with "max_t" both come from one bootstrap of whole replicates, for which all must be paired, and those
+    that lack a trial are left out of all. `contrast` has pairs, units and errors, `sweep.analysis.simultaneous` when
+    each correction is valid.
+    """
+    if together not in get_args(Together):
+        raise ValueError(unknown("together", together, get_args(Together)))
+    trials, _ = _table(source)
+    _check_column(trials, by)
+    same = dict(settings or {})
+    values = [value for value in dict.fromkeys(chosen(trials, same)[by]) if not agrees([value], reference)[0]]
+    if not values:
+        raise ValueError(f"no trial has another {by} than {reference}")
+    sides = [contrast(source, metric, {**same, by: value}, {**same, by: reference}, unit) for value in values]
+    if together == "max_t":
+        sides = _common(sides)
+        found = max_t(np.column_stack([side.first - side.second for side in sides]), confidence)
+        bounds, p_values = np.column_stack([found.low, found.high]), found.p
+    else:
+        level = simultaneous_confidence(len(sides), confidence, together)
+        bounds = np.array([side.interval(level) for side in sides])
+        p_values = holm([side.estimate.p_value() for side in sides])
+    columns = {by: values, "difference": [side.value for side in sides], "low": bounds[:, 0], "high": bounds[:, 1]}
+    columns |= {"p": p_values, "paired": [side.paired for side in sides], "n": [len(side.first) for side in sides]}
+    columns |= {name: [getattr(side, name) for side in sides] for name in SHOWN}
+    return pd.DataFrame(columns)
+
+
+SHOWN = ("correlation", "variance_reduction", "left_out")
+
+
+def equivalence(estimate: MeanEstimate, low: float, high: float, level: float = 0.05) -> Equivalence:
+    """Whether an estimate is shown to lie between the margins `low` and `high`, chosen before looking.
+
+    Two one-sided tests of Student (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680): equivalent if both
+    reject at `level`, which a true value on or beyond a margin does with at most that chance, for means that are
+    about normal. Not being shown equivalent does not mean to differ. p and bounds are NaN where there are fewer than
+    two values. Raises ValueError for margins that are not in order.
+    """
+    if not low < high:
+        raise ValueError(f"margins: {low} to {high}; the first must lie below the second")
+    if not estimate.testable:
+        return Equivalence(np.nan, np.nan, np.nan, False)
+    p = max(estimate.tail(low, above=True), estimate.tail(high, above=False))
+    return Equivalence(p, *estimate.interval(1.0 - 2.0 * level), p < level)
+
+
+def _common(sides: Sequence[Contrast]) -> list[Contrast]:
+    """The contrasts of the pairs that all of them have. Raises ValueError where one is not paired."""
+    if not all(side.paired for side in sides):
+        raise ValueError("max_t resamples whole replicates: every value needs a trial of each, started in common")
+    tables = [pd.DataFrame({"first": side.first, "second": side.second}, index=side.pairs) for side in sides]
+    common = tables[0].index
+    for table in tables[1:]:
+        common = common.intersection(table.index)
+    chosen_pairs = [table.loc[common] for table in tables]
+    counts = [side.left_out for side in sides]
+    return [paired_contrast(table["first"], table["second"], n) for table, n in zip(chosen_pairs, counts, strict=True)]
+
+
+def _units(trials: pd.DataFrame, metric: str, unit: Unit | None, free: Sequence[str]) -> Units:
+    points = trials["point"].nunique()
+    if points > 1 and unit not in get_args(Unit):
+        raise ValueError(
+            f'{points:,} points are left on one side: "unit" must say what counts as one independent value '
+            f"({', '.join(get_args(Unit))}), or more settings be named"
+        )
+    values = trials[metric].astype(np.float64).where(trials["status"] == "done")
+    found = units(trials, values, unit or "trial", free)
+    if points > 1 and not found.values.index.is_unique:
+        raise ValueError("trials of the same seed and replicate differ in settings that are not named")
+    return found
+
+
+def _table(source: Study | pd.DataFrame) -> tuple[pd.DataFrame, Sequence[str]]:
+    return (source, ()) if isinstance(source, pd.DataFrame) else (source.trials, source.varied)
+
+
+def _check_column(trials: pd.DataFrame, name: str) -> None:
+    if name not in trials:
+        raise ValueError(unknown("column", name, [str(column) for column in trials]))
+
+
+def _words(settings: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in settings.items()) or "no setting"
