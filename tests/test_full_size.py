@@ -30,7 +30,7 @@ def full(spec: str, results: Path) -> StoredStudy:
 @pytest.mark.parametrize("weight", ["separation", "alignment", "cohesion"])
 def test_the_published_claims_of_nguyen2024_hold(weight: str, tmp_path: Path) -> None:
     """Section 3.2: flocks are small where cohesion exceeds separation and large in the reverse case; alignment matters
-    little. Means over the last half, 95 % intervals of 100 trials must not overlap, or for alignment must lie within a
+    little. Means over the last half, 95 % intervals of 400 trials must not overlap, or for alignment must lie within a
     tenth of the whole range of the flock radius, 400 px."""
     study = full((EXPERIMENTS / "nguyen2024" / f"{weight}.yaml").read_text(encoding="utf-8"), tmp_path)
     table = by_point(study.trials, study.varied, ["flock_radius_mean"])
