@@ -14,7 +14,7 @@ from kernels.worlds import MAPS
 from sweep.analysis import by_point
 from sweep.fields import fields
 from sweep.names import unknown
-from sweep.study import StoredStudy
+from sweep.study import StoredStudy, details
 
 MOST_ROWS = 200
 
@@ -63,23 +63,30 @@ def metric_table() -> Table:
 def point_table(study: StoredStudy, chosen: list[str], *, half: bool) -> tuple[pd.DataFrame, list[str]]:
     """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
 
+    The settings of an axis that ablates a preset become one column, `detail`: what is changed, as `details` says it.
     Raises ValueError for a metric that the study has not recorded.
     """
     for name in chosen:
         if name not in study.metrics:
             raise ValueError(f"study {study.name}: {unknown('metric', name, study.metrics)}")
     names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
-    return by_point(study.trials, study.varied, names), names
+    trials, varied = study.trials, study.varied
+    for preset, ablated in study.provenance.get("ablated", {}).items():
+        trials = trials.assign(detail=details(study, preset).to_numpy())
+        switched = {name for group in ablated for name in group}
+        varied = [*(name for name in varied if name not in switched), "detail"]
+    return by_point(trials, varied, names), names
 
 
 def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str]) -> None:
     """Print `rows` of `point_table` as mean and half width of the 95 % interval."""
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
-    table = Table(*study.varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval")
+    varied = list(rows.columns[: list(rows.columns).index(names[0])])
+    table = Table(*varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval")
     for _, row in rows.head(MOST_ROWS).iterrows():
         cells = [_with_error(row[name], row[f"{name}_high"] - row[name]) for name in names]
-        table.add_row(*(_brief(row[name]) for name in study.varied), *cells, _count(row, names))
+        table.add_row(*(_brief(row[name]) for name in varied), *cells, _count(row, names))
     console().print(table)
     if len(rows) > MOST_ROWS:
         console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
@@ -101,7 +108,7 @@ def _with_error(mean: float, half: float) -> str:
 
 
 def _brief(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value) or "-"
 
 
 def status_json(study: StoredStudy) -> str:

@@ -13,6 +13,7 @@ from sweep.design import expand
 from sweep.document import SpecError
 from sweep.fields import Value, fields, preset_settings
 from sweep.jobs import Jobs
+from sweep.listing import point_table, table_text
 from sweep.parquet import StoreError
 from sweep.spec import Study, parse_spec
 from sweep.study import details
@@ -144,3 +145,22 @@ def test_details_name_what_was_changed_in_each_trial(tmp_path: Path) -> None:
         details(study, "as_run")
     with pytest.raises(StoreError, match='unknown ablated preset "as_written": there is none'):
         details(launched(SMALL, tmp_path), "as_written")
+
+
+def test_a_table_has_one_column_for_the_detail_that_is_changed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = SMALL.replace("separation_weight: [0.5, 1]", "separation_weight: [0.5, 1]\n  detail: {ablate: as_written}")
+    study = launched(spec, tmp_path)
+    rows, names = point_table(study, ["speed"], half=False)
+    assert list(rows.columns[:3]) == ["separation_weight", "detail", "speed"]
+    assert list(zip(rows["separation_weight"], rows["detail"], strict=True))[:3] == [
+        (0.5, ""),
+        (0.5, "obstacle_range"),
+        (0.5, "displacement_factor"),
+    ]
+    assert set(rows["speed_n"]) == {3}
+    table_text(study, rows, names)
+    shown = capsys.readouterr().out
+    assert "displacement_factor" in shown
+    assert "drag" in shown
