@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import curves
+from sweep.plots import note
 from sweep.study import StoredStudy
 
 STYLE = Path(__file__).parent / "house.mplstyle"
@@ -50,7 +51,7 @@ def metric_curves(study: StoredStudy, by: str, metrics: Sequence[str] = ()) -> F
             axes.set_axis_off()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, title=by.replace("_", " "), loc="outside upper center", ncols=len(labels))
-        figure.supxlabel(f"{_trials(study, by)}, mean with pointwise 95 % interval", fontsize=8, color="0.35")
+        note(figure, f"{_trials(study, by)}, mean with pointwise 95 % interval")
     return figure
 
 

@@ -28,7 +28,6 @@ LATE_METRICS = {
     "dispersion_mean": "dispersion",
 }
 WEIGHTS = {1.0: "all weights 1", 2.0: "cohesion weight 2"}
-WIDTH, HEIGHT = 1280.0, 740.0
 HALF_TIME, END = 250, 500
 
 
@@ -43,14 +42,16 @@ def figure1(studies: Studies) -> Figure:
     study = studies["snapshot"]
     trial = study.trials["trial_id"].iloc[0]
     frames, bodies = study.trajectory(trial)
+    world = study.world(trial)
     with style.context(STYLE):
         figure = Figure(figsize=(7.2, 2.75))
         for axes, frame in zip(figure.subplots(1, 2, sharey=True), (HALF_TIME, END), strict=True):
-            draw_map(axes, study.world(trial), "px", face=VERMILION)
+            draw_map(axes, world, "px", face=VERMILION)
             draw_flock(axes, bodies[frames == frame][0], length=22.0)
             axes.set_title(f"after {frame} steps")
             axes.label_outer()
-        note(figure, f"{study.name}: one trial of {bodies.shape[2]} boids (triangles) and 6 obstacles (discs)")
+        counts = f"{bodies.shape[2]} boids (triangles) and {len(world.obstacles)} obstacles (discs)"
+        note(figure, f"{study.name}: one trial of {counts}")
     return figure
 
 
@@ -92,11 +93,11 @@ def start_speed_spread(studies: Studies) -> NDArray[np.float64]:
 def late_displacement(studies: Studies) -> NDArray[np.float64]:
     """How far boids are, at the end, from where they were halfway, the shorter way round the torus: a mean a trial."""
     study = studies["snapshot"]
+    size = study.trials[["width", "height"]].iloc[0].to_numpy(np.float64)[:, None]
     means = []
     for trial in study.trials["trial_id"]:
         frames, bodies = study.trajectory(trial)
         change = bodies[frames == END][0, :2] - bodies[frames == HALF_TIME][0, :2]
-        size = np.array([[WIDTH], [HEIGHT]])
         means.append(np.hypot(*(change - size * np.round(change / size))).mean())
     return np.array(means)
 

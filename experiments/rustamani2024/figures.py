@@ -248,6 +248,6 @@ FIGURES = {
     "figures6_7_measures": Drawing(
         priorities,
         ("priorities", "priorities_as_written"),
-        "What is read from figures 6 and 7, measured in 300 trials.",
+        "What is read from figures 6 and 7, measured.",
     ),
 }

@@ -97,6 +97,7 @@ def priorities(studies: Studies) -> Figure:
             name_rows(panels[number], ["", ""] if number % 5 else list(PRESETS.values()))
             panels[number].set_xlabel(label, fontsize=8)
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-        trials = len(chosen(studies["priorities"], {"priority": "safety_first"}))
-        note(figure, f"rustamani2024/priorities: {trials} trials each, mean with 95 % interval; * from 3 to 12 s")
+        study = studies["priorities"]
+        trials = len(chosen(study, {"priority": "safety_first"}))
+        note(figure, f"{study.name}: {trials} trials each, mean with 95 % interval; * from 3 to 12 s")
     return figure
