@@ -2,9 +2,12 @@
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +90,28 @@ def processes_below(parent: int) -> set[int]:
             child = int(stat.parent.name)
             found |= {child} | processes_below(child)
     return found
+
+
+def is_busy_worker(pid: int) -> bool:
+    """Whether a live process is a worker of a pool that has used 1.5 s of a processor, with its start-up."""
+    try:
+        used = sum(int(ticks) for ticks in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])
+        return b"loky.backend.popen" in Path(f"/proc/{pid}/cmdline").read_bytes() and used > 150
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@contextmanager
+def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[str]"]:
+    """A running command in a session of its own, of which nothing is left at the end, whatever happens."""
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 def spread_costs(seed: int, count: int) -> list[float]:

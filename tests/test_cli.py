@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from runner_jobs import processes_below
+from runner_jobs import is_busy_worker, processes_below, started
 from studies import IMPOSSIBLE, SMALL, launched
 
 from sweep.cli import app
@@ -164,13 +164,10 @@ def test_the_schema_is_json(folder: Path) -> None:
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) -> None:
     spec = SMALL.replace("[0.5, 1]", "[1]").replace("steps: 9", "steps: 2000")
     (tmp_path / "spec.yaml").write_text(spec.replace("replicates: 3", "replicates: 100000"))
-    process = subprocess.Popen(
-        [*SWEEP, "launch", "spec.yaml", "--workers", "2"], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
-        start_new_session=True,
-    )  # fmt: skip
-    wait_for_part(tmp_path, process)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with started([*SWEEP, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+        wait_for_part(tmp_path, process)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
     assert errors.endswith("interrupted; what is done is stored, and the same command goes on from there\n"), errors
     assert "Traceback" not in errors
@@ -199,11 +196,9 @@ def test_a_killed_worker_loses_no_trial(tmp_path: Path) -> None:
     """The whole study is there although a worker is killed while it runs."""
     spec = SMALL.replace("replicates: 3", "replicates: 100").replace("steps: 9", "steps: 8000")
     (tmp_path / "spec.yaml").write_text(spec)
-    process = subprocess.Popen(
-        [*SWEEP, "launch", "spec.yaml", "--workers", "2"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
-    )
-    os.kill(busy_worker(process), signal.SIGKILL)
-    _, errors = process.communicate(timeout=120)
+    with started([*SWEEP, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+        os.kill(busy_worker(process), signal.SIGKILL)
+        _, errors = process.communicate(timeout=120)
     assert process.returncode == 0, errors
     killed = launched_again(tmp_path / "results")
     quiet = launched(spec, tmp_path / "quiet")
@@ -213,11 +208,10 @@ def test_a_killed_worker_loses_no_trial(tmp_path: Path) -> None:
 
 
 def busy_worker(launcher: "subprocess.Popen[str]") -> int:
-    """A worker process of `launcher` that has been computing for half a second."""
+    """A worker process of `launcher` that is past its start-up and computes."""
     for _ in range(600):
         for pid in processes_below(launcher.pid):
-            used = sum(int(ticks) for ticks in Path(f"/proc/{pid}/stat").read_text().split()[13:15])
-            if b"loky.backend.popen" in Path(f"/proc/{pid}/cmdline").read_bytes() and used > 150:
+            if is_busy_worker(pid):
                 return pid
         assert launcher.poll() is None, launcher.communicate()[1]
         time.sleep(0.1)

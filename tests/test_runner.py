@@ -3,7 +3,6 @@
 import heapq
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -140,19 +139,13 @@ except KeyboardInterrupt:
 def test_ctrl_c_keeps_what_is_done_and_leaves_promptly_without_orphans() -> None:
     here = Path(__file__).parent
     script = INTERRUPTED.format(tests=str(here), root=str(here.parent))
-    process = subprocess.Popen(
-        [sys.executable, "-c", script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    assert process.stdout is not None
-    for _ in range(6):
-        assert process.stdout.readline() == "batch\n"
-    workers = runner_jobs.processes_below(process.pid)
-    os.killpg(process.pid, signal.SIGINT)
-    output, errors = process.communicate(timeout=10)
+    with runner_jobs.started([sys.executable, "-c", script], here) as process:
+        assert process.stdout is not None
+        for _ in range(6):
+            assert process.stdout.readline() == "batch\n"
+        workers = runner_jobs.processes_below(process.pid)
+        os.killpg(process.pid, signal.SIGINT)
+        output, errors = process.communicate(timeout=10)
     assert process.returncode == 130
     assert errors == ""
     kept = output.splitlines()[-1].split()
