@@ -62,10 +62,9 @@ class FigureFile:
 
 @cache
 def _house_sources() -> list[str]:
-    """The texts of what figures share: the style, the estimates, and the modules that know matplotlib."""
-    texts = [path.read_text(encoding="utf-8") for path in sorted(STYLE.parent.glob("*.py"))]
-    shared = [STYLE, *sorted((STYLE.parent / "analysis").glob("*.py"))]
-    return [path.read_text(encoding="utf-8") for path in shared] + [text for text in texts if "matplotlib" in text]
+    """The texts of what figures share: the style, the pieces, and the estimates."""
+    shared = [STYLE, *sorted(STYLE.parent.glob("*.py")), *sorted((STYLE.parent.parent / "analysis").glob("*.py"))]
+    return [path.read_text(encoding="utf-8") for path in shared]
 
 
 def _done(study: StoredStudy) -> list[str]:

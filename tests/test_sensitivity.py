@@ -14,8 +14,8 @@ from scipy.stats import spearmanr
 from studies import launched
 
 from sweep.parquet import StoreError
-from sweep.sampled import samples
 from sweep.sensitivity import morris, rank_correlations, sobol
+from sweep.sensitivity.sampled import samples
 
 TRUE = np.concatenate([FIRST, TOTAL, [0.0, PAIR, 0.0]])
 PROBLEM = {"num_vars": 3, "names": list(FIELDS), "bounds": [[0, 1]] * 3}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sampled import axis, study_of
 
+from sweep.figures import sensitivity_figure
 from sweep.sensitivity import morris, rank_correlations, sobol
-from sweep.sensitivity_figures import sensitivity_figure
 
 
 def texts(sweep: str, analyse: object, **options: object) -> tuple[list[str], list[str], str, str]:

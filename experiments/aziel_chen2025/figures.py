@@ -24,9 +24,21 @@ from experiments.aziel_chen2025.search import (  # noqa: F401 (the measures are 
     seed_spread_narrow_corridor,
 )
 from sweep.analysis import mean_interval
-from sweep.effects import effects_figure
-from sweep.figures import LINE_STYLES, STYLE, Drawing
-from sweep.plots import BLUE, ORANGE, VERMILION, draw_map, draw_values, draw_visits, legend, name_rows, note
+from sweep.figures import (
+    BLUE,
+    LINE_STYLES,
+    ORANGE,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_map,
+    draw_values,
+    draw_visits,
+    effects_figure,
+    legend,
+    name_rows,
+    note,
+)
 from sweep.study import StoredStudy
 
 MAPS = {

@@ -12,8 +12,19 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from sweep.analysis import by_point, mean_interval
-from sweep.figures import STYLE, Drawing
-from sweep.plots import BLUE, SKY, VERMILION, draw_flock, draw_map, draw_values, legend, name_rows, note
+from sweep.figures import (
+    BLUE,
+    SKY,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_flock,
+    draw_map,
+    draw_values,
+    legend,
+    name_rows,
+    note,
+)
 from sweep.study import StoredStudy
 
 Studies = dict[str, StoredStudy]

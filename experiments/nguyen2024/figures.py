@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import sweep
-from sweep.effects import effects_figure
-from sweep.figures import STYLE, Drawing, metric_curves, save
-from sweep.plots import VERMILION, draw_flock, draw_map, note
+from sweep.figures import STYLE, VERMILION, Drawing, draw_flock, draw_map, effects_figure, metric_curves, note, save
 from sweep.study import StoredStudy
 
 Studies = dict[str, StoredStudy]

@@ -33,14 +33,16 @@ from experiments.patel2023.flights import (  # noqa: F401 (the measures are for 
     turns_as_written,
 )
 from experiments.patel2023.populations import SECONDS, equilibrium, potential, safety
-from sweep.figures import LINE_STYLES, STYLE, Drawing
-from sweep.plots import (
+from sweep.figures import (
     BLUE,
     GREEN,
+    LINE_STYLES,
     ORANGE,
     PURPLE,
     SKY,
+    STYLE,
     VERMILION,
+    Drawing,
     draw_flock,
     draw_map,
     legend,

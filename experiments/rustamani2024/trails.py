@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from experiments.rustamani2024.flights import PRESETS, Floats, Studies, chosen, first_flight
 from sweep.analysis import mean_interval
-from sweep.figures import STYLE
-from sweep.plots import BLUE, ORANGE, draw_flock, draw_map, draw_values, name_rows, note
+from sweep.figures import BLUE, ORANGE, STYLE, draw_flock, draw_map, draw_values, name_rows, note
 from sweep.study import StoredStudy
 
 LEADER, FOLLOWER = BLUE, ORANGE

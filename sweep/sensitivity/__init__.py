@@ -19,10 +19,10 @@ import pandas as pd
 from sweep.analysis import CONFIDENCE
 from sweep.blocks import INSTALL, OPTIONS
 from sweep.parquet import StoreError
-from sweep.sampled import Analysis, Floats, Sample, sampled_axis, samples
 from sweep.sampling import SAMPLERS
-from sweep.screening import effect_analysis, rank_analysis
-from sweep.sobol_indices import index_analysis
+from sweep.sensitivity.sampled import Analysis, Floats, Sample, sampled_axis, samples
+from sweep.sensitivity.screening import effect_analysis, rank_analysis
+from sweep.sensitivity.sobol_indices import index_analysis
 from sweep.study import StoredStudy
 
 RESAMPLES = 1000
@@ -42,7 +42,7 @@ def sobol(
     """Sobol indices over a `saltelli` sample: the share of the variance of `metric` that each setting explains.
 
     Columns: index (S1 alone, ST with all interactions, S2 of a pair), field, other (of the pair, else ""); `raw`, of
-    the means as they are, and `corrected`, without replicate noise (see sweep.sobol_indices); noise_share, the part of
+    the means as they are, and `corrected`, without replicate noise (see `sobol_indices`); noise_share, the part of
     the variance of a mean that is noise; each with _low and _high. Without replicates, and where noise leaves no
     variance, corrected numbers are NaN, as are intervals where a resample has no value. Raises StoreError where no axis
     has such a sample or several have, for an unknown metric, and where SALib is missing.

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.sampled import Analysis, Blocks, Floats, Sample, known_means
+from sweep.sensitivity.sampled import Analysis, Blocks, Floats, Sample, known_means
 
 FEWEST = 4
 """A rank correlation needs so many points."""

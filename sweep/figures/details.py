@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
-from sweep.figures import STYLE
-from sweep.plots import BLUE, GREEN, VERMILION, draw_values, legend, name_rows, note
+from sweep.figures.pieces import draw_values, legend, name_rows, note
+from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
 from sweep.study import StoredStudy, details
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))

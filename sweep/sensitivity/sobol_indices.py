@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweep.sampled import Analysis, Blocks, Floats, Sample
+from sweep.sensitivity.sampled import Analysis, Blocks, Floats, Sample
 
 NAMES = ("raw", "corrected", "noise_share")
 ROUNDING = 1e-12

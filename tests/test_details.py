@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 from studies import launched
 
-from sweep.effects import effects_figure, paired_effects
+from sweep.figures import effects_figure, paired_effects
 from sweep.study import StoredStudy
 
 ABLATING = """

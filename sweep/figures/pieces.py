@@ -14,10 +14,8 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
+from sweep.figures.style import BLUE, GREY
 from sweep.study import StoredWorld
-
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
-GREY = "0.35"
 
 
 def draw_map(
