@@ -1,0 +1,31 @@
+"""The command line. Data goes to stdout, progress and messages to stderr.
+
+Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec, 130 interrupted.
+Everything heavy is imported inside the commands, so that `sweep --help` answers at once.
+"""
+
+import os
+import sys
+
+from sweep.cli import running, reading, catalogue  # noqa: F401, I001 (they enter their commands, in this order)
+from sweep.cli.app import app, stop
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """The `sweep` command: errors that a user can mend become one line and exit code 2."""
+    try:
+        app()
+    except (KeyboardInterrupt, SystemExit) as ending:
+        # typer turns Ctrl-C into an exit without a word.
+        if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
+            raise
+        stop("interrupted; what is done is stored, and the same command goes on from there", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of our output has seen enough; Python would complain once more at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except Exception as error:
+        if type(error).__name__ not in ("SpecError", "StoreError", "WorkersError"):
+            raise
+        stop(str(error), 2)

@@ -1,0 +1,26 @@
+"""The command line's app, the options that commands share, and how a command ends."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+app = typer.Typer(
+    help="Monte Carlo experiments and parameter sweeps over boid swarms.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
+StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")]
+Results = Annotated[Path, typer.Option(help="Folder that holds the stored studies.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Workers = Annotated[int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")]
+
+
+def stop(message: str, code: int = 2) -> NoReturn:
+    """End the command with a message on stderr and an exit code."""
+    print(message, file=sys.stderr)
+    raise SystemExit(code)

@@ -1,0 +1,52 @@
+"""Commands that read what is stored."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.cli.app import Json, Results, StudyName, app, stop
+
+
+class Over(StrEnum):
+    """Which value of a metric a table shows."""
+
+    last = "last"
+    half = "half"
+
+
+@app.command()
+def status(study: StudyName, results: Results = Path("results"), as_json: Json = False) -> None:
+    """How much of a study is stored, and what went wrong."""
+    from sweep.listing import status_json, status_text
+    from sweep.study import StoredStudy
+
+    stored = StoredStudy(study, results)
+    print(status_json(stored) if as_json else status_text(stored))
+
+
+@app.command()
+def table(
+    study: StudyName,
+    results: Results = Path("results"),
+    metric: Annotated[list[str] | None, typer.Option(help="A metric to show; may be repeated.")] = None,
+    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Means of the metrics with 95 % intervals over the replicates of each point."""
+    from sweep.listing import point_table, table_text
+    from sweep.study import StoredStudy
+
+    stored = StoredStudy(study, results)
+    try:
+        rows, names = point_table(stored, metric or [], half=over is Over.half)
+    except ValueError as error:
+        stop(str(error), 2)
+    if csv:
+        print(rows.to_csv(index=False), end="")
+    elif as_json:
+        print(rows.to_json(orient="records", indent=2))
+    else:
+        table_text(stored, rows, names)

@@ -1,0 +1,101 @@
+"""Commands that run trials."""
+
+import sys
+from contextlib import ExitStack
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.cli.app import Json, Results, Spec, StudyName, Workers, app
+
+
+class Scale(StrEnum):
+    """How many trials a reproduction has."""
+
+    full = "full"
+    quick = "quick"
+
+
+@app.command()
+def launch(
+    spec: Spec,
+    workers: Workers = 0,
+    results: Results = Path("results"),
+    retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+) -> None:
+    """Run the trials of a study that are not stored yet.
+
+    Ctrl-C stops at once and keeps what is done; the same command goes on from there.
+    """
+    from sweep.executors import Loky, core_count
+    from sweep.launch import launch as run_study
+    from sweep.progress import ProgressBar
+    from sweep.spec import load_spec
+
+    study = load_spec(spec)
+    engine = Loky(workers or core_count())
+    with ProgressBar(study.name) as bar, ExitStack() as ending:
+        ending.callback(engine.stop)
+        progress = run_study(study, results, engine, retry=retry, report=bar.show)
+    print(bar.summary(progress, results / study.name), file=sys.stderr)
+    if progress.troubled:
+        raise SystemExit(1)
+
+
+@app.command()
+def plan(
+    spec: Spec,
+    workers: Workers = 0,
+    as_json: Json = False,
+) -> None:
+    """What a spec would run: points, trials, what is rejected, and what it may cost."""
+    from sweep.executors import core_count
+    from sweep.plan import make_plan
+    from sweep.spec import load_spec
+
+    made = make_plan(load_spec(spec), workers or core_count())
+    print(made.as_json() if as_json else made.as_text())
+
+
+@app.command()
+def reproduce(
+    experiments: Annotated[Path, typer.Argument(help="Folder of the studies with a published.yaml.")] = Path(
+        "experiments"
+    ),
+    only: Annotated[list[str] | None, typer.Option(help="Run and draw this study only; may be repeated.")] = None,
+    scale: Annotated[Scale, typer.Option(help="All trials, or few of them as a try.")] = Scale.full,
+    results: Results = Path("results"),
+    workers: Workers = 0,
+) -> None:
+    """Run what is missing of the published studies, draw their figures, and judge every published claim.
+
+    The verdicts are on the page scorecard.html below the results.
+    """
+    from sweep.claims import read_all
+    from sweep.executors import Loky, core_count
+    from sweep.reproduce import reproduce as run_all
+
+    quick = scale is Scale.quick
+    publications = read_all(experiments, quick=quick)
+    engine = Loky(workers or core_count())
+    outcome = run_all(publications, results, engine, quick=quick, only=only or ())
+    print(outcome.summary(), file=sys.stderr)
+    if not outcome.whole:
+        raise SystemExit(1)
+
+
+@app.command()
+def replay(study: StudyName, trial: str, results: Results = Path("results")) -> None:
+    """Run a stored trial again, here and now, and compare it with what is stored, bit for bit.
+
+    An exception of the trial is raised with its traceback.
+    """
+    from sweep.replay import replay as run_again
+    from sweep.study import StoredStudy
+
+    report, same = run_again(StoredStudy(study, results), trial)
+    print(report)
+    if not same:
+        raise SystemExit(1)
