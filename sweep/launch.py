@@ -92,27 +92,34 @@ def launch(
     (store.folder / "spec.yaml").write_text(study.text, encoding="utf-8")
     report(progress)
     if missing:
-        _run(missing, store, Tables(study, origin), executor, progress, report)
+
+        def note(results: list[Result]) -> None:
+            progress.statuses.update(result.status for result in results)
+            report(progress)
+
+        run_jobs(missing, store, Tables(study, origin), executor, note)
+        store.compact()
     return progress
 
 
-def _run(
-    missing: Sequence[Job],
+def run_jobs(
+    jobs: Sequence[Job],
     store: Store,
     tables: Tables,
     executor: ExecutorFactory,
-    progress: Progress,
-    report: Callable[[Progress], None],
+    noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
+    """Run `jobs` and store their results; `noted` is told of each batch as it is stored.
+
+    Raises KeyboardInterrupt after Ctrl-C with all finished trials stored.
+    """
     # Compiled here once, or four cold workers would each compile the same.
-    warm(missing[0])
-    batches = drive(missing, run, executor=executor, cost=job_seconds, failed=failed)
+    warm(jobs[0])
+    batches = drive(jobs, run, executor=executor, cost=job_seconds, failed=failed)
     with Writer[Result](store, tables, size=result_bytes) as writer:
         for results in batches:
             writer.add(results)
-            progress.statuses.update(result.status for result in results)
-            report(progress)
-    store.compact()
+            noted(results)
 
 
 def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
