@@ -11,12 +11,17 @@ from rich.table import Table
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
-from sweep.analysis import by_point
+from sweep.analysis import MeanKind, by_point
 from sweep.fields import fields
 from sweep.names import unknown
 from sweep.study import StoredStudy, details
 
 MOST_ROWS = 200
+INTERVALS: dict[MeanKind, str] = {
+    "t": "mean ± half width of the 95 % interval",
+    "bootstrap": "mean and 95 % interval by the BCa bootstrap",
+    "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
+}
 
 
 def console() -> Console:
@@ -60,7 +65,9 @@ def metric_table() -> Table:
     return table
 
 
-def point_table(study: StoredStudy, chosen: list[str], *, half: bool) -> tuple[pd.DataFrame, list[str]]:
+def point_table(
+    study: StoredStudy, chosen: list[str], *, half: bool, interval: MeanKind = "t"
+) -> tuple[pd.DataFrame, list[str]]:
     """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
 
     The settings of an axis that ablates a preset become one column, `detail`: what is changed, as `details` says it.
@@ -75,17 +82,20 @@ def point_table(study: StoredStudy, chosen: list[str], *, half: bool) -> tuple[p
         trials = trials.assign(detail=details(study, preset).to_numpy())
         switched = {name for group in ablated for name in group}
         varied = [*(name for name in varied if name not in switched), "detail"]
-    return by_point(trials, varied, names), names
+    return by_point(trials, varied, names, interval=interval), names
 
 
-def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str]) -> None:
-    """Print `rows` of `point_table` as mean and half width of the 95 % interval."""
+def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
+    """Print `rows` of `point_table` as means with their 95 % intervals, half widths where they are Student's."""
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
     varied = list(rows.columns[: list(rows.columns).index(names[0])])
-    table = Table(*varied, *headings, "n", title=study.name, caption="mean ± half width of the 95 % interval")
+    table = Table(*varied, *headings, "n", title=study.name, caption=INTERVALS[interval])
     for _, row in rows.head(MOST_ROWS).iterrows():
-        cells = [_with_error(row[name], row[f"{name}_high"] - row[name]) for name in names]
+        found = [(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names]
+        cells = [
+            _with_error(mean, high - mean) if interval == "t" else _within(mean, low, high) for mean, low, high in found
+        ]
         table.add_row(*(_brief(row[name]) for name in varied), *cells, _count(row, names))
     console().print(table)
     if len(rows) > MOST_ROWS:
@@ -105,6 +115,15 @@ def _with_error(mean: float, half: float) -> str:
         return f"{mean:.5g}"
     places = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 3
     return f"{mean:.{places}f} ± {half:.{places}f}"
+
+
+def _within(mean: float, low: float, high: float) -> str:
+    """The mean and both bounds, to the decimal place of the second figure of the smaller distance between them."""
+    if math.isnan(mean) or math.isnan(low):
+        return _with_error(mean, math.nan)
+    distances = [distance for distance in (mean - low, high - mean) if 0.0 < distance < math.inf]
+    places = max(0, 1 - math.floor(math.log10(min(distances)))) if distances else 3
+    return f"{mean:.{places}f} [{low:.{places}f}, {high:.{places}f}]"
 
 
 def _brief(value: Any) -> str:

@@ -89,6 +89,21 @@ def test_a_table_as_text_csv_and_json(folder: Path) -> None:
     assert records[0]["speed_mean_low"] < records[0]["speed_mean"] < records[0]["speed_mean_high"]
 
 
+def test_a_table_with_another_interval(folder: Path) -> None:
+    from sweep.analysis import mean_interval
+    from sweep.study import StoredStudy
+
+    students = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))
+    csv = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv", "--interval", "bootstrap").stdout))
+    assert list(csv) == list(students)
+    trials = StoredStudy("small", folder / "results").trials
+    expected = mean_interval(trials.loc[trials["separation_weight"] == 0.5, "speed"], interval="bootstrap")
+    assert tuple(csv.iloc[0][["speed", "speed_low", "speed_high"]]) == pytest.approx(expected[:3], rel=1e-12)
+    text = sweep(folder, "table", "small", "--metric", "speed", "--interval", "bootstrap").stdout
+    assert "mean and 95 % interval by the BCa bootstrap" in text
+    assert re.search(r"\d\.\d+ \[\d\.\d+, \d\.\d+\]", text)
+
+
 def test_a_table_of_an_unrecorded_metric_says_which_there_are(folder: Path) -> None:
     done = sweep(folder, "table", "small", "--metric", "sped")
     assert done.returncode == 2

@@ -24,6 +24,7 @@ from sweep.analysis.estimate import (
 )
 from sweep.analysis.intervals import (
     Interval,
+    MeanKind,
     by_point,
     curves,
     half_width,
@@ -47,6 +48,7 @@ __all__ = [
     "Estimate",
     "Interval",
     "MeanEstimate",
+    "MeanKind",
     "RankEstimate",
     "Sample",
     "Simultaneous",

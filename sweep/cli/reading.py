@@ -16,6 +16,14 @@ class Over(StrEnum):
     half = "half"
 
 
+class IntervalKind(StrEnum):
+    """Which interval of a mean a table shows."""
+
+    t = "t"
+    bootstrap = "bootstrap"
+    bootstrap_t = "bootstrap_t"
+
+
 @app.command()
 def status(study: StudyName, results: Results = Path("results"), as_json: Json = False) -> None:
     """How much of a study is stored, and what went wrong."""
@@ -32,6 +40,9 @@ def table(
     results: Results = Path("results"),
     metric: Annotated[list[str] | None, typer.Option(help="A metric to show; may be repeated.")] = None,
     over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
+    interval: Annotated[
+        IntervalKind, typer.Option(help="Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed values.")
+    ] = IntervalKind.t,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -41,7 +52,7 @@ def table(
 
     stored = StoredStudy(study, results)
     try:
-        rows, names = point_table(stored, metric or [], half=over is Over.half)
+        rows, names = point_table(stored, metric or [], half=over is Over.half, interval=interval.value)
     except ValueError as error:
         stop(str(error), 2)
     if csv:
@@ -49,4 +60,4 @@ def table(
     elif as_json:
         print(rows.to_json(orient="records", indent=2))
     else:
-        table_text(stored, rows, names)
+        table_text(stored, rows, names, interval.value)
