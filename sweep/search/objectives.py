@@ -28,17 +28,20 @@ class Statistic:
         linearly, as numpy does it. A CVaR weighs the last of the worst values by the fraction of it that belongs to
         the share (Rockafellar and Uryasev 2000, Journal of Risk 2, 21-41).
         """
-        if values.size == 0 or np.isnan(values).any():
-            return np.nan
+        return float(self.along(values.reshape(-1), maximize=maximize)) if values.size else np.nan
+
+    def along(self, values: Floats, *, maximize: bool) -> Floats:
+        """The statistic along the last axis of `values` (..., n), n above zero, as `of` has it; shape (...)."""
         if self.kind == "mean":
-            return float(values.mean())
+            return np.asarray(values.mean(axis=-1))
         if self.kind == "worst":
-            return float(values.min() if maximize else values.max())
+            return np.asarray(values.min(axis=-1) if maximize else values.max(axis=-1))
         assert self.share is not None
         if self.kind == "quantile":
-            return float(np.quantile(values, self.share))
-        ordered = np.sort(values, axis=None) if maximize else -np.sort(-values, axis=None)
-        return _mean_of_first(ordered, self.share)
+            return np.asarray(np.quantile(values, self.share, axis=-1))
+        ordered = np.sort(values, axis=-1) if maximize else -np.sort(-values, axis=-1)
+        # Sorting puts NaN last, where it may have no weight.
+        return np.where(np.isnan(values).any(axis=-1), np.nan, _mean_of_first(ordered, self.share))
 
     def __str__(self) -> str:
         return self.kind if self.share is None else f"{'CVaR' if self.kind == 'cvar' else self.kind} {self.share:g}"
@@ -91,11 +94,11 @@ class Constraint:
         return cls(stored["column"], stored["bound"], stored["at_most"], statistic)
 
 
-def _mean_of_first(ordered: Floats, share: float) -> float:
-    """The mean of the first `share` of `ordered` (n,), the last of them weighed by its fraction."""
-    whole = min(share * len(ordered), float(len(ordered)))
-    weights = np.clip(whole - np.arange(len(ordered)), 0.0, 1.0)
-    return float(weights @ ordered / whole)
+def _mean_of_first(ordered: Floats, share: float) -> Floats:
+    """The mean of the first `share` of `ordered` (..., n), the last of them weighed by its fraction."""
+    whole = share * ordered.shape[-1]
+    weights = np.clip(whole - np.arange(ordered.shape[-1]), 0.0, 1.0)
+    return np.asarray(ordered @ weights / whole)
 
 
 def _plain(statistic: Statistic) -> dict[str, Any]:

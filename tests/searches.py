@@ -1,0 +1,65 @@
+"""Searches made up for the tests: tables as those of a search that has run, without any trial."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sweep.search.objectives import Constraint, Objective, Statistic
+
+MEAN = Statistic("mean")
+GAIN = Objective("gain", True, MEAN)
+RANGES = {"weight": {"uniform": [0.0, 1.0]}}
+
+Values = Callable[[float, np.ndarray, np.ndarray], dict[str, np.ndarray]]
+"""From a parameter, the numbers of blocks and those of scenarios, (n,) each, to the columns of trials."""
+
+
+@dataclass(frozen=True)
+class MadeUp:
+    """What `sweep.search.stored.Asked` has."""
+
+    table: pd.DataFrame
+    about: dict[str, Any]
+
+
+def rows(
+    run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0, first: int = 0
+) -> pd.DataFrame:
+    """The rows of one candidate; each column but those of one value is (blocks, scenarios)."""
+    shaped = {name: np.asarray(values) for name, values in columns.items()}
+    shape = next(values.shape for values in shaped.values() if values.ndim == 2)
+    block, scenario = (index.ravel() for index in np.indices(shape))
+    table = pd.DataFrame({"block": block + first, "scenario": scenario})
+    for name, values in shaped.items():
+        table[name] = np.broadcast_to(values, shape).ravel()
+    table = table.assign(run=run, phase=phase, candidate=candidate, batch=batch)
+    table["trial_id"] = [f"{run}-{phase}-{candidate}-{b}-{s}" for b, s in zip(block, scenario, strict=True)]
+    return table if "status" in table else table.assign(status="done")
+
+
+def searched(
+    *parts: pd.DataFrame,
+    objectives: tuple[Objective, ...] = (GAIN,),
+    constraints: tuple[Constraint, ...] = (),
+    full: int = 4,
+    **about: Any,
+) -> MadeUp:
+    """The search whose rows are `parts`, with candidates that get `full` blocks."""
+    table = pd.concat(parts, ignore_index=True)
+    known = {
+        "parameters": ["weight"],
+        "ranges": RANGES,
+        "objectives": [one.as_json() for one in objectives],
+        "constraints": [one.as_json() for one in constraints],
+        "references": [],
+        "budget": 10_000,
+        "sampler": "tpe",
+        "rejected": {},
+        "finished": True,
+        "repetitions": 0,
+        "blocks": dict.fromkeys(table["run"].unique(), full),
+    }
+    return MadeUp(table, known | about)
