@@ -1,7 +1,7 @@
 """Parquet files as the store writes and reads them: durable, checksummed, and clear about damage."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,21 @@ def opened(path: Path, remedy: str | None = None) -> Iterator[Any]:
             yield file
     except (pa.ArrowException, OSError) as error:
         raise StoreError(f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}") from error
+
+
+def check_part(tables: Mapping[str, pa.Table]) -> None:
+    """Raise ValueError for tables that are no part: see `Store.append`."""
+    for name, table in tables.items():
+        if "trial_id" not in table.column_names or table.schema.field("trial_id").type != pa.string():
+            raise ValueError(f"a part's {name} need a `trial_id` column of strings")
+    if "trials" not in tables or tables["trials"].num_rows == 0:
+        raise ValueError("a part needs a `trials` table with at least one row")
+    ids = tables["trials"]["trial_id"]
+    if pc.count_distinct(ids).as_py() != len(ids):
+        raise ValueError("a part cannot hold the same trial_id twice")
+    for name, table in tables.items():
+        if not pc.all(pc.is_in(table["trial_id"], value_set=ids), min_count=0).as_py():
+            raise ValueError(f"a part cannot hold {name} of trials that are not in its `trials`")
 
 
 def load_table(part: Path, name: str, columns: list[str] | None = None) -> pa.Table:
@@ -78,6 +93,13 @@ def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str
     while pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind):
         kind, path = kind.value_type, f"{path}.list.{kind.value_field.name}"
     return [path] if matches(kind) else []
+
+
+def refuse_links(folder: Path) -> None:
+    """Raise StoreError where something that we write in a study's folder is a symbolic link, and so is elsewhere."""
+    for path in (folder / "parts", folder / "writing", folder / "spec.yaml", *folder.glob("*.parquet")):
+        if path.is_symlink():
+            raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
 
 
 def move_durably(source: Path, target: Path) -> None:

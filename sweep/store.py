@@ -26,7 +26,18 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.parquet import StoreError, load_table, load_trials, move_durably, new_file, opened, remedy_for, stored_schema
+from sweep.parquet import (
+    StoreError,
+    check_part,
+    load_table,
+    load_trials,
+    move_durably,
+    new_file,
+    opened,
+    refuse_links,
+    remedy_for,
+    stored_schema,
+)
 
 T = TypeVar("T")
 
@@ -51,7 +62,7 @@ class Store:
         `trials` has at least one row, each with its own `trial_id` and a `status` (both strings); the other
         tables have a `trial_id` of those. Raises ValueError where that does not hold.
         """
-        _check(tables)
+        check_part(tables)
         part = self._parts / self._next_id()
         with self._staging(part.name) as staging:
             for name, table in tables.items():
@@ -71,7 +82,7 @@ class Store:
                 for trial_id, status in zip(*(column.to_pylist() for column in table.columns), strict=True)
             }
 
-        return self._steadily(statuses)
+        return self.steadily(statuses)
 
     def read(self, table: str, *, trial_ids: pa.Array | None = None, columns: Sequence[str] | None = None) -> pa.Table:
         """All current rows of a table, oldest part first, optionally only some trials and some columns.
@@ -81,7 +92,7 @@ class Store:
         column that the table has in no part.
         """
         wanted = None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
-        union = self._steadily(lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted))
+        union = self.steadily(lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted))
         if columns is None:
             return union
         if unknown := set(columns) - set(union.column_names):
@@ -95,17 +106,17 @@ class Store:
         is schema metadata, so rows of different provenance stay apart.
         """
         self.tidy()
-        parts = self._current_parts()
-        superseded = _superseded(parts)
+        parts = self.current_parts()
+        superseded = superseded_rows(parts)
         for group in _mergeable(parts, rows):
-            self._merge(group, superseded)
+            self.merge(group, superseded)
 
     def tidy(self) -> None:
         """Delete what dead processes left behind: replaced parts and unfinished folders of this host."""
-        current = {part.name for part in self._current_parts()}
+        current = {part.name for part in self.current_parts()}
         for part in _folders(self._parts):
             if part.name not in current:
-                self._discard(part)
+                self.discard(part)
         for folder in _folders(self._writing):
             host, pid = folder.name.split("~")[:2]
             if host == _host() and not _is_alive(int(pid)):
@@ -125,23 +136,23 @@ class Store:
         with opened(self._plan, "delete it and launch the study again") as file:
             return file.read()
 
-    def _current_parts(self) -> list[Path]:
+    def current_parts(self) -> list[Path]:
         """Folders of the parts that count, oldest first."""
         parts = _folders(self._parts)
         replaced = {name for part in parts for name in _replaced_by(part)}
         return [part for part in parts if part.name not in replaced]
 
-    def _steadily(self, look: Callable[[list[Path]], T]) -> T:
+    def steadily(self, look: Callable[[list[Path]], T]) -> T:
         """What `look` sees in the current parts; again if a compaction elsewhere took one away meanwhile."""
         while True:
-            parts = self._current_parts()
+            parts = self.current_parts()
             try:
                 seen = look(parts)
             except StoreError:
-                if set(parts) <= set(self._current_parts()):
+                if set(parts) <= set(self.current_parts()):
                     raise
                 continue
-            if set(parts) <= set(self._current_parts()):
+            if set(parts) <= set(self.current_parts()):
                 return seen
 
     def _next_id(self) -> str:
@@ -153,6 +164,7 @@ class Store:
     def _staging(self, name: str) -> Iterator[Path]:
         """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
         staging = self._writing / f"{_host()}~{os.getpid()}~{name}"
+        refuse_links(self.folder)
         try:
             self._parts.mkdir(parents=True, exist_ok=True)
             staging.mkdir(parents=True)
@@ -162,7 +174,8 @@ class Store:
         finally:
             shutil.rmtree(staging, ignore_errors=True)
 
-    def _merge(self, group: list[Path], superseded: Mapping[Path, pa.Array]) -> None:
+    def merge(self, group: list[Path], without: Mapping[Path, pa.Array]) -> None:
+        """Replace parts with the same tables and schemas, oldest first, by one, less some trials of each."""
         # Named after its newest source, so that a part stored elsewhere meanwhile is still the later one.
         newest = group[-1].name.partition(MERGED_MARK)[0]
         merged = self._parts / f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
@@ -171,39 +184,26 @@ class Store:
                 name = source.stem
                 with new_file(staging / source.name, stored_schema(source)) as writer:
                     for part in group:
-                        writer.write_table(_without(load_table(part, name), superseded.get(part)))
+                        writer.write_table(_without(load_table(part, name), without.get(part)))
             (staging / REPLACES).write_text(json.dumps([part.name for part in group]))
             move_durably(staging, merged)
         for part in group:
-            self._discard(part)
+            self.discard(part)
 
-    def _discard(self, part: Path) -> None:
+    def discard(self, part: Path) -> None:
+        """Delete a part; it is gone at once and whole."""
         with self._staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
             part.rename(staging / part.name)
 
 
-def _check(tables: Mapping[str, pa.Table]) -> None:
-    for name, table in tables.items():
-        if "trial_id" not in table.column_names or table.schema.field("trial_id").type != pa.string():
-            raise ValueError(f"a part's {name} need a `trial_id` column of strings")
-    if "trials" not in tables or tables["trials"].num_rows == 0:
-        raise ValueError("a part needs a `trials` table with at least one row")
-    ids = tables["trials"]["trial_id"]
-    if pc.count_distinct(ids).as_py() != len(ids):
-        raise ValueError("a part cannot hold the same trial_id twice")
-    for name, table in tables.items():
-        if not pc.all(pc.is_in(table["trial_id"], value_set=ids), min_count=0).as_py():
-            raise ValueError(f"a part cannot hold {name} of trials that are not in its `trials`")
-
-
 def _current(parts: list[Path], name: str, columns: list[str] | None, only: pa.Array | None) -> list[pa.Table]:
     """The current rows of one table, optionally only some trials, for each of the parts that have it."""
-    superseded = _superseded(parts)
+    superseded = superseded_rows(parts)
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
     return [_without(load_trials(part, name, columns, only), superseded.get(part)) for part in holders]
 
 
-def _superseded(parts: list[Path]) -> dict[Path, pa.Array]:
+def superseded_rows(parts: list[Path]) -> dict[Path, pa.Array]:
     """For each part with such, the ids of its trials that a later part has too."""
     ids = [load_table(part, "trials", ["trial_id"])["trial_id"] for part in parts]
     chunks = [chunk for column in ids for chunk in column.chunks]
@@ -262,7 +262,8 @@ def _folders(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     with os.scandir(folder) as entries:
-        return sorted(folder / entry.name for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir())
+        ours = [entry for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
+        return sorted(folder / entry.name for entry in ours)
 
 
 def _replaced_by(part: Path) -> list[str]:
