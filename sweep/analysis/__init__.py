@@ -32,6 +32,14 @@ from sweep.analysis.intervals import (
     quantile_interval,
     quantiles_by_point,
 )
+from sweep.analysis.order import (
+    binder_cumulant,
+    binder_values,
+    order_parameters,
+    order_samples,
+    susceptibility,
+    susceptibility_values,
+)
 from sweep.analysis.pairing import Unit, Units, agrees, chosen, units
 from sweep.analysis.series import Autocorrelation, BurnIn, Drift, autocorrelation, burn_in, drift, integrated_time
 from sweep.analysis.simultaneous import Simultaneous, holm, max_t, simultaneous_confidence
@@ -57,6 +65,8 @@ __all__ = [
     "Units",
     "agrees",
     "autocorrelation",
+    "binder_cumulant",
+    "binder_values",
     "burn_in",
     "by_point",
     "chosen",
@@ -74,6 +84,8 @@ __all__ = [
     "max_t",
     "mean_estimate",
     "mean_interval",
+    "order_parameters",
+    "order_samples",
     "paired_contrast",
     "quantile_interval",
     "quantiles_by_point",
@@ -82,5 +94,7 @@ __all__ = [
     "steady_state",
     "steady_states",
     "superiority",
+    "susceptibility",
+    "susceptibility_values",
     "units",
 ]
