@@ -1,8 +1,9 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
 
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sweep.study import StoredStudy
@@ -34,3 +35,37 @@ def load(study: str, results: str | Path = "results") -> "StoredStudy":
     from sweep.study import StoredStudy
 
     return StoredStudy(study, results)
+
+
+def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", workers: int = 0) -> "StoredStudy":
+    """Run what is missing of a study, as `sweep launch` does, and return what is stored of it.
+
+    `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a mapping. It runs in `workers`
+    processes, as many as there are cores for 0. Nothing is printed; trials that did not come to their end are a
+    warning. Raises SpecError for what is wrong with the spec, StoreError where `results` cannot be read or written,
+    ValueError for a negative number of workers, and KeyboardInterrupt with all finished trials stored: the same call
+    goes on.
+    """
+    import warnings
+
+    from sweep.executors import Loky, core_count
+    from sweep.launch import launch
+    from sweep.spec import load_spec, parse_spec
+
+    if workers < 0:
+        raise ValueError(f"workers: {workers}; allowed: 0, as many as there are cores, or more")
+    if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
+        study = parse_spec(spec)
+    else:
+        study = load_spec(Path(spec))
+    engine = Loky(workers or core_count())
+    try:
+        launch(study, Path(results), engine)
+    finally:
+        engine.stop()
+    stored = load(study.name, results)
+    troubled = {status: count for status, count in stored.statuses().items() if status != "done"}
+    if troubled:
+        counts = ", ".join(f"{count:,} {status}" for status, count in sorted(troubled.items()))
+        warnings.warn(f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials", stacklevel=2)
+    return stored

@@ -3,9 +3,14 @@
 import tomllib
 from pathlib import Path
 
+import pandas as pd
 import pytest
+from ruamel.yaml import YAML
+from studies import IMPOSSIBLE, SMALL, launched
 
 import sweep
+from sweep.document import SpecError
+from sweep.executors import Serial
 from sweep.provenance import git_state
 
 ROOT = Path(__file__).parent.parent
@@ -35,3 +40,53 @@ def test_constraints_pin_exactly_and_name_no_address() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").split()
     assert lines
     assert all(line.count("==") == 1 and "/" not in line and "@" not in line for line in lines)
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Starting a worker takes longer than these trials."""
+    monkeypatch.setattr("sweep.executors.Loky", Serial)
+
+
+def test_run_in_two_workers_gives_the_bits_of_a_launch_in_one_process(tmp_path: Path) -> None:
+    same = launched(SMALL, tmp_path / "launched").trials
+    study = sweep.run(SMALL, tmp_path, workers=2)
+    pd.testing.assert_frame_equal(study.trials.drop(columns="seconds"), same.drop(columns="seconds"))
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_takes_a_text_a_mapping_or_a_file_and_returns_what_a_launch_stores(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    whole = launched(SMALL, tmp_path / "launched")
+    file = tmp_path / "small.yaml"
+    file.write_text(SMALL, encoding="utf-8")
+    for number, spec in enumerate((SMALL, YAML(typ="safe").load(SMALL), file, str(file))):
+        study = sweep.run(spec, results=tmp_path / str(number))
+        pd.testing.assert_frame_equal(study.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds"))
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_again_with_more_replicates_runs_only_those(tmp_path: Path) -> None:
+    first = sweep.run(SMALL, tmp_path).trials
+    second = sweep.run(SMALL.replace("replicates: 3", "replicates: 4"), tmp_path).trials
+    kept = second[second["replicate"] < 3].reset_index(drop=True)
+    pd.testing.assert_frame_equal(kept, first)  # their wall times too
+    assert len(second) == 8
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_warns_of_trials_that_did_not_come_to_their_end(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match="study small: 6 failed, of 6 trials"):
+        assert sweep.run(IMPOSSIBLE, tmp_path).statuses() == {"failed": 6}
+
+
+def test_run_says_what_is_wrong_before_any_work(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r'spec.yaml:3: unknown model "nguyen"; did you mean "nguyen2024"'):
+        sweep.run(SMALL.replace("model: nguyen2024", "model: nguyen"), tmp_path)
+    with pytest.raises(SpecError, match=r"small.yml: no such file"):
+        sweep.run("small.yml", tmp_path)
+    with pytest.raises(ValueError, match="workers: -1; allowed: 0"):
+        sweep.run(SMALL, tmp_path, workers=-1)
+    assert not list(tmp_path.iterdir())
