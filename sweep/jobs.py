@@ -15,6 +15,7 @@ from typing import Literal, overload
 
 import numpy as np
 from numpy.random import SeedSequence
+from numpy.typing import NDArray
 
 from sweep.design import Design
 from sweep.fields import Column, Value, preset_settings
@@ -23,6 +24,7 @@ from sweep.seeds import address, point_words
 from sweep.spec import Record, Streams, Study
 
 Purpose = Literal["start", "world", "noise"]
+Counts = NDArray[np.int64]
 
 NO_MAPS: Mapping[str, OwnMap] = {}
 
@@ -85,11 +87,17 @@ def _point_hash(canonical: str) -> str:
 
 
 class Jobs(Sequence[Job]):
-    """All trials of a study, made when asked for: point after point, the replicates of a point together."""
+    """All trials of a study, made when asked for: point after point, the replicates of a point together.
 
-    def __init__(self, study: Study, design: Design, kernels_sha: str) -> None:
+    `trials` (n_points,) says how many each point has, at least one; by default the study's number of trials a point.
+    Replicate k of a point is the same trial whatever that number.
+    """
+
+    def __init__(self, study: Study, design: Design, kernels_sha: str, trials: Counts | None = None) -> None:
         self.study = study
         self.design = design
+        self.trials = np.full(design.n_points, study.trials_per_point) if trials is None else trials
+        self._ends = np.cumsum(self.trials)
         recorded = study.record
         record = asdict(recorded) | {"metrics": sorted(recorded.metrics), "series": sorted(recorded.series)}
         if not recorded.trajectories:  # which came later: without them a trial is what it was
@@ -98,7 +106,7 @@ class Jobs(Sequence[Job]):
         self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
 
     def __len__(self) -> int:
-        return self.design.n_points * self.study.trials_per_point
+        return int(self._ends[-1])
 
     @overload
     def __getitem__(self, index: int) -> Job: ...
@@ -107,19 +115,26 @@ class Jobs(Sequence[Job]):
     def __getitem__(self, index: int | slice) -> Job | list[Job]:
         if isinstance(index, slice):
             return [self[position] for position in range(len(self))[index]]
-        point, replicate = divmod(range(len(self))[index], self.study.trials_per_point)
-        return self._job(point, replicate)
+        place = range(len(self))[index]
+        point = int(np.searchsorted(self._ends, place, side="right"))
+        return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
     def table(self) -> dict[str, Column]:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
-        replicates = range(self.study.trials_per_point)
-        endings = [self._ending(replicate) for replicate in replicates]
-        ids = [self._trial_id(point, ending) for point in self.points for ending in endings]
+        most = range(int(self.trials.max()))
+        endings, seeds = [self._ending(replicate) for replicate in most], [self._seed(replicate) for replicate in most]
+        numbers = self.trials.tolist()
+        ids = [
+            self._trial_id(point, ending)
+            for point, number in zip(self.points, numbers, strict=True)
+            for ending in endings[:number]
+        ]
+        replicates = np.arange(len(self)) - np.repeat(self._ends - self.trials, self.trials)
         return {
             "trial_id": np.array(ids, dtype=np.object_),
-            "point": np.repeat(np.array(self.points, dtype=np.object_), len(replicates)),
-            "replicate": np.tile(np.arange(len(replicates)), len(self.points)),
-            "seed": np.tile([self._seed(replicate) for replicate in replicates], len(self.points)),
+            "point": np.repeat(np.array(self.points, dtype=np.object_), self.trials),
+            "replicate": replicates,
+            "seed": np.array(seeds)[replicates],
         }
 
     @cached_property

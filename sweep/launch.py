@@ -15,11 +15,12 @@ from sweep.axes import Axis
 from sweep.cost import job_seconds
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
-from sweep.jobs import Job, Jobs
+from sweep.jobs import Counts, Job, Jobs
 from sweep.provenance import provenance
 from sweep.result import Result, failed, result_bytes
 from sweep.rows import PROVENANCE, Tables
 from sweep.runner import drive
+from sweep.sequential import Until, look
 from sweep.spec import Study
 from sweep.store import Store
 from sweep.trial import run, warm
@@ -28,11 +29,18 @@ from sweep.writer import Writer
 
 @dataclass
 class Progress:
-    """How far a launch is: trials of the spec, those stored before, and the new ones by status."""
+    """How far a launch is: trials of the plan, those stored before, and the new ones by status.
 
-    trials: int
-    stored: int
-    apart: int
+    Where a rule decides how many trials a point gets, `settled` of the `points` have had the last of theirs, and the
+    plan grows to `most` trials at most; `settled` is None where their number is fixed.
+    """
+
+    points: int = 0
+    most: int = 0
+    settled: int | None = None
+    trials: int = 0
+    stored: int = 0
+    apart: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
 
     @property
@@ -74,32 +82,60 @@ def launch(
 ) -> Progress:
     """Run the trials of `study` that its store below `results` lacks, and with `retry` those not done.
 
-    The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. `report` is called
-    before the first trial and after each batch. Raises SpecError for a design that cannot be, StoreError where
-    the store cannot be read or written, KeyboardInterrupt after Ctrl-C with all finished trials stored.
+    The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. Where a rule says how many
+    trials a point gets, all open points are looked at together, and the plan lists what the looks so far have asked
+    for: they see the stored values of the trials in the plan, so that neither the order of work nor an interruption
+    matters. `report` is called before trials run, after each batch and at the end. Raises SpecError for a design that
+    cannot be, StoreError where the store cannot be read or written, KeyboardInterrupt after Ctrl-C with all finished
+    trials stored.
     """
     design = expand(study)
-    jobs = Jobs(study, design, KERNELS_SHA)
-    store = Store(results / study.name)
-    origin = provenance(study)
-    plan = plan_table(study, design, jobs, origin)
+    store, origin = Store(results / study.name), provenance(study)
     stored = store.trial_ids()
-    ids = plan["trial_id"].to_pylist()
-    kept = [trial in stored and not (retry and stored[trial] != "done") for trial in ids]
-    missing = _Some(jobs, [index for index, keep in enumerate(kept) if not keep])
-    progress = Progress(len(ids), sum(kept), len(stored.keys() - set(ids)))
+    kept = {trial for trial, status in stored.items() if not (retry and status != "done")}
+    progress = Progress(design.n_points, design.n_points * study.trials_per_point, 0 if study.until else None)
+
+    def note(results: list[Result]) -> None:
+        kept.update(result.job.trial_id for result in results)
+        progress.statuses.update(result.status for result in results)
+        report(progress)
+
+    trials, settled = np.full(design.n_points, study.until.least if study.until else study.trials_per_point), False
+    while not settled:
+        jobs = Jobs(study, design, KERNELS_SHA, trials)
+        plan = plan_table(study, design, jobs, origin)
+        ids = plan["trial_id"].to_pylist()
+        missing = _Some(jobs, [index for index, trial in enumerate(ids) if trial not in kept])
+        progress.trials, progress.stored = len(ids), len(ids) - len(missing) - progress.statuses.total()
+        progress.apart = len(stored.keys() - set(ids))
+        if missing:
+            _publish(study, store, plan)
+            report(progress)
+            run_jobs(missing, store, Tables(study, origin), executor, note)
+        if study.until is None:
+            break
+        further = _further(study.until, store, ids, trials)
+        progress.settled = int((further == trials).sum())
+        trials, settled = further, progress.settled == design.n_points
+    if not missing:
+        _publish(study, store, plan)
+    if progress.statuses:
+        store.compact()
+    report(progress)
+    return progress
+
+
+def _publish(study: Study, store: Store, plan: pa.Table) -> None:
     store.write_plan(plan)
     (store.folder / "spec.yaml").write_text(study.text, encoding="utf-8")
-    report(progress)
-    if missing:
 
-        def note(results: list[Result]) -> None:
-            progress.statuses.update(result.status for result in results)
-            report(progress)
 
-        run_jobs(missing, store, Tables(study, origin), executor, note)
-        store.compact()
-    return progress
+def _further(until: Until, store: Store, ids: list[str], trials: Counts) -> Counts:
+    """How many trials each point gets from now on, all those in the plan being stored."""
+    table = store.read("trials", trial_ids=pa.array(ids), columns=["trial_id", until.metric])
+    known = dict(zip(*(column.to_pylist() for column in table.columns), strict=True))
+    values = np.array([known[trial] for trial in ids], np.float64)
+    return look(until, until.nominal, trials, values).further
 
 
 def run_jobs(
@@ -125,10 +161,10 @@ def run_jobs(
 def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
     """The trials of the spec in its order, with the settings that vary.
 
-    The metadata adds their names, what each axis samples or ablates, and the spec's maps.
+    The metadata adds their names, what each axis samples or ablates, the spec's maps, and by which rule trials are
+    added.
     """
-    repeats = study.trials_per_point
-    table = pa.table(jobs.table() | {name: np.repeat(column, repeats) for name, column in design.columns.items()})
+    table = pa.table(jobs.table() | {name: np.repeat(column, jobs.trials) for name, column in design.columns.items()})
     about = origin | {
         "varied": list(design.columns),
         "record": list(study.record.metrics),
@@ -136,6 +172,9 @@ def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, objec
         "ablated": {axis.ablated: axis.details for axis in study.axes if axis.ablated},
         "axes": {axis.name: _axis(axis) for axis in study.axes},
     }
+    if study.until:
+        rule = {"looks": study.until.looks, "nominal_confidence": study.until.nominal}
+        about["until"] = study.until.as_json() | rule
     return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})
 
 

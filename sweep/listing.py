@@ -82,7 +82,7 @@ def point_table(
         trials = trials.assign(detail=details(study, preset).to_numpy())
         switched = {name for group in ablated for name in group}
         varied = [*(name for name in varied if name not in switched), "detail"]
-    return by_point(trials, varied, names, interval=interval), names
+    return by_point(trials, varied, names, interval=interval, repeated=study.repeated), names
 
 
 def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
@@ -90,16 +90,28 @@ def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interva
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
     varied = list(rows.columns[: list(rows.columns).index(names[0])])
-    table = Table(*varied, *headings, "n", title=study.name, caption=INTERVALS[interval])
+    table = Table(*varied, *headings, "n", title=study.name, caption=_caption(study, interval))
     for _, row in rows.head(MOST_ROWS).iterrows():
-        found = [(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names]
+        found = [(name, row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names]
         cells = [
-            _with_error(mean, high - mean) if interval == "t" else _within(mean, low, high) for mean, low, high in found
+            _with_error(mean, high - mean) if interval == "t" or name in study.repeated else _within(mean, low, high)
+            for name, mean, low, high in found
         ]
         table.add_row(*(_brief(row[name]) for name in varied), *cells, _count(row, names))
     console().print(table)
     if len(rows) > MOST_ROWS:
         console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
+
+
+def _caption(study: StoredStudy, interval: MeanKind) -> str:
+    """Which intervals a table shows; those of other metrics do not know that one of them chose n."""
+    if not study.repeated:
+        return INTERVALS[interval]
+    rule = study.provenance["until"]
+    return (
+        f"{rule['metric']}: mean ± half width of the repeated {100 * rule['confidence']:g} % interval, by which the "
+        f"number of trials of each point was chosen\nother metrics: {INTERVALS[interval]}, which takes that as given"
+    )
 
 
 def _count(row: "pd.Series[Any]", names: list[str]) -> str:
@@ -142,6 +154,14 @@ def status_json(study: StoredStudy) -> str:
     )
 
 
+def _settled(study: StoredStudy) -> str:
+    """How many points have had the last of their trials, by why."""
+    counts = study.stopping["why"].value_counts()
+    settled = len(study.stopping) - int(counts.pop("not yet") if "not yet" in counts else 0)
+    reasons = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
+    return f"{settled:,} of {len(study.stopping):,} points{reasons}"
+
+
 def status_text(study: StoredStudy) -> str:
     """Counts by status, what went wrong and how to see it again, where it comes from."""
     statuses, origin = study.statuses(), study.provenance
@@ -152,6 +172,7 @@ def status_text(study: StoredStudy) -> str:
     ]
     lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
     lines += [f"apart     {study.apart():,} stored trials of another spec or other kernels"] if study.apart() else []
+    lines += [f"settled   {_settled(study)}"] if study.repeated else []
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")
     lines.append(
         f"commit    {origin['git'].get('commit', 'unknown')}" + (" (modified)" if origin["git"].get("diff") else "")

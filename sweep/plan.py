@@ -10,7 +10,10 @@ from sweep.spec import Study
 
 @dataclass(frozen=True)
 class Plan:
-    """Counts and estimates; `notes` says what a user might not expect."""
+    """Counts and estimates; `notes` says what a user might not expect.
+
+    Where a rule adds trials until an interval is narrow enough, numbers and estimates are for the most of them.
+    """
 
     study: str
     model: str
@@ -18,6 +21,7 @@ class Plan:
     points: int
     trials_per_point: int
     trials: int
+    fewest_trials: int
     varied: list[str]
     rejected: tuple[Rejection, ...]
     merged: int
@@ -26,6 +30,7 @@ class Plan:
     workers: int
     result_bytes: float
     notes: tuple[str, ...]
+    until: dict[str, object] | None = None
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -33,20 +38,30 @@ class Plan:
 
     def as_text(self) -> str:
         """The plan for a reader."""
+        about = "at most about" if self.until else "about"
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
             f"points     {self.points:,}" + (f" over {', '.join(self.varied)}" if self.varied else ""),
-            f"trials     {self.trials:,} ({self.trials_per_point:,} a point)",
+            f"trials     {self._trials()}",
         ]
         lines += [f'rejected   {one.count:,} points by "{one.expression}"' for one in self.rejected]
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
         lines += [
-            f"CPU time   about {duration(self.cpu_seconds)}",
-            f"wall time  about {duration(self.wall_seconds)} with {self.workers} workers",
-            f"results    about {size(self.result_bytes)}",
+            f"CPU time   {about} {duration(self.cpu_seconds)}",
+            f"wall time  {about} {duration(self.wall_seconds)} with {self.workers} workers",
+            f"results    {about} {size(self.result_bytes)}",
         ]
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
+
+    def _trials(self) -> str:
+        until = self.until
+        if until is None:
+            return f"{self.trials:,} ({self.trials_per_point:,} a point)"
+        return (
+            f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to {until['max']:,} a point, "
+            f"until the half width of {until['metric']} is {until['half_width']:g})"
+        )
 
 
 def make_plan(study: Study, workers: int) -> Plan:
@@ -60,6 +75,7 @@ def make_plan(study: Study, workers: int) -> Plan:
         points=design.n_points,
         trials_per_point=study.trials_per_point,
         trials=design.n_points * study.trials_per_point,
+        fewest_trials=design.n_points * (study.until.least if study.until else study.trials_per_point),
         varied=list(design.columns),
         rejected=design.rejected,
         merged=design.duplicates,
@@ -68,6 +84,7 @@ def make_plan(study: Study, workers: int) -> Plan:
         workers=workers,
         result_bytes=size_bytes,
         notes=tuple(note for axis in study.axes for note in axis.notes),
+        until=study.until.as_json() if study.until else None,
     )
 
 

@@ -26,11 +26,11 @@ class ProgressBar:
             MofNCompleteColumn(),
             TextColumn("{task.fields[pace]}"),
             TimeRemainingColumn(),
-            TextColumn("{task.fields[trouble]}"),
+            TextColumn("{task.fields[notes]}"),
             console=Console(stderr=True),
             disable=not self.terminal,
         )
-        self.task = self.bar.add_task(name, total=None, pace="", trouble="")
+        self.task = self.bar.add_task(name, total=None, pace="", notes="")
         self.began = time.monotonic()
         self.line_at = self.began
         self.paced_from: tuple[float, int] | None = None
@@ -50,17 +50,19 @@ class ProgressBar:
         if new == 0:
             self._first(progress)
         pace = self._pace(new)
-        trouble = f"[red]{progress.troubled} not done" if progress.troubled else ""
+        notes = [_settled(progress)] if progress.settled is not None else []
+        notes += [f"[red]{progress.troubled} not done"] if progress.troubled else []
         self.bar.update(
             self.task,
             completed=progress.stored + new,
             total=progress.trials,
             pace=pace,
-            trouble=trouble,
+            notes=", ".join(notes),
         )
         if not self.terminal and time.monotonic() - self.line_at > LINE_SECONDS:
             self.line_at = time.monotonic()
-            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials, {pace}")
+            settled = f", {_settled(progress)}" if progress.settled is not None else ""
+            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials{settled}, {pace}")
 
     def _pace(self, new: int) -> str:
         """Trials a second since the first ones came back: what is before that is compiling and starting."""
@@ -72,10 +74,13 @@ class ProgressBar:
         return f"{(new - already) / max(time.monotonic() - began, 1e-3):.1f} trials/s" if new > already else ""
 
     def _first(self, progress: Progress) -> None:
-        self._line(f"{progress.trials:,} trials, {progress.stored:,} of them stored already")
+        rule = progress.settled is not None
+        settled = f"{_settled(progress)}, at most {progress.most:,} trials; now " if rule else ""
+        self._line(f"{settled}{progress.trials:,} trials, {progress.stored:,} of them stored already")
         if progress.apart:
+            later = ", or are not asked for yet" if rule else ""
             self._line(
-                f"{progress.apart:,} stored trials belong to another version of the spec or of the kernels: "
+                f"{progress.apart:,} stored trials belong to another version of the spec or of the kernels{later}: "
                 "they are kept, and stay out of the tables"
             )
 
@@ -88,4 +93,9 @@ class ProgressBar:
         counts = ", ".join(f"{count:,} {status}" for status, count in sorted(progress.statuses.items()))
         seconds = time.monotonic() - self.began
         done = f"{new:,} new trials ({counts}) in {seconds:.1f} s" if new else "nothing was missing"
-        return f"{self.name}: {done}; {progress.trials:,} trials in {folder}"
+        settled = f", {_settled(progress)}" if progress.settled is not None else ""
+        return f"{self.name}: {done}; {progress.trials:,} trials in {folder}{settled}"
+
+
+def _settled(progress: Progress) -> str:
+    return f"points settled {progress.settled:,} of {progress.points:,}"

@@ -15,8 +15,9 @@ from sweep.blocks import MOST_LEVELS, OPTIONS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
 from sweep.maps import MAP_NAME, MOST_LENGTH
+from sweep.replication import replicates_schema
 from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
-from sweep.spec import MOST_REPLICATES, REQUIRED, STUDY_NAME
+from sweep.spec import REQUIRED, STUDY_NAME
 
 Schema = dict[str, Any]
 
@@ -68,12 +69,7 @@ def _properties() -> Schema:
             **_listed({"type": "string"}),
             "description": "conditions without which a point is left out",
         },
-        "replicates": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": MOST_REPLICATES,
-            "description": "trials a point",
-        },
+        "replicates": replicates_schema(),
         "seeds": {**_listed(SEED), "description": "one trial a point with each of these seeds"},
         "seed": {**SEED, "description": "seed of the study"},
         "streams": {

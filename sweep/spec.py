@@ -16,13 +16,14 @@ from sweep.document import Document, Entry, Place
 from sweep.expressions import Expression
 from sweep.fields import Field, Value, study_fields
 from sweep.maps import OwnMap, read_maps
+from sweep.replication import read_replication
+from sweep.sequential import Until
 from sweep.strict_yaml import dump, parse_document, read_document
 from sweep.values import check_complete, check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
 
 Stream = Literal["common", "independent"]
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
-MOST_REPLICATES = 10**9
 REQUIRED = ("study", "model", "preset", "seed")
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
@@ -56,7 +57,7 @@ class Study:
     """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
 
     `maps` are those of the spec's own.
-    Either `replicates` (trials a point) or `seeds` (one literal seed a trial) is given.
+    One of `replicates` (trials a point), `seeds` (one literal seed a trial) and `until` (a rule) is given.
     """
 
     document: Document
@@ -74,6 +75,7 @@ class Study:
     streams: Streams
     record: Record
     time_limit: float | None
+    until: Until | None = None
 
     @property
     def text(self) -> str:
@@ -96,7 +98,9 @@ class Study:
 
     @property
     def trials_per_point(self) -> int:
-        """The number of replicates, or of seeds."""
+        """The number of replicates, or of seeds; where a rule adds trials, the most of them."""
+        if self.until:
+            return self.until.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
     def place_of(self, field: str) -> Place | None:
@@ -140,7 +144,8 @@ def _study(root: Entry) -> Study:
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
-    replicates, seeds = _replication(root)
+    record = _record(root.get("record"), MODELS[model])
+    replication = read_replication(root, record.metrics)
     return Study(
         document=root.document,
         name=_name(root.child("study")),
@@ -151,12 +156,13 @@ def _study(root: Entry) -> Study:
         axes=axes,
         derive=derive,
         require=read_require(root.get("require"), reader.fields),
-        replicates=replicates,
-        seeds=seeds,
+        replicates=replication.replicates,
+        seeds=replication.seeds,
         seed=seed,
         streams=_streams(root.get("streams")),
-        record=_record(root.get("record"), MODELS[model]),
+        record=record,
         time_limit=_time_limit(root.get("time_limit")),
+        until=replication.until,
     )
 
 
@@ -170,19 +176,6 @@ def _name(entry: Entry) -> str:
     if taken := {"parts", "writing", "figures"} & set(name.split("/")):
         raise entry.error(f'study "{name}" is not allowed: every study has a folder "{taken.pop()}" of its own')
     return name
-
-
-def _replication(root: Entry) -> tuple[int | None, tuple[int, ...] | None]:
-    replicates, seeds = root.get("replicates"), root.get("seeds")
-    if (replicates is None) == (seeds is None):
-        raise (seeds or root).error('needs either "replicates" (trials a point) or "seeds" (a list), and not both')
-    if replicates:
-        return replicates.whole(1, MOST_REPLICATES), None
-    numbers = [(child, child.whole(0)) for child in cast(Entry, seeds).entries()]
-    for index, (child, number) in enumerate(numbers):
-        if any(number == other for _, other in numbers[:index]):
-            raise child.error(f'{number} stands twice in "seeds"')
-    return None, tuple(number for _, number in numbers)
 
 
 def _streams(entry: Entry | None) -> Streams:

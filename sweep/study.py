@@ -15,6 +15,7 @@ from sweep.ablation import fitted_preset
 from sweep.names import unknown
 from sweep.parquet import StoreError
 from sweep.rows import PROVENANCE
+from sweep.sequential import from_json, look
 from sweep.store import Store
 
 
@@ -58,6 +59,39 @@ class StoredStudy:
     def metrics(self) -> list[str]:
         """The recorded metrics."""
         return list(self.provenance["record"])
+
+    @property
+    def repeated(self) -> dict[str, float]:
+        """The metric that decided how many trials a point has, with the confidence of its interval at each look.
+
+        Empty where the number of trials is fixed. `by_point` takes it.
+        """
+        rule = self.provenance.get("until")
+        return {rule["metric"]: rule["nominal_confidence"]} if rule else {}
+
+    @cached_property
+    def stopping(self) -> pd.DataFrame:
+        """One row a point of a study that adds trials `until` an interval is narrow, in the order of the plan.
+
+        Columns: point; n, the number of its trials, which is its last look; values, how many of them have a value;
+        the half_width of the repeated interval, in the unit of the metric; reached, whether that is narrow enough;
+        and why no trials follow: "half width", "max" or "too few values", or "not yet" where some do. Raises
+        StoreError for a study with a fixed number of trials.
+        """
+        if "until" not in self.provenance:
+            raise StoreError(f'study {self.name}: its number of trials is fixed; "replicates" has no "until"')
+        rule = self.provenance["until"]
+        until, stored = from_json(rule), self.trials.set_index("trial_id")[rule["metric"]]
+        ids = self.plan["trial_id"].to_pandas()
+        missing = (~ids.isin(stored.index)).groupby(self.plan["point"].to_pandas(), sort=False).sum()
+        trials = self.plan["point"].to_pandas().value_counts(sort=False)[missing.index].to_numpy(np.int64)
+        seen = look(until, rule["nominal_confidence"], trials, stored.reindex(ids).to_numpy(np.float64))
+        complete = missing.to_numpy() == 0
+        reached = complete & (seen.half_width <= until.half_width)
+        reasons = [~complete | (seen.further > trials), reached, seen.values < 2]
+        columns = {"point": missing.index, "n": trials, "values": seen.values, "half_width": seen.half_width}
+        why = np.select(reasons, ["not yet", "half width", "too few values"], "max")
+        return pd.DataFrame(columns | {"reached": reached, "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:

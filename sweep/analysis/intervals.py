@@ -1,7 +1,8 @@
 """Means and quantiles over replicates, each with its interval. Trials that are not done are counted, no more."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -15,6 +16,8 @@ from sweep.names import unknown
 Floats = NDArray[np.float64]
 MeanKind = Literal["t", "bootstrap", "bootstrap_t"]
 QuantileKind = Literal["order", "bootstrap"]
+
+NONE_REPEATED: Mapping[str, float] = MappingProxyType({})
 
 
 class Interval(NamedTuple):
@@ -96,18 +99,23 @@ def by_point(
     metrics: Sequence[str],
     confidence: float = CONFIDENCE,
     interval: MeanKind = "t",
+    repeated: Mapping[str, float] = NONE_REPEATED,
 ) -> pd.DataFrame:
     """Each metric's mean and interval over the replicates of each point, in the order of `trials`.
 
     Columns: the `varied` settings, then for each metric its mean under its own name, `<metric>_low`,
     `<metric>_high` and `<metric>_n`, and `not_done`, the number of trials without a result. Each interval is for
     its point alone; `simultaneous_confidence` gives the `confidence` at which all hold together.
+
+    Where a metric decided how many trials a point has, its interval must be the repeated one, Student's at a higher
+    confidence: `repeated=study.repeated` has that by the name of the metric.
     """
     _check("interval", interval, get_args(MeanKind))
     groups = trials.groupby("point", sort=False)
     columns: dict[str, Any] = {name: groups[name].first() for name in varied}
     for name in metrics:
-        table = _group_means(groups[name], confidence, interval)
+        chosen = (repeated[name], "t") if name in repeated else (confidence, interval)
+        table = _group_means(groups[name], *chosen)
         columns |= {name: table["mean"], **{f"{name}_{end}": table[end] for end in ("low", "high", "n")}}
     columns["not_done"] = _not_done(trials)
     return pd.DataFrame(columns).reset_index(drop=True)
