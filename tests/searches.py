@@ -1,6 +1,5 @@
 """Searches made up for the tests: tables as those of a search that has run, without any trial."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +12,6 @@ MEAN = Statistic("mean")
 GAIN = Objective("gain", True, MEAN)
 RANGES = {"weight": {"uniform": [0.0, 1.0]}}
 
-Values = Callable[[float, np.ndarray, np.ndarray], dict[str, np.ndarray]]
-"""From a parameter, the numbers of blocks and those of scenarios, (n,) each, to the columns of trials."""
-
 
 @dataclass(frozen=True)
 class MadeUp:
@@ -25,19 +21,15 @@ class MadeUp:
     about: dict[str, Any]
 
 
-def rows(
-    run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0, first: int = 0
-) -> pd.DataFrame:
+def rows(run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0) -> pd.DataFrame:
     """The rows of one candidate; each column but those of one value is (blocks, scenarios)."""
     shaped = {name: np.asarray(values) for name, values in columns.items()}
     shape = next(values.shape for values in shaped.values() if values.ndim == 2)
     block, scenario = (index.ravel() for index in np.indices(shape))
-    table = pd.DataFrame({"block": block + first, "scenario": scenario})
-    for name, values in shaped.items():
-        table[name] = np.broadcast_to(values, shape).ravel()
-    table = table.assign(run=run, phase=phase, candidate=candidate, batch=batch)
-    table["trial_id"] = [f"{run}-{phase}-{candidate}-{b}-{s}" for b, s in zip(block, scenario, strict=True)]
-    return table if "status" in table else table.assign(status="done")
+    columns = {"status": "done"} | {name: np.broadcast_to(values, shape).ravel() for name, values in shaped.items()}
+    ids = [f"{run}-{phase}-{candidate}-{b}-{s}" for b, s in zip(block, scenario, strict=True)]
+    where = {"run": run, "phase": phase, "candidate": candidate, "batch": batch}
+    return pd.DataFrame({**where, "block": block, "scenario": scenario, "trial_id": ids, **columns})
 
 
 def searched(

@@ -73,6 +73,7 @@ def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_fea
     table = candidates(asked)
     assert table["feasible"].tolist() == [False, True, False]
     assert table["violation"].tolist()[:2] == [2.0, 0.0]
+    assert table["status"].tolist() == ["raced out", "raced out", "failed"]
 
 
 def test_the_winner_is_the_best_of_those_with_all_blocks_even_if_fewer_blocks_look_better() -> None:
@@ -104,8 +105,10 @@ def test_one_candidate_is_the_winner_and_none_is_where_all_are_infeasible_or_fai
     hits = Constraint("hits", 0.0, True, MEAN)
     asked = searched(gains(0, [1.0], hits=1.0), gains(1, [1.0], hits=2.0), constraints=(hits,))
     assert chosen(candidates(asked), [GAIN], 5) == []
-    unknown = gains(0, [np.nan])
-    assert chosen(candidates(searched(unknown)), [GAIN], 5) == []
+    for value in (np.nan, np.inf):
+        unknown = candidates(searched(gains(0, [value])))
+        assert unknown["status"].tolist() == ["failed"]
+        assert chosen(unknown, [GAIN], 5) == []
 
 
 def two(points: list[tuple[float, float]]) -> pd.DataFrame:

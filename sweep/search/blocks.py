@@ -19,7 +19,8 @@ class Blocks(NamedTuple):
     """The trials of k candidates, each with up to n blocks in s scenarios.
 
     `candidates` are their numbers (k,) in ascending order. `stored` and `done` (k, n, s) say which trials have run and
-    which of them have a result, `values` (k, n, s) has the columns asked for: NaN where there is no result.
+    which of them have a result that is finite in all columns asked for. `values` (k, n, s) are these columns, NaN
+    where there is none.
     """
 
     candidates: NDArray[np.int64]
@@ -52,11 +53,12 @@ def blocks_of(rows: pd.DataFrame, columns: list[str]) -> Blocks:
     stored, done = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
     stored[places, block, scenario] = status != "missing"
     done[places, block, scenario] = status == "done"
-    values = {}
-    for column in dict.fromkeys(columns):
-        values[column] = np.full(shape, np.nan)
-        values[column][places, block, scenario] = rows[column].to_numpy(np.float64)
-        values[column][~done] = np.nan
+    values = {column: np.full(shape, np.nan) for column in columns}
+    for column, array in values.items():
+        array[places, block, scenario] = rows[column].to_numpy(np.float64)
+        done &= np.isfinite(array)
+    for array in values.values():
+        array[~done] = np.nan
     return Blocks(candidates, stored, done, values)
 
 

@@ -64,9 +64,11 @@ def knee(values: Floats, maximize: Sequence[bool]) -> int | None:
     objective are many there). None where no point lies below, as on a front that is straight or bulges the other way,
     and where the extreme points are not m different ones or do not span a hyperplane.
     """
+    if len(values) <= values.shape[1]:
+        return None
     smaller = values * np.where(maximize, -1.0, 1.0)
     span = np.ptp(smaller, axis=0)
-    if len(values) <= values.shape[1] or not (span > 0.0).all():
+    if not (span > 0.0).all():
         return None
     scaled = (smaller - smaller.min(axis=0)) / span
     objectives = range(values.shape[1])

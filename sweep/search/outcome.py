@@ -49,7 +49,7 @@ def candidates(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     - "raced out": it has fewer, and is clearly worse than others;
     - "cut short": it has fewer, and is of the last batch before the budget ended or of one that is not finished, so
       that its trials do not tell whether it was raced out;
-    - "failed": one of its trials is not done.
+    - "failed": one of its trials is not done, or its result is not finite.
 
     What is not known is NaN, and a candidate whose violation is not known is not feasible.
     """
