@@ -89,6 +89,8 @@ def launch(
     cannot be, StoreError where the store cannot be read or written, KeyboardInterrupt after Ctrl-C with all finished
     trials stored.
     """
+    if study.search:
+        raise study.document.error(("search",), 'this study is a search: run it with "sweep search"')
     design = expand(study)
     store, origin = Store(results / study.name), provenance(study)
     stored = store.trial_ids()

@@ -4,7 +4,7 @@ import hashlib
 
 from numpy.random import SeedSequence
 
-CODES = {"design": 0, "start": 1, "world": 2, "noise": 3}
+CODES = {"design": 0, "start": 1, "world": 2, "noise": 3, "search": 4}
 """What a stream is for. Numbers that have been used are never given to something else."""
 
 

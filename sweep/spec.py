@@ -1,8 +1,8 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -16,7 +16,9 @@ from sweep.document import Document, Entry, Place
 from sweep.expressions import Expression
 from sweep.fields import Field, Value, study_fields
 from sweep.maps import OwnMap, read_maps
+from sweep.recorded import check_metric, metric_of
 from sweep.replication import read_replication
+from sweep.search.section import Search, read_search
 from sweep.sequential import Until
 from sweep.strict_yaml import dump, parse_document, read_document
 from sweep.values import check_complete, check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
@@ -28,7 +30,8 @@ REQUIRED = ("study", "model", "preset", "seed")
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
-    *("maps", "fixed", "sweep", "derive", "require", "replicates", "seeds", "streams", "record", "time_limit"),
+    *("maps", "fixed", "sweep", "search", "derive", "require", "replicates", "seeds", "streams", "record"),
+    "time_limit",
 )
 
 
@@ -76,6 +79,7 @@ class Study:
     record: Record
     time_limit: float | None
     until: Until | None = None
+    search: Search | None = None
 
     @property
     def text(self) -> str:
@@ -109,6 +113,8 @@ class Study:
             return ("fixed", field)
         if field in self.derive:
             return ("derive", field)
+        if self.search and (place := self.search.place_of(field)):
+            return place
         return next((("sweep", axis.name) for axis in self.axes if field in axis.columns), None)
 
 
@@ -144,7 +150,8 @@ def _study(root: Entry) -> Study:
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
-    record = _record(root.get("record"), MODELS[model])
+    search = _search(root, reader, MODELS[model], {"fixed": fixed, "derive": derive})
+    record = _record(root.get("record"), MODELS[model], search.columns if search else ())
     replication = read_replication(root, record.metrics)
     return Study(
         document=root.document,
@@ -159,10 +166,11 @@ def _study(root: Entry) -> Study:
         replicates=replication.replicates,
         seeds=replication.seeds,
         seed=seed,
-        streams=_streams(root.get("streams")),
+        streams=_streams(root.get("streams"), Streams(noise="common") if search else Streams()),
         record=record,
         time_limit=_time_limit(root.get("time_limit")),
         until=replication.until,
+        search=search,
     )
 
 
@@ -178,24 +186,34 @@ def _name(entry: Entry) -> str:
     return name
 
 
-def _streams(entry: Entry | None) -> Streams:
+def _search(root: Entry, reader: AxisReader, model: Model, given: dict[str, Iterable[str]]) -> Search | None:
+    entry = root.get("search")
+    if entry and "sweep" in root.value:
+        raise entry.error("a search has no sweep: what a candidate must be good at together stands under search: over")
+    places = {name: (key, name) for key, names in given.items() for name in names}
+    return read_search(entry, reader, model, places) if entry else None
+
+
+def _streams(entry: Entry | None, default: Streams) -> Streams:
     if entry is None:
-        return Streams()
+        return default
     entry.keys(["start", "world", "noise"])
     chosen = {name: child.one_of("kind of stream", ["common", "independent"]) for name, child in entry.mapping()}
-    return Streams(**cast(dict[str, Stream], chosen))
+    return replace(default, **cast(dict[str, Stream], chosen))
 
 
-def _record(entry: Entry | None, model: Model) -> Record:
+def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> Record:
+    """What the spec says, and the metrics of the `columns` that a search needs."""
+    needed = [metric_of(column) for column in columns]
     if entry is None:
-        return Record(model.metrics)
+        return Record(tuple(dict.fromkeys([*model.metrics, *needed])))
     entry.keys(["metrics", "series", "every", *KEPT])
     metrics, series = entry.get("metrics"), entry.get("series")
     every, kept = entry.get("every"), {name: entry.child(name).truth() for name in KEPT if name in entry.value}
     recorded = _metrics(metrics, model) if metrics else model.metrics
     followed = _metrics(series, model) if series else ()
     return Record(
-        metrics=(*recorded, *(name for name in followed if name not in recorded)),
+        metrics=tuple(dict.fromkeys([*recorded, *followed, *needed])),
         series=followed,
         every=every.whole(1) if every else 1,
         **kept,
@@ -207,9 +225,7 @@ def _metrics(entry: Entry, model: Model) -> tuple[str, ...]:
     for index, name in enumerate(names):
         if name in names[:index]:
             raise entry.child(index).error(f'"{name}" stands twice in "{entry.name}"')
-        if METRICS[name].potential and not model.pair_potential:
-            having = ", ".join(other.name for other in MODELS.values() if other.pair_potential)
-            raise entry.child(index).error(f'metric "{name}" is for models with a pair potential: {having}')
+        check_metric(entry.child(index), name, model)
     return names
 
 

@@ -3,6 +3,7 @@
     <study>/parts/<part id>/trials.parquet, series.parquet, ...   the tables of the same trials
     <study>/writing/<host>~<pid>~<name>/                          what a process is writing, or left behind
     <study>/plan.parquet                                          the trials of the spec as last launched
+    <study>/asked.parquet                                         of a search: which candidate had which of them
 
 A part is written beside its place, flushed to the disk and moved there by one rename. Part ids sort by age,
 and a trial stored in several parts counts from the latest one only, in every table. A merged part names in a
@@ -55,6 +56,7 @@ class Store:
         self._parts = self.folder / "parts"
         self._writing = self.folder / "writing"
         self._plan = self.folder / "plan.parquet"
+        self.asked = self.folder / "asked.parquet"
 
     def append(self, tables: Mapping[str, pa.Table]) -> Path:
         """Store one part and return its folder; after a StoreError nothing of it is visible.
@@ -122,12 +124,16 @@ class Store:
             if host == _host() and not _is_alive(int(pid)):
                 shutil.rmtree(folder, ignore_errors=True)
 
-    def write_plan(self, plan: pa.Table) -> None:
-        """Replace the plan, with its schema metadata, in one step."""
-        with self._staging(f"plan-{secrets.token_hex(6)}") as staging:
-            with new_file(staging / "plan.parquet", plan.schema) as writer:
-                writer.write_table(plan)
-            move_durably(staging / "plan.parquet", self._plan)
+    def write_plan(self, plan: pa.Table, asked: pa.Table | None = None) -> None:
+        """Replace the plan, and what a search has asked for, each with its schema metadata and in one step."""
+        for path, table in ((self._plan, plan), (self.asked, asked)):
+            if table is None:
+                path.unlink(missing_ok=True)
+                continue
+            with self._staging(f"{path.stem}-{secrets.token_hex(6)}") as staging:
+                with new_file(staging / path.name, table.schema) as writer:
+                    writer.write_table(table)
+                move_durably(staging / path.name, path)
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""

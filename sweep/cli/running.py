@@ -45,6 +45,47 @@ def launch(
 
 
 @app.command()
+def search(
+    spec: Spec,
+    workers: Workers = 0,
+    results: Results = Path("results"),
+    repetitions: Annotated[
+        int,
+        typer.Option(min=0, help="Repeat the search so often with other seeds, and compare it with random searches."),
+    ] = 0,
+    export: Annotated[
+        str | None, typer.Option(metavar="URL", help="An optuna storage to write the search into, as sqlite:///x.db.")
+    ] = None,
+    retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Search for good settings, judge the best on new seeds, and report.
+
+    Ctrl-C stops at once and keeps what is done; the same command goes on from there.
+    """
+    from sweep.executors import Loky, core_count
+    from sweep.search import report
+    from sweep.search.export import export as write_export
+    from sweep.search.progress import SearchBar
+    from sweep.search.run import search as run_search
+    from sweep.spec import load_spec
+    from sweep.study import StoredStudy
+
+    study = load_spec(spec)
+    engine = Loky(workers or core_count())
+    with SearchBar(study.name) as bar, ExitStack() as ending:
+        ending.callback(engine.stop)
+        progress = run_search(study, results, engine, repetitions=repetitions, retry=retry, report=bar.show)
+    print(bar.summary(progress, results / study.name), file=sys.stderr)
+    stored = StoredStudy(study.name, results)
+    print(report.as_json(stored) if as_json else report.text(stored))
+    if export:
+        print(write_export(stored, export), file=sys.stderr)
+    if progress.troubled:
+        raise SystemExit(1)
+
+
+@app.command()
 def plan(
     spec: Spec,
     workers: Workers = 0,

@@ -1,0 +1,155 @@
+"""A whole search: the search itself, its repetitions and random searches to compare with, and the held-out trials."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from sweep.executors import ExecutorFactory
+from sweep.jobs import Job
+from sweep.provenance import provenance
+from sweep.result import Result
+from sweep.rows import Tables
+from sweep.search.candidates import (
+    RANDOM,
+    REPETITION,
+    Candidate,
+    check_candidates,
+    held_out,
+    repeated,
+    section_of,
+)
+from sweep.search.ledger import Ledger, known_trials
+from sweep.search.loop import Course, Run
+from sweep.search.outcome import HELD_OUT, REFERENCES, SEARCH, candidates, chosen
+from sweep.search.progress import SearchProgress
+from sweep.search.stored import Sheet, about_search, read_asked
+from sweep.spec import Study
+from sweep.store import Store
+from sweep.study import StoredStudy
+
+RANDOM_BLOCKS = 3
+"""Blocks of each candidate of a plain random search: as many seeds as published searches took."""
+
+
+def search(
+    study: Study,
+    results: Path,
+    executor: ExecutorFactory,
+    *,
+    repetitions: int = 0,
+    retry: bool = False,
+    report: Callable[[SearchProgress], None] = lambda _progress: None,
+) -> SearchProgress:
+    """Search, judge the best candidates on held-out seeds, and do the same for each repetition.
+
+    What is stored below `results` is not run again, with `retry` only if it is done, so an interrupted search goes
+    the same way. `report` is called before the first trial, whenever trials have come back, and at the end. Raises
+    SpecError for a search that cannot be, StoreError where the store cannot be read or written, KeyboardInterrupt
+    after Ctrl-C with all finished trials stored.
+    """
+    whole = _Whole(study, results, executor, repetitions, retry, report)
+    whole.run()
+    return whole.progress
+
+
+class _Whole:
+    def __init__(
+        self,
+        study: Study,
+        results: Path,
+        executor: ExecutorFactory,
+        repetitions: int,
+        retry: bool,
+        report: Callable[[SearchProgress], None],
+    ) -> None:
+        self.study, self.results, self.report = study, results, report
+        self.section = section_of(study)
+        self.courses = _courses(study, repetitions)
+        check_candidates(study)
+        self.judging = held_out(study)
+        self.references = [Candidate(self.judging, values) for values in self.section.references.values()]
+        origin, columns = provenance(study), self.section.columns
+        store = Store(results / study.name)
+        known = known_trials(store, columns, retry=retry)
+        self.ledger = Ledger(store, Tables(study, origin), executor, columns, known, self._note)
+        blocks = {course.name: course.blocks for course in self.courses}
+        self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
+        self.progress = SearchProgress(trials=self._most_trials())
+
+    def run(self) -> None:
+        """Everything, one run after the other."""
+        self.report(self.progress)
+        for course in self.courses:
+            self._judge(self._search(course))
+        self.sheet.about["finished"] = True
+        self.sheet.write()
+        self.progress.trials = len(self.sheet.ids)
+        if self.progress.statuses:
+            self.ledger.store.compact()
+        self.report(self.progress)
+
+    def _search(self, course: Course) -> Run:
+        run = Run(course, self.ledger)
+        for entrants, ran in run.batches():
+            for entrant in entrants:
+                self.sheet.add(course.name, SEARCH, entrant.number, entrant.batch, entrant.trials)
+            self._count(run)
+            if ran:
+                self.sheet.write()
+        self._count(run)
+        self.sheet.write()
+        return run
+
+    def _count(self, run: Run) -> None:
+        self.sheet.about["rejected"][run.course.name] = run.rejected
+        self.sheet.about["repeated"][run.course.name] = run.repeated
+        self.progress.found = f"{run.course.name}: {run.leading()}"
+
+    def _judge(self, run: Run) -> None:
+        """The held-out trials of what a run has chosen; with those of the main search go the references'."""
+        name = run.course.name
+        several = name == SEARCH or len(self.section.objectives) > 1
+        table = candidates(read_asked(StoredStudy(self.study.name, self.results)), name)
+        numbers = chosen(table, self.section.objectives, self.section.held_out.candidates if several else 1)
+        values = {entrant.number: entrant.candidate.values for entrant in run.asked}
+        judged = [(name, number, Candidate(self.judging, values[number])) for number in numbers]
+        if name == SEARCH:
+            judged += [(REFERENCES, place, candidate) for place, candidate in enumerate(self.references)]
+        trials = [(whose, number, _all_trials(candidate)) for whose, number, candidate in judged]
+        self.ledger.run(job for _, _, blocks in trials for block in blocks for job in block)
+        for whose, number, blocks in trials:
+            self.sheet.add(whose, HELD_OUT, number, -1, blocks)
+        self.sheet.write()
+
+    def _note(self, results: list[Result]) -> None:
+        self.progress.statuses.update(result.status for result in results)
+        self.progress.stored = len(self.ledger.reused)
+        self.report(self.progress)
+
+    def _most_trials(self) -> int:
+        """The trials of all runs if each spends its budget, and the held-out ones."""
+        several = len(self.section.objectives) > 1
+        judged = [self.section.held_out.candidates if several else 1] * (len(self.courses) - 1)
+        settings = self.section.held_out.candidates + len(self.references) + sum(judged)
+        blocks = settings * self.section.held_out.replicates * self.section.scenarios
+        return len(self.courses) * self.section.budget + blocks
+
+
+def _courses(study: Study, repetitions: int) -> list[Course]:
+    """The search, its repetitions, and as many plain random searches."""
+    section, blocks = section_of(study), study.trials_per_point
+    if repetitions and study.seeds is not None:
+        message = 'repetitions of a search need seeds of their own: give "replicates" instead of "seeds"'
+        raise study.document.error(("seeds",), message)
+    courses = [Course(SEARCH, study, section.sampler, blocks, section.level)]
+    for number in range(1, repetitions + 1):
+        again = repeated(study, REPETITION, number)
+        courses.append(Course(f"repetition {number}", again, section.sampler, blocks, section.level))
+    for number in range(1, repetitions + 1):
+        again = repeated(study, RANDOM, number)
+        courses.append(Course(f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None))
+    return courses
+
+
+def _all_trials(candidate: Candidate) -> list[list[Job]]:
+    blocks = candidate.jobs.study.trials_per_point
+    return [[candidate.job(block, place) for place in range(len(candidate.points))] for block in range(blocks)]
