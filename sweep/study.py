@@ -74,8 +74,8 @@ class StoredStudy:
         """One row a point of a study that adds trials `until` an interval is narrow, in the order of the plan.
 
         Columns: point; n, the number of its trials, which is its last look; values, how many of them have a value;
-        the half_width of the repeated interval, in the unit of the metric; reached, whether that is narrow enough;
-        and why no trials follow: "half width", "max" or "too few values", or "not yet" where some do. Raises
+        the half_width of the repeated interval, in the unit of the metric; reached, whether that is narrow enough
+        and final; and why no trials follow: "half width", "max" or "too few values", or "not yet" where some do. Raises
         StoreError for a study with a fixed number of trials.
         """
         if "until" not in self.provenance:
@@ -86,12 +86,11 @@ class StoredStudy:
         missing = (~ids.isin(stored.index)).groupby(self.plan["point"].to_pandas(), sort=False).sum()
         trials = self.plan["point"].to_pandas().value_counts(sort=False)[missing.index].to_numpy(np.int64)
         seen = look(until, rule["nominal_confidence"], trials, stored.reindex(ids).to_numpy(np.float64))
-        complete = missing.to_numpy() == 0
-        reached = complete & (seen.half_width <= until.half_width)
-        reasons = [~complete | (seen.further > trials), reached, seen.values < 2]
+        open_ = (missing.to_numpy() > 0) | (seen.further > trials)
+        narrow = seen.half_width <= until.half_width
+        why = np.select([open_, narrow, seen.values < 2], ["not yet", "half width", "too few values"], "max")
         columns = {"point": missing.index, "n": trials, "values": seen.values, "half_width": seen.half_width}
-        why = np.select(reasons, ["not yet", "half width", "too few values"], "max")
-        return pd.DataFrame(columns | {"reached": reached, "why": why})
+        return pd.DataFrame(columns | {"reached": why == "half width", "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:
