@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
-from searches import GAIN, MEAN, MadeUp, rows, searched
 
 from sweep.analysis import mean_interval
 from sweep.search.blocks import block_interval, difference_interval

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from searches import GAIN, MEAN, rows, searched
+from made_up_searches import GAIN, MEAN, rows, searched
 
 from sweep.search.objectives import Constraint, Objective, Statistic
 from sweep.search.outcome import candidates, chosen

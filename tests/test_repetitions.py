@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
-from searches import GAIN, MEAN, MadeUp, rows, searched
 
 from sweep.search.objectives import Constraint, Objective
 from sweep.search.repetitions import AgainstRandom, against_random, best_so_far, reference_point, runs

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from searches import GAIN, MEAN, MadeUp, rows, searched
+from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 from sweep.fields import Field
 from sweep.search import report

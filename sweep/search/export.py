@@ -1,0 +1,143 @@
+"""A search as a study of optuna, in any storage that optuna has, for its dashboard and its plots."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sweep.parquet import StoreError
+from sweep.search.blocks import Blocks
+from sweep.search.findings import plain
+from sweep.search.held_out import held_out_values
+from sweep.search.objectives import Constraint, Objective
+from sweep.search.outcome import FAILED, HELD_OUT, SEARCH, blocks, candidates, constraints, objectives
+from sweep.search.samplers import distributions, quiet
+from sweep.search.section import Parameter
+from sweep.search.stored import Asked, read_asked
+from sweep.study import StoredStudy
+
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
+    from optuna.storages import RDBStorage
+    from optuna.trial import FrozenTrial
+
+
+def export(study: StoredStudy, url: str, name: str | None = None) -> str:
+    """Write the main search into the storage at `url`, as `sqlite:///gains.db`, and return the study's name there.
+
+    That is `name`, by default the name of our study. Candidates with most blocks are complete trials there, so that
+    optuna's best is our winner; the others are pruned ones, and failed ones have failed. With one objective a trial
+    has as intermediate values the estimates after 1, 2, ... blocks. User attributes are candidate, batch, status,
+    blocks, trial_ids, and for those that are judged held_out. Raises StoreError where the study is no search, the
+    storage cannot be written, or has a study of that name, which is left as it is.
+    """
+    import optuna
+
+    asked = read_asked(study)
+    name = name or study.name
+    kinds = optuna.study.StudyDirection
+    directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in objectives(asked)]
+    with quiet():
+        trials = list(_trials(asked))
+        with _storage(url) as storage:
+            if name in optuna.get_all_study_names(storage):
+                raise StoreError(
+                    f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that '
+                    f'study with "optuna delete-study --storage {url} --study-name {name}"'
+                )
+            written = optuna.create_study(storage=storage, study_name=name, directions=directions)
+            try:
+                written.set_metric_names([objective.column for objective in objectives(asked)])
+                written.set_user_attr("boidsweep", {"study": study.name, "spec": study.spec})
+                written.add_trials(trials)
+            except BaseException:
+                optuna.delete_study(study_name=name, storage=storage)
+                raise
+    return name
+
+
+@contextmanager
+def _storage(url: str) -> "Iterator[RDBStorage]":
+    """The storage at `url`, closed at the end; what is wrong with it is a StoreError."""
+    from optuna.exceptions import StorageInternalError
+    from optuna.storages import RDBStorage
+    from sqlalchemy.exc import SQLAlchemyError
+
+    example = "allowed: the URL of a database, as sqlite:///gains.db"
+    if "://" not in url:
+        raise StoreError(f"{url}: not a storage of optuna; {example}")
+    try:
+        storage = RDBStorage(url)
+    except (SQLAlchemyError, ImportError, ValueError, RuntimeError) as error:
+        raise StoreError(f"{url}: cannot be opened ({_first_line(error)}); {example}") from error
+    try:
+        yield storage
+    except (SQLAlchemyError, StorageInternalError) as error:
+        raise StoreError(f"{url}: cannot be written ({_first_line(error.__cause__ or error)})") from error
+    finally:
+        storage.remove_session()
+        storage.engine.dispose()
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0]
+
+
+def _trials(asked: Asked) -> "Iterator[FrozenTrial]":
+    """The candidates of the main search as trials of optuna, in the order asked."""
+    table, found, judged = candidates(asked), blocks(asked, SEARCH, "search"), blocks(asked, SEARCH, HELD_OUT)
+    ranges = {name: next(iter(one.items())) for name, one in asked.about["ranges"].items()}
+    asking = distributions(tuple(Parameter(name, form, tuple(values)) for name, (form, values) in ranges.items()))
+    rows = asked.table[(asked.table["run"] == SEARCH) & (asked.table["phase"] == "search")]
+    ids = rows.sort_values(["candidate", "block", "scenario"]).groupby("candidate")["trial_id"].agg(list)
+    most = table.loc[table["status"] != FAILED, "blocks"].max()
+    wanted, bounds = objectives(asked), constraints(asked)
+    for place, row in enumerate(table.to_dict("records")):
+        about = {name: plain(row[name]) for name in ("candidate", "batch", "status", "blocks")}
+        about["trial_ids"] = ids[row["candidate"]]
+        if row["candidate"] in judged.candidates:
+            values = held_out_values(judged, [int(row["candidate"])], wanted)[0]
+            about["held_out"] = {one.column: plain(value) for one, value in zip(wanted, values, strict=True)}
+        settings = {str(name): plain(row[name]) for name in asking}
+        yield _trial(settings, asking, about, _course(found, place, wanted), _limits(found, place, bounds), int(most))
+
+
+def _trial(
+    settings: dict[str, Any],
+    asking: "dict[str, BaseDistribution]",
+    about: dict[str, Any],
+    course: list[list[float]],
+    limits: dict[str, float],
+    most: int,
+) -> "FrozenTrial":
+    """One trial; `course` has the estimates after each block, a list of objectives each."""
+    from optuna.trial import TrialState, create_trial
+
+    known = bool(course) and bool(np.isfinite(course[-1]).all())
+    if about["status"] == FAILED or not known:
+        return create_trial(state=TrialState.FAIL, params=settings, distributions=asking, user_attrs=about)
+    steps = {step: values[0] for step, values in enumerate(course)} if len(course[-1]) == 1 else None
+    complete = about["blocks"] == most
+    return create_trial(
+        state=TrialState.COMPLETE if complete else TrialState.PRUNED,
+        values=course[-1],
+        params=settings,
+        distributions=asking,
+        user_attrs=about,
+        intermediate_values=steps,
+        constraints=limits or None,
+    )
+
+
+def _course(found: Blocks, place: int, wanted: list[Objective]) -> list[list[float]]:
+    """The estimates of a candidate after 1, 2, ... of its blocks."""
+    columns = [(objective, found.of(place, objective.column)) for objective in wanted]
+    number = int(found.counts()[place])
+    return [[objective.value(values[: k + 1]) for objective, values in columns] for k in range(number)]
+
+
+def _limits(found: Blocks, place: int, bounds: list[Constraint]) -> dict[str, float]:
+    """The violations of a candidate, by the constraint in words; those that are not known are left out."""
+    each = {f"{one.column} {one.statistic}": one.violation(found.of(place, one.column)) for one in bounds}
+    return {name: value for name, value in each.items() if not np.isnan(value)}
