@@ -38,7 +38,7 @@ def load(study: str, results: str | Path = "results") -> "StoredStudy":
 
 
 def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", workers: int = 0) -> "StoredStudy":
-    """Run what is missing of a study, as `sweep launch` does, and return what is stored of it.
+    """Run what is missing of a study, as `sweep launch` and `sweep search` do, and return what is stored of it.
 
     `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a mapping. It runs in `workers`
     processes, as many as there are cores for 0. Nothing is printed; trials that did not come to their end are a
@@ -50,6 +50,7 @@ def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", w
 
     from sweep.executors import Loky, core_count
     from sweep.launch import launch
+    from sweep.search.run import search
     from sweep.spec import load_spec, parse_spec
 
     if workers < 0:
@@ -60,7 +61,7 @@ def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", w
         study = load_spec(Path(spec))
     engine = Loky(workers or core_count())
     try:
-        launch(study, Path(results), engine)
+        (search if study.search else launch)(study, Path(results), engine)
     finally:
         engine.stop()
     stored = load(study.name, results)

@@ -12,6 +12,7 @@ import sweep
 from sweep.document import SpecError
 from sweep.executors import Serial
 from sweep.provenance import git_state
+from sweep.search.stored import read_asked
 
 ROOT = Path(__file__).parent.parent
 
@@ -90,3 +91,15 @@ def test_run_says_what_is_wrong_before_any_work(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="workers: -1; allowed: 0"):
         sweep.run(SMALL, tmp_path, workers=-1)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("in_process")
+def test_run_of_a_search_searches(tmp_path: Path) -> None:
+    section = (
+        "search:\n  parameters: {separation_weight: {uniform: [0.5, 2]}}\n  objectives: {speed: {maximize: mean}}\n"
+        "  budget: 12\n  batch: 3\n  held_out: {candidates: 2, replicates: 2}\n"
+    )
+    study = sweep.run(SMALL.replace("sweep:\n  separation_weight: [0.5, 1]\n", section), tmp_path)
+    asked = read_asked(study)
+    assert asked.about["finished"]
+    assert set(asked.table["phase"]) == {"search", "held_out"}
