@@ -105,7 +105,8 @@ def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
     allowed = PATHS * missing - SAFETY * math.sqrt(PATHS * missing * confidence)
     level = float(np.partition(_smallest_p(looks, missing), int(allowed))[int(allowed)])
     digits = 2 - math.floor(math.log10(level))
-    return 1.0 - math.floor(level * 10**digits) / 10**digits
+    scale = 10.0**digits
+    return 1.0 - math.floor(level * scale) / scale
 
 
 def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
@@ -185,5 +186,4 @@ def _student(nominal: float, counts: Counts) -> Floats:
     from scipy.special import stdtrit
 
     freedom = np.where(counts > 1, counts - 1.0, np.nan)
-    quantile: Floats = stdtrit(freedom, 0.5 + nominal / 2)
-    return quantile
+    return np.asarray(stdtrit(freedom, 0.5 + nominal / 2), np.float64)

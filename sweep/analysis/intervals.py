@@ -114,8 +114,9 @@ def by_point(
     groups = trials.groupby("point", sort=False)
     columns: dict[str, Any] = {name: groups[name].first() for name in varied}
     for name in metrics:
-        chosen = (repeated[name], "t") if name in repeated else (confidence, interval)
-        table = _group_means(groups[name], *chosen)
+        nominal = repeated.get(name)
+        kind: MeanKind = interval if nominal is None else "t"
+        table = _group_means(groups[name], confidence if nominal is None else nominal, kind)
         columns |= {name: table["mean"], **{f"{name}_{end}": table[end] for end in ("low", "high", "n")}}
     columns["not_done"] = _not_done(trials)
     return pd.DataFrame(columns).reset_index(drop=True)
