@@ -17,6 +17,7 @@ from sweep.fields import Field, fields, preset_settings
 from sweep.maps import MAP_NAME, MOST_LENGTH
 from sweep.replication import replicates_schema
 from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
+from sweep.search.schema import model_schema, search_schema
 from sweep.spec import REQUIRED, STUDY_NAME
 
 Schema = dict[str, Any]
@@ -33,6 +34,7 @@ def json_schema() -> Schema:
         "title": "boidsweep study",
         **_mapping(properties, REQUIRED),
         "oneOf": [{"required": ["replicates"]}, {"required": ["seeds"]}],
+        "not": {"required": ["sweep", "search"]},
         "allOf": [
             {
                 "if": {"properties": {"model": {"const": model}}, "required": ["model"]},
@@ -64,6 +66,7 @@ def _properties() -> Schema:
         },
         "fixed": {"type": "object", "description": "one value for each of these fields"},
         "sweep": {"type": "object", "description": "axes; the points are their product, the last one fastest"},
+        "search": search_schema(),
         "derive": {"type": "object", "description": "fields computed from others, by expressions"},
         "require": {
             **_listed({"type": "string"}),
@@ -144,8 +147,9 @@ def _shared() -> Schema:
 
 
 def _values(model: str) -> Schema:
-    """What each field of a model may be, as `model.field`."""
-    return {f"{model}.{name}": _value(model, field) for name, field in fields(model).items()}
+    """What each field of a model may be, as `model.field`, and its axes, as `model.sweep`."""
+    values = {f"{model}.{name}": _value(model, field) for name, field in fields(model).items()}
+    return values | {f"{model}.sweep": _swept(model)}
 
 
 def _value(model: str, field: Field) -> Schema:
@@ -166,15 +170,22 @@ def _value(model: str, field: Field) -> Schema:
     return schema
 
 
+def _swept(model: str) -> Schema:
+    """The axes of a study of this model."""
+    values = {name: _reference(f"{model}.{name}") for name in fields(model)}
+    axes = {name: _axis(value) for name, value in values.items()}
+    return _mapping(axes) | {"additionalProperties": {"anyOf": [*_joint_axes(values), _ablation(model)]}}
+
+
 def _of_model(model: str) -> Schema:
     """What the spec of this model may hold, beyond what holds for all."""
     values = {name: _reference(f"{model}.{name}") for name in fields(model)}
-    axes = {name: _axis(value) for name, value in values.items()}
     derived = {name: TEXT for name in values if name != "map"}
     properties = {
         "preset": {"enum": list(MODELS[model].presets)},
         "fixed": _mapping(values),
-        "sweep": _mapping(axes) | {"additionalProperties": {"anyOf": [*_joint_axes(values), _ablation(model)]}},
+        "sweep": _reference(f"{model}.sweep"),
+        "search": model_schema(values, _reference(f"{model}.sweep"), _reference("distribution")),
         "derive": _mapping(derived),
     }
     return {"properties": properties}

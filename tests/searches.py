@@ -1,57 +1,126 @@
-"""Searches made up for the tests: tables as those of a search that has run, without any trial."""
+"""Small searches, and trials whose results are known, for the tests."""
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from sweep.search.objectives import Constraint, Objective, Statistic
+import sweep.launch as launch_module
+from sweep.executors import ExecutorFactory, Serial
+from sweep.jobs import Job
+from sweep.result import Result
+from sweep.search.progress import SearchProgress
+from sweep.search.run import search
+from sweep.search.stored import Asked, read_asked
+from sweep.spec import parse_spec
+from sweep.study import StoredStudy
 
-MEAN = Statistic("mean")
-GAIN = Objective("gain", True, MEAN)
-RANGES = {"weight": {"uniform": [0.0, 1.0]}}
+TINY = """
+study: tiny
+model: nguyen2024
+preset: as_run
+fixed: {n: 12, steps: 9}
+search:
+  parameters:
+    separation_weight: {uniform: [0, 3]}
+    cohesion_weight: {loguniform: [0.01, 1]}
+  objectives:
+    flock_radius: {minimize: mean}
+  budget: 30
+  batch: 4
+  held_out: {candidates: 2, replicates: 3}
+  references: {usual: {separation_weight: 1, cohesion_weight: 0.1}}
+replicates: 4
+seed: 5
+record: {metrics: [flock_radius], every: 9}
+"""
+
+ANALYTIC = """
+study: analytic
+model: aziel_chen2025
+preset: as_run
+fixed: {n: 3, steps: 1}
+search:
+  parameters:
+    cohesion_weight: {uniform: [0, 1]}
+    alignment_weight: {uniform: [0, 1]}
+    separation_weight: {uniform: [0, 1]}
+  objectives:
+    coverage: {maximize: mean}
+  budget: 200
+  held_out: {candidates: 3, replicates: 10}
+replicates: 8
+seed: 1
+record: {metrics: [coverage], every: 1}
+"""
+
+BEST = {"cohesion_weight": 0.3, "alignment_weight": 0.6, "separation_weight": 0.15}
+"""Where the analytic coverage is largest, 0."""
 
 
-@dataclass(frozen=True)
-class MadeUp:
-    """What `sweep.search.stored.Asked` has."""
-
-    table: pd.DataFrame
-    about: dict[str, Any]
-
-
-def rows(run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0) -> pd.DataFrame:
-    """The rows of one candidate; each column but those of one value is (blocks, scenarios)."""
-    shaped = {name: np.asarray(values) for name, values in columns.items()}
-    shape = next(values.shape for values in shaped.values() if values.ndim == 2)
-    block, scenario = (index.ravel() for index in np.indices(shape))
-    columns = {"status": "done"} | {name: np.broadcast_to(values, shape).ravel() for name, values in shaped.items()}
-    ids = [f"{run}-{phase}-{candidate}-{b}-{s}" for b, s in zip(block, scenario, strict=True)]
-    where = {"run": run, "phase": phase, "candidate": candidate, "batch": batch}
-    return pd.DataFrame({**where, "block": block, "scenario": scenario, "trial_id": ids, **columns})
+def asked_by(spec: str, results: Path, executor: ExecutorFactory | None = None, repetitions: int = 0) -> Asked:
+    """What a search has asked for, after it has run."""
+    study = parse_spec(spec)
+    search(study, results, executor or Serial(), repetitions=repetitions)
+    return read_asked(StoredStudy(study.name, results))
 
 
-def searched(
-    *parts: pd.DataFrame,
-    objectives: tuple[Objective, ...] = (GAIN,),
-    constraints: tuple[Constraint, ...] = (),
-    full: int = 4,
-    **about: Any,
-) -> MadeUp:
-    """The search whose rows are `parts`, with candidates that get `full` blocks."""
-    table = pd.concat(parts, ignore_index=True)
-    known = {
-        "parameters": ["weight"],
-        "ranges": RANGES,
-        "objectives": [one.as_json() for one in objectives],
-        "constraints": [one.as_json() for one in constraints],
-        "references": [],
-        "budget": 10_000,
-        "sampler": "tpe",
-        "rejected": {},
-        "finished": True,
-        "repetitions": 0,
-        "blocks": dict.fromkeys(table["run"].unique(), full),
-    }
-    return MadeUp(table, known | about)
+def searched(spec: str, results: Path) -> SearchProgress:
+    """The progress of a search that has run."""
+    return search(parse_spec(spec), results, Serial())
+
+
+def phase(asked: Asked, run: str = "search", name: str = "search") -> pd.DataFrame:
+    """The rows of a run and phase."""
+    return asked.table[(asked.table["run"] == run) & (asked.table["phase"] == name)]
+
+
+def true_coverage(settings: "dict[str, float] | pd.Series[float]") -> float:
+    """What the mean coverage of an analytic trial is, apart from what a block adds for all."""
+    return float(-20 * sum((settings[name] - best) ** 2 for name, best in BEST.items()))
+
+
+def analytic(noise: float = 1.0, block: float = 1.0) -> Callable[[Job], Result]:
+    """A trial with the true coverage, what its block adds, and normal noise with these standard deviations."""
+
+    def run(job: Job) -> Result:
+        common = np.random.default_rng([job.seed, job.replicate]).normal(0.0, block)
+        own = np.random.default_rng(int(job.trial_id, 16)).normal(0.0, noise)
+        return done(job, {"coverage": true_coverage(job.settings) + common + own})
+
+    return run
+
+
+def done(job: Job, values: dict[str, float]) -> Result:
+    """The result of a trial with these metrics."""
+    last = dict.fromkeys(job.record.metrics, 0.0) | values
+    return Result(job, "done", 0.0, job.settings["steps"], "", last, last)
+
+
+def replace_trials(monkeypatch: pytest.MonkeyPatch, run: Callable[[Job], Result]) -> list[Job]:
+    """Have `run` in place of trials; the jobs that it is given, as they come."""
+    given: list[Job] = []
+
+    def noting(job: Job) -> Result:
+        given.append(job)
+        return run(job)
+
+    monkeypatch.setattr(launch_module, "run", noting)
+    monkeypatch.setattr(launch_module, "warm", lambda _job: None)
+    return given
+
+
+def equal(one: Asked, other: Asked) -> None:
+    """Assert that two searches have asked for the same and found the same, to the last bit."""
+    pd.testing.assert_frame_equal(one.table, other.table, check_exact=True)
+    assert one.about == other.about
+
+
+def edited(spec: str, *changes: Sequence[str]) -> str:
+    """The spec with each of some texts, which must be there, in place of another."""
+    for old, new in changes:
+        assert old in spec
+        spec = spec.replace(old, new)
+    return spec

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, Results, Spec, StudyName, Workers, app
+from sweep.cli.app import Json, Results, Spec, Workers, app
 
 
 class Scale(StrEnum):
@@ -80,7 +80,7 @@ def search(
     stored = StoredStudy(study.name, results)
     print(report.as_json(stored) if as_json else report.text(stored))
     if export:
-        print(write_export(stored, export), file=sys.stderr)
+        print(f'{study.name}: exported to {export} as "{write_export(stored, export)}"', file=sys.stderr)
     if progress.troubled:
         raise SystemExit(1)
 
@@ -94,9 +94,11 @@ def plan(
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
     from sweep.executors import core_count
     from sweep.plan import make_plan
+    from sweep.search.plan import make_search_plan
     from sweep.spec import load_spec
 
-    made = make_plan(load_spec(spec), workers or core_count())
+    study = load_spec(spec)
+    made = (make_search_plan if study.search else make_plan)(study, workers or core_count())
     print(made.as_json() if as_json else made.as_text())
 
 
@@ -124,19 +126,4 @@ def reproduce(
     outcome = run_all(publications, results, engine, quick=quick, only=only or ())
     print(outcome.summary(), file=sys.stderr)
     if not outcome.whole:
-        raise SystemExit(1)
-
-
-@app.command()
-def replay(study: StudyName, trial: str, results: Results = Path("results")) -> None:
-    """Run a stored trial again, here and now, and compare it with what is stored, bit for bit.
-
-    An exception of the trial is raised with its traceback.
-    """
-    from sweep.replay import replay as run_again
-    from sweep.study import StoredStudy
-
-    report, same = run_again(StoredStudy(study, results), trial)
-    print(report)
-    if not same:
         raise SystemExit(1)

@@ -74,7 +74,7 @@ class Race:
         rivals = [samples for samples in everyone if self._feasible(samples)]
         if len(self.objectives) == 1:
             return [min(rivals, key=self._values)] if rivals else []
-        values = np.array([self._values(samples) for samples in rivals]).reshape(len(rivals), -1)
+        values = np.array([self._values(samples) for samples in rivals]).reshape(-1, len(self.objectives))
         beaten = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
         return [samples for samples, lost in zip(rivals, beaten, strict=True) if not lost]
 

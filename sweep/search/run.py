@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from sweep.document import SpecError
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Job
 from sweep.provenance import provenance
@@ -66,14 +67,15 @@ class _Whole:
         self.courses = _courses(study, repetitions)
         check_candidates(study)
         self.judging = held_out(study)
-        self.references = [Candidate(self.judging, values) for values in self.section.references.values()]
+        self.references = [_reference(self.judging, name) for name in self.section.references]
         origin, columns = provenance(study), self.section.columns
         store = Store(results / study.name)
         known = known_trials(store, columns, retry=retry)
         self.ledger = Ledger(store, Tables(study, origin), executor, columns, known, self._note)
         blocks = {course.name: course.blocks for course in self.courses}
         self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
-        self.progress = SearchProgress(trials=self._most_trials())
+        most = len(self.courses) * self.section.budget + self.section.held_out_trials(repetitions)
+        self.progress = SearchProgress(trials=most)
 
     def run(self) -> None:
         """Everything, one run after the other."""
@@ -125,14 +127,6 @@ class _Whole:
         self.progress.stored = len(self.ledger.reused)
         self.report(self.progress)
 
-    def _most_trials(self) -> int:
-        """The trials of all runs if each spends its budget, and the held-out ones."""
-        several = len(self.section.objectives) > 1
-        judged = [self.section.held_out.candidates if several else 1] * (len(self.courses) - 1)
-        settings = self.section.held_out.candidates + len(self.references) + sum(judged)
-        blocks = settings * self.section.held_out.replicates * self.section.scenarios
-        return len(self.courses) * self.section.budget + blocks
-
 
 def _courses(study: Study, repetitions: int) -> list[Course]:
     """The search, its repetitions, and as many plain random searches."""
@@ -148,6 +142,13 @@ def _courses(study: Study, repetitions: int) -> list[Course]:
         again = repeated(study, RANDOM, number)
         courses.append(Course(f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None))
     return courses
+
+
+def _reference(study: Study, name: str) -> Candidate:
+    try:
+        return Candidate(study, section_of(study).references[name])
+    except SpecError as error:
+        raise study.document.error(("search", "references", name), f'reference "{name}" cannot be: {error}') from None
 
 
 def _all_trials(candidate: Candidate) -> list[list[Job]]:

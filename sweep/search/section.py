@@ -80,6 +80,12 @@ class Search:
         objectives = [objective.column for objective in self.objectives]
         return tuple(dict.fromkeys([*objectives, *(constraint.column for constraint in self.constraints)]))
 
+    def held_out_trials(self, repetitions: int) -> int:
+        """The most trials on held-out seeds: of the best candidates and the references, and a winner a further run."""
+        several = self.held_out.candidates if len(self.objectives) > 1 else 1
+        settings = self.held_out.candidates + len(self.references) + 2 * repetitions * several
+        return settings * self.held_out.replicates * self.scenarios
+
     def place_of(self, field: str) -> Place | None:
         """Where in the spec the search gives a field its values, or None where it does not."""
         if any(parameter.name == field for parameter in self.parameters):
