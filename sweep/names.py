@@ -4,6 +4,10 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 SHORT_LIST = 24
+MOST_COMPARED = 20_000
+"""Names: among more of them, looking for a similar one would take seconds."""
+MOST_SHOWN = 200
+"""Characters of what was given, which may come from anyone."""
 
 
 def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
@@ -12,8 +16,10 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     The allowed names are listed where they are few.
     """
     names = list(allowed)
-    close = get_close_matches(str(given), names, n=1)
-    sentence = f'unknown {kind} "{given}"'
+    text = str(given)
+    few = len(names) <= MOST_COMPARED and len(text) <= MOST_SHOWN
+    close = get_close_matches(text, names, n=1) if few else []
+    sentence = f'unknown {kind} "{text[:MOST_SHOWN]}"'
     if close:
         sentence += f'; did you mean "{close[0]}"?'
     if not names:

@@ -24,6 +24,13 @@ def provenance(study: Study) -> dict[str, Any]:
         "spec_path": str(study.path),
         "kernels_sha": KERNELS_SHA,
         "git": git_state(Path(__file__).parent),
+        **machine(),
+    }
+
+
+def machine() -> dict[str, Any]:
+    """What bits may depend on beside the code: versions, system and processor."""
+    return {
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES},
         "platform": platform.platform(),
         "cpu": cpu_name(),

@@ -73,9 +73,9 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
-def trajectories_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
+def trajectories_schema(model: str, provenance: dict[str, Any]) -> pa.Schema:
     """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all boids in the order of theirs."""
-    length, speed = spelled("length", study.model), spelled("length/time", study.model)
+    length, speed = spelled("length", model), spelled("length/time", model)
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
         _column("frame", pa.int64(), "step", "steps done"),
@@ -95,7 +95,7 @@ class Tables:
         self.trials = trials_schema(study, provenance)
         self.series = series_schema(study, provenance)
         self.heatmaps = heatmaps_schema(provenance)
-        self.trajectories = trajectories_schema(study, provenance)
+        self.trajectories = trajectories_schema(study.model, provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
         """`trials`, and `series`, `heatmaps` and `trajectories` where the study records them."""

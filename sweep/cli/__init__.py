@@ -7,7 +7,7 @@ Everything heavy is imported inside the commands, so that `sweep --help` answers
 import os
 import sys
 
-from sweep.cli import running, reading, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
+from sweep.cli import running, reading, keeping, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
 
 INTERRUPTED = 130

@@ -1,0 +1,145 @@
+"""Commands for results that are stored: are they true, what would a change do, give room back, hand them on."""
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.cli.app import Json, Results, StudyName, Workers, app, stop
+
+
+class Exportable(StrEnum):
+    """The tables of a study."""
+
+    trials = "trials"
+    series = "series"
+    heatmaps = "heatmaps"
+    trajectories = "trajectories"
+
+
+Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
+
+
+@app.command()
+def replay(
+    study: StudyName,
+    trial: Annotated[str, typer.Argument(metavar="TRIAL", help="The id of a trial, as in its row.")],
+    results: Results = Path("results"),
+    trajectory: Annotated[Path | None, typer.Option(help="Write every frame to this .parquet file.")] = None,
+    animate: Annotated[Path | None, typer.Option(help="Write an animation to this .gif or .mp4 file.")] = None,
+    frame: Annotated[
+        tuple[int, Path] | None, typer.Option(help="Write the picture of one frame: its number and a .png file.")
+    ] = None,
+    every: Annotated[
+        int, typer.Option(min=0, help="Steps between frames; 0: all of them, and at most 600 in an animation.")
+    ] = 0,
+    force: Force = False,
+) -> None:
+    """Run a stored trial again, here and now, and compare it with what is stored, bit for bit.
+
+    It can be written at full resolution and shown. An exception of the trial is raised with its traceback.
+    """
+    from sweep.keeping.showing import Wanted, check, show
+    from sweep.replay import replay as run_again
+    from sweep.study import StoredStudy
+
+    wanted, stored = Wanted(trajectory, animate, frame, every), StoredStudy(study, results)
+    check(stored, trial, wanted, force=force)
+    report, same = run_again(stored, trial)
+    print(report)
+    for path in show(stored, trial, wanted):
+        print(f"written    {path}")
+    if not same:
+        raise SystemExit(1)
+
+
+@app.command()
+def verify(
+    study: StudyName,
+    fraction: Annotated[float, typer.Option(min=0, max=1, help="Part of the stored trials, at least one.")] = 0.01,
+    most: Annotated[int, typer.Option(min=1, help="At most so many trials.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
+    workers: Workers = 0,
+    results: Results = Path("results"),
+) -> None:
+    """Run a random sample of the stored trials again and compare every bit; exit code 1 where one differs."""
+    from sweep.executors import Loky, core_count
+    from sweep.keeping.counting import Counter
+    from sweep.keeping.verify import verify as check
+    from sweep.study import StoredStudy
+
+    engine = Loky(workers or core_count())
+    try:
+        found = check(
+            StoredStudy(study, results),
+            engine,
+            fraction=fraction,
+            most=most,
+            seed=seed,
+            report=Counter(study, "trials compared").show,
+        )
+    finally:
+        engine.stop()
+    print(found.as_text())
+    if not found.same:
+        raise SystemExit(1)
+
+
+@app.command()
+def diff(
+    spec: Annotated[Path, typer.Argument(help="A spec: what it changes of its study as last launched.")],
+    other: Annotated[Path | None, typer.Argument(help="Or what this spec changes of the first.")] = None,
+    results: Results = Path("results"),
+    as_json: Json = False,
+) -> None:
+    """What a change of a spec adds, keeps and drops, before any trial runs: points and trials, exactly."""
+    from sweep.keeping.difference import compare
+    from sweep.spec import load_spec
+    from sweep.study import StoredStudy
+
+    changed = load_spec(other or spec)
+    made = compare(load_spec(spec) if other else StoredStudy(changed.name, results), changed, results)
+    print(made.as_json() if as_json else made.as_text())
+
+
+@app.command()
+def gc(
+    study: StudyName,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")] = False,
+    results: Results = Path("results"),
+) -> None:
+    """Give room back: drop trials that have left the spec or are of other kernels, after asking, and merge parts."""
+    from sweep.keeping.cleaning import clean, find_waste
+    from sweep.plan import size
+    from sweep.study import StoredStudy
+
+    stored = StoredStudy(study, results)
+    waste = find_waste(stored)
+    print(waste.as_text(stored))
+    if dry_run:
+        return
+    if waste.rows and not yes:
+        if not sys.stdin.isatty():
+            stop("nothing was removed: there is no terminal to ask in; --yes removes it, --dry-run only says what")
+        typer.confirm("Remove it? It cannot be undone.", default=False, abort=True, err=True)
+    print(f"freed      {size(clean(stored, waste))}")
+
+
+@app.command()
+def export(
+    study: StudyName,
+    to: Annotated[Path, typer.Option("--to", help="A .parquet, .csv, .nc (netCDF) or .arrow file.")],
+    table: Annotated[Exportable, typer.Option(help="Which table.")] = Exportable.trials,
+    force: Force = False,
+    results: Results = Path("results"),
+) -> None:
+    """Write one table as one file for other programs, with units, provenance and a checksum."""
+    from sweep.keeping.exporting import export as write
+    from sweep.study import StoredStudy
+
+    done = write(StoredStudy(study, results), to, table.value, force=force)
+    print(f"{done.rows:,} rows of {table.value} in {', '.join(map(str, done.files))}", file=sys.stderr)
+    print(f"{done.sha256}  {to}")

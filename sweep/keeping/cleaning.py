@@ -1,0 +1,112 @@
+"""Giving room back: trials that have left the spec, or were computed by other kernels, and many small parts.
+
+A part that loses some of its trials is replaced by a merged one, which names it; a part that loses all of them is
+deleted whole. So being killed at any moment loses no trial that stays.
+"""
+
+import json
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from sweep.parquet import StoreError, load_table
+from sweep.plan import size
+from sweep.rows import PROVENANCE
+from sweep.store import superseded_rows
+from sweep.study import StoredStudy
+
+
+@dataclass
+class Waste:
+    """What could go: by part of the store the ids of the trials whose rows go (`rows`), and how many stay (`kept`).
+
+    `trials` counts trials by the kernels that computed them, `size_bytes` the bytes that their files hold of them:
+    `exact` where parts go whole, else in proportion to their trials. `repeated` counts rows of trials that a later part
+    has too. `unlisted` trials stay although the plan lacks them: they were stored under its very spec and kernels, as
+    those of a run that has not come to its end.
+    """
+
+    rows: dict[Path, pa.ChunkedArray] = field(default_factory=dict)
+    kept: dict[Path, int] = field(default_factory=dict)
+    trials: Counter[str] = field(default_factory=Counter)
+    size_bytes: Counter[str] = field(default_factory=Counter)
+    exact: bool = True
+    repeated: int = 0
+    unlisted: int = 0
+
+    def as_text(self, study: StoredStudy) -> str:
+        """What would go, for a reader who is asked whether it may."""
+        own, about = study.provenance["kernels_sha"], "" if self.exact else "about "
+        lines = [
+            f"study      {study.name}",
+            f"stay       those of the {study.plan.num_rows:,} trials of the spec as last launched that are stored",
+        ]
+        for kernels, count in self.trials.most_common():
+            why = "have left the spec" if kernels == own else f"were computed by other kernels, {kernels[:16]}"
+            lines.append(f"go         {count:,} trials that {why}: {about}{size(self.size_bytes[kernels])}")
+        if self.repeated:
+            lines.append(f"go         {self.repeated:,} rows of trials that were run again since")
+        if self.unlisted:
+            why = "it was not run to its end, or a table or an image has changed"
+            lines.append(f"stay       {self.unlisted:,} trials stored under this very spec that its plan lacks: {why}")
+        return "\n".join(lines)
+
+
+def find_waste(study: StoredStudy) -> Waste:
+    """What could go from the store of `study`; changes nothing. Raises StoreError for a damaged part."""
+    return study.store.steadily(lambda parts: _waste(study, parts))
+
+
+def _waste(study: StoredStudy, parts: list[Path]) -> Waste:
+    waste, superseded = Waste(), superseded_rows(parts)
+    listed = study.plan["trial_id"].combine_chunks()
+    for part in parts:
+        trials = load_table(part, "trials", ["trial_id"])
+        ids, about = trials["trial_id"], json.loads(trials.schema.metadata[PROVENANCE])
+        stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
+        left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
+        if (about["spec"], about["kernels_sha"]) == (study.spec, study.provenance["kernels_sha"]):
+            waste.unlisted += _count(left)
+            left = pc.and_(left, False)
+        going = pc.or_(left, stale)
+        if _count(going):
+            waste.rows[part], waste.kept[part] = ids.filter(going), len(ids) - _count(going)
+            waste.repeated += _count(stale)
+            waste.trials[about["kernels_sha"]] += _count(left)
+            waste.size_bytes[about["kernels_sha"]] += round(_bytes(part) * _count(left) / len(ids))
+            waste.exact &= waste.kept[part] == 0
+    waste.trials = +waste.trials
+    return waste
+
+
+def clean(study: StoredStudy, waste: Waste) -> int:
+    """Remove `waste`, merge small parts, and return by how many bytes the store has become smaller.
+
+    Raises StoreError where the study was launched since the waste was found, and where the store cannot be read or
+    written; whatever is raised, and if the process is killed, no trial that stays is lost.
+    """
+    store = study.store
+    if not store.read_plan().equals(study.plan, check_metadata=True):
+        raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
+    before = sum(map(_bytes, store.current_parts()))
+    store.tidy()
+    for part, trial_ids in waste.rows.items():
+        if part not in store.current_parts():
+            raise StoreError(f"study {study.name}: another process is changing its store; look again when it has ended")
+        if waste.kept[part]:
+            store.merge([part], {part: trial_ids.combine_chunks()})
+        else:
+            store.discard(part)
+    store.compact()
+    return before - sum(map(_bytes, store.current_parts()))
+
+
+def _count(mask: pa.ChunkedArray) -> int:
+    return int(pc.sum(mask, min_count=0).as_py())
+
+
+def _bytes(part: Path) -> int:
+    return sum(file.stat().st_size for file in part.iterdir())

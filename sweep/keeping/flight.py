@@ -1,0 +1,53 @@
+"""One trial at full resolution: its frames one after the other, and all of them in a parquet file."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from sweep.jobs import Job
+from sweep.keeping.outputs import unfinished
+from sweep.parquet import new_file
+from sweep.rows import trajectories_schema
+from sweep.spec import Record
+from sweep.trial import BOID_STEPS_A_CALL, Simulation, Taken
+
+Report = Callable[[int, int], None]
+"""Is told how many of how many steps are done."""
+
+
+def frames(job: Job, every: int, report: Report) -> Iterator[Taken]:
+    """The frames 0, `every`, 2 `every`, ... and the last of a trial, with x, y, vx and vy (F, 4, N), block by block.
+
+    What is recorded changes nothing of the flight. A flight that diverges ends with the frame in which it does.
+    """
+    steps = int(job.settings["steps"])
+    simulation = Simulation(replace(job, record=Record(metrics=(), every=every, trajectories=True)))
+    going = True
+    yield simulation.take_frames()
+    while going and simulation.steps_left > 0:
+        going = simulation.advance(max(1, BOID_STEPS_A_CALL // int(job.settings["n"])))
+        report(simulation.step, steps)
+        yield simulation.take_frames()
+
+
+def write_flight(job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report) -> int:
+    """Write the frames of a trial as `trajectories` has them, with the metadata `about`; return how many they are."""
+    schema = trajectories_schema(job.model, {}).with_metadata(about)
+    count = 0
+    with unfinished(path) as place, new_file(place, schema) as writer:
+        for taken in frames(job, every, report):
+            writer.write_table(_table(job.trial_id, taken, schema))
+            count += len(taken.steps)
+    return count
+
+
+def _table(trial: str, taken: Taken, schema: pa.Schema) -> pa.Table:
+    count, _, n = taken.bodies.shape
+    offsets = pa.array(np.arange(count + 1) * n, pa.int32())
+    columns: list[Any] = [pa.array([trial] * count, pa.string()), pa.array(taken.steps)]
+    columns += [pa.ListArray.from_arrays(offsets, pa.array(taken.bodies[:, row].ravel())) for row in range(4)]
+    return pa.Table.from_arrays(columns, schema=schema)

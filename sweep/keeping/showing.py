@@ -1,0 +1,62 @@
+"""What a replay writes of a trial beside its report: every frame, an animation, a picture."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+from sweep.keeping.animation import check_frame, frames_apart, write_animation, write_picture
+from sweep.keeping.counting import Counter
+from sweep.keeping.flight import Report, write_flight
+from sweep.keeping.outputs import check_output
+from sweep.keeping.video import find_ffmpeg
+from sweep.provenance import machine
+from sweep.replay import stored_job, stored_trial
+from sweep.rows import PROVENANCE
+from sweep.study import StoredStudy
+
+
+class Wanted(NamedTuple):
+    """Files to write: all frames, an animation, the picture of one frame; `every` so many steps, 0 for the default."""
+
+    trajectory: Path | None = None
+    animation: Path | None = None
+    picture: tuple[int, Path] | None = None
+    every: int = 0
+
+
+def check(study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False) -> None:
+    """Raise StoreError where something wanted cannot be: a file, a frame, an MP4 without ffmpeg, an unknown trial."""
+    if wanted.trajectory:
+        check_output(wanted.trajectory, [".parquet"], force=force)
+    if wanted.animation:
+        check_output(wanted.animation, [".gif", ".mp4"], force=force)
+        if wanted.animation.suffix == ".mp4":
+            find_ffmpeg()
+    if wanted.picture:
+        frame, path = wanted.picture
+        check_output(path, [".png"], force=force)
+        check_frame(stored_job(study, stored_trial(study, trial)), frame)
+
+
+def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
+    """Run the trial again for each file that is wanted, write it, and return the files; progress is on stderr."""
+    stored = stored_trial(study, trial)
+    job, written = stored_job(study, stored), list[Path]()
+    if wanted.trajectory:
+        about = stored.provenance | {"trial": trial, "run_again": machine()}
+        metadata = {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
+        write_flight(job, wanted.trajectory, wanted.every or 1, metadata, _report(wanted.trajectory))
+        written.append(wanted.trajectory)
+    if wanted.animation:
+        every = wanted.every or frames_apart(job)
+        write_animation(study.name, job, wanted.animation, every, _report(wanted.animation))
+        written.append(wanted.animation)
+    if wanted.picture:
+        frame, path = wanted.picture
+        write_picture(study.name, job, frame, path, _report(path))
+        written.append(path)
+    return written
+
+
+def _report(path: Path) -> Report:
+    return Counter(str(path), "steps").show

@@ -1,0 +1,62 @@
+"""Pictures as a GIF, or through ffmpeg as an MP4."""
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.parquet import StoreError
+
+FRAMES_A_SECOND = 25
+COLOURS = 64
+INSTALL = 'pip install ".[video]"'
+
+Pictures = Iterator[NDArray[np.uint8]]
+
+
+def find_ffmpeg() -> str:
+    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises StoreError where there is neither."""
+    if found := shutil.which("ffmpeg"):
+        return found
+    if find_spec("imageio_ffmpeg"):
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    raise StoreError(f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif needs none")
+
+
+def write_gif(pictures: Pictures, path: Path) -> None:
+    """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of the first picture."""
+    from PIL import Image
+
+    first = Image.fromarray(next(pictures)).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    others = (Image.fromarray(one).quantize(palette=first, dither=Image.Dither.NONE) for one in pictures)
+    first.save(path, save_all=True, append_images=others, duration=1000 // FRAMES_A_SECOND, loop=0)
+
+
+def write_mp4(pictures: Pictures, path: Path) -> None:
+    """Write pictures (rows, columns, 3) of even size as an MP4. Raises StoreError where ffmpeg fails."""
+    first = next(pictures)
+    rows, columns, _ = first.shape
+    shape = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{columns}x{rows}", "-r", str(FRAMES_A_SECOND), "-i", "-"]
+    form = ["-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", f"file:{path}"]
+    command = [find_ffmpeg(), "-y", "-loglevel", "error", *shape, *form]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        try:
+            process.stdin.write(first.tobytes())
+            for picture in pictures:
+                process.stdin.write(picture.tobytes())
+            process.stdin.close()
+        except BrokenPipeError:  # it has ended; what it said of that follows
+            pass
+        error = process.stderr.read().decode(errors="replace").strip()
+    if process.returncode != 0:
+        raise StoreError(
+            f"{path.name}: ffmpeg cannot write it: {error.splitlines()[-1] if error else 'no reason given'}"
+        )
