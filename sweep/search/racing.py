@@ -2,8 +2,11 @@
 
 Candidates are compared block by block, on the same random numbers. A mean is tested by Student's one-sided test of
 the paired differences, with one standard deviation for the differences of all candidates: so one block can be enough.
-Other statistics are tested by resampling blocks. After each rung every candidate left is tested once at `level`, so
-over all rungs a candidate that is as good as the best one is dropped with a probability of more than `level`.
+Other statistics are tested by resampling blocks. After each rung every candidate left is tested once, at `level`.
+
+What that costs, for normal values with the same deviation, at level 0.1 and rungs of 1, 2, 4, 8 and 16 blocks: of
+candidates as good as the leader 12 % are dropped by the first test and 26 % by any, of those better by one deviation
+of their noise 4 %; one that is worse by two deviations gets 2.1 blocks in the mean, by four 1.1.
 """
 
 from collections.abc import Mapping, Sequence
@@ -97,10 +100,9 @@ class _Rivalry:
         shared = min(len(values), len(self.leader))
         if shared < LEAST_BLOCKS:
             return False
-        drawn = _resampled_blocks(shared)
-        gains = [self.objective.value(values[rows]) - self.objective.value(self.leader[rows]) for rows in drawn]
-        sign = 1 if self.objective.maximize else -1
-        return bool(np.mean(sign * np.array(gains) >= 0) < level)
+        own, theirs = (_resampled(side[:shared], self.objective) for side in (values, self.leader))
+        as_good = own >= theirs if self.objective.maximize else own <= theirs
+        return bool(as_good.mean() < level)
 
     def _differences(self, values: Floats) -> Floats:
         """How much better than the leader a candidate is in each block that they share, shape (blocks,)."""
@@ -120,14 +122,16 @@ class _Bound:
     def violated(self, samples: Samples, level: float) -> bool:
         """Whether a candidate violates the constraint: surely for the worst of its trials, else at this level."""
         values = samples[self.constraint.column]
-        if self.constraint.statistic.kind == "worst":
+        statistic = self.constraint.statistic
+        if statistic.kind == "worst":
             return self.constraint.violation(values) > 0
         if self.mean:
             return self.spread.is_below_zero(self._slack(samples), level)
         if len(values) < LEAST_BLOCKS:
             return False
-        violations = [self.constraint.violation(values[rows]) for rows in _resampled_blocks(len(values))]
-        return bool(np.mean(np.array(violations) <= 0) < level)
+        found = _resampled(values, Objective(self.constraint.column, not self.constraint.at_most, statistic))
+        within = found <= self.constraint.bound if self.constraint.at_most else found >= self.constraint.bound
+        return bool(within.mean() < level)
 
     def _slack(self, samples: Samples) -> Floats:
         """How far within the bound each block is, shape (blocks,)."""
@@ -151,6 +155,12 @@ class _Spread:
         if np.isnan(self.deviation):
             return False
         return bool(sample.mean() < stdtrit(self.freedom, level) * self.deviation / np.sqrt(len(sample)))
+
+
+def _resampled(values: Floats, objective: Objective) -> Floats:
+    """The statistic of `values` (blocks, scenarios) in each resample of the blocks, shape (RESAMPLES,)."""
+    drawn = values[_resampled_blocks(len(values))].reshape(RESAMPLES, -1)
+    return objective.statistic.along(drawn, maximize=objective.maximize)
 
 
 @lru_cache
