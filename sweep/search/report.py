@@ -49,7 +49,7 @@ def as_json(study: StoredStudy) -> str:
             "best": found.best and {"candidate": plain(found.best["candidate"]), **found.settings(found.best)},
             "candidates": _records(found.candidates),
             "winners": _records(found.winners),
-            "references": _records(found.references) if found.asked.about["references"] else [],
+            "references": _records(found.references),
             "differences": _records(found.differences),
             "front": _records(found.front) if len(found.objectives) > 1 else None,
             "against_random": against and _against_json(against),
@@ -83,7 +83,7 @@ def _best_text(found: Found) -> str:
     """The settings to paste, to six digits."""
     if found.best is None:
         return ""
-    what = "the winner" if len(found.objectives) == 1 else "one of the front"
+    what = "the winner" if len(found.objectives) == 1 else "of the front the best in the first objective"
     if len(found.objectives) > 1 and found.front["knee"].any():
         what = "the knee of the front"
     settings = {name: _six_digits(value) for name, value in found.settings(found.best).items()}
@@ -101,15 +101,20 @@ def _table_text(found: Found) -> str:
         return ""
     several = len(found.objectives) > 1
     table = _table("candidate", *(["objective"] if several else []), "search", "n", "held out", "n", "too good by")
+    last = ""
     for row in _records(found.winners):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
         cells = [_interval(row["search"], row["search_low"], row["search_high"]), str(row["search_n"])]
         cells += [_interval(*judged), str(row["held_out_n"]), _known(row["optimism"], *judged[1:])]
-        table.add_row(str(row["candidate"]), *([_named(found, row["objective"])] if several else []), *cells)
-    for row in _records(found.references) if found.asked.about["references"] else []:
+        who = str(row["candidate"])
+        table.add_row("" if who == last else who, *([_named(found, row["objective"])] if several else []), *cells)
+        last = who
+    for row in _records(found.references):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
         cells = ["", "", _interval(*judged), str(row["held_out_n"]), ""]
-        table.add_row(row["reference"], *([_named(found, row["objective"])] if several else []), *cells)
+        who = row["reference"]
+        table.add_row("" if who == last else who, *([_named(found, row["objective"])] if several else []), *cells)
+        last = who
     what = "" if several else f"{_named(found, found.objectives[0].column)}, "
     return _rendered(table) + (
         f"\n{what}95 % intervals over n blocks: of the search each as if its candidate had not\n"
@@ -146,17 +151,28 @@ def _front_text(found: Found) -> str:
 
 
 def _references_text(found: Found) -> str:
-    wanted = {objective.column: objective for objective in found.objectives}
+    """The winner and the references in words, or all of a front and them in a table."""
+    rows = found.differences.to_dict("records")
+    if not rows:
+        return ""
+    if len(found.objectives) > 1:
+        table = _table("candidate", "minus", "objective", "difference", "n", "seeds save")
+        for row in rows:
+            who, whom, what = str(row["candidate"]), str(row["reference"]), _named(found, str(row["objective"]))
+            change = _interval(row["difference"], row["low"], row["high"])
+            table.add_row(who, whom, what, change, str(row["n"]), f"{row['variance_reduction']:.2g}")
+        return _rendered(table) + (
+            "\n95 % intervals that hold together, of n pairs of blocks; common seeds save so many times as many blocks."
+        )
     lines = []
-    for row in found.differences.to_dict("records"):
-        name = str(row["objective"])
-        who = "The winner" if len(wanted) == 1 else f"Candidate {row['candidate']}"
+    for row in rows:
         difference = {end: row[end] for end in ("difference", "low", "high")}
-        said = verdict(wanted[name], difference, found.units.get(name, ""), who, str(row["reference"]))
+        unit = found.units.get(found.objectives[0].column, "")
+        said = verdict(found.objectives[0], difference, unit, "The winner", str(row["reference"]))
         saved = float(row["variance_reduction"])
         reduction = f"; common seeds save a factor of {saved:.2g}" if np.isfinite(saved) else ""
-        lines.append(f"{said}\n    ({row['n']} pairs of blocks{reduction})")
-    return "\n".join([*lines, "95 % intervals that hold together."]) if lines else ""
+        lines.append(f"{said}\n    (95 %; {row['n']} pairs of blocks{reduction})")
+    return "\n".join(lines) + ("\nThese intervals hold together." if len(lines) > 1 else "")
 
 
 def _against_text(found: Found) -> str:

@@ -29,7 +29,7 @@ def constraint_words(constraint: Constraint) -> str:
 
 def number(value: float, low: float = np.nan, high: float = np.nan) -> str:
     """A value to the place of the second figure of half its interval's width; `-` where it is not known."""
-    return "-" if math.isnan(value) else f"{value:.{_places(value, low, high)}f}"
+    return "-" if math.isnan(value) else _fixed(value, _places(value, low, high))
 
 
 def with_interval(value: float, low: float, high: float) -> str:
@@ -37,7 +37,7 @@ def with_interval(value: float, low: float, high: float) -> str:
     if math.isnan(value) or not (math.isfinite(low) and math.isfinite(high)):
         return number(value)
     places = _places(value, low, high)
-    return f"{value:.{places}f} ({low:.{places}f} to {high:.{places}f})"
+    return f"{_fixed(value, places)} ({_fixed(low, places)} to {_fixed(high, places)})"
 
 
 def verdict(objective: Objective, difference: Mapping[str, Any], unit: str, who: str, whom: str) -> str:
@@ -107,6 +107,11 @@ def _share(form: str, value: float, low: float, high: float) -> float:
     if form == "loguniform":
         value, low, high = math.log(value), math.log(low), math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)
+
+
+def _fixed(value: float, places: int) -> str:
+    """Without the sign of a zero."""
+    return f"{round(value, places) + 0.0:.{places}f}"
 
 
 def _places(value: float, low: float, high: float) -> int:
