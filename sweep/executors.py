@@ -3,28 +3,42 @@
 An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`.
 """
 
+import ctypes
 import os
 import signal
+import sys
+import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from typing import Any, ParamSpec, Protocol, TypeVar
+
+from sweep.interrupts import SIGNALS
 
 T = TypeVar("T")
 P = ParamSpec("P")
 
 IDLE_SECONDS = 30.0
+UNNOTICED_SECONDS = 1.0
+PR_SET_PDEATHSIG = 1
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1" for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
 }
+
+
+class WorkersError(RuntimeError):
+    """No worker process can be given a job, or watched: none stays alive, or `run` cannot be sent to it."""
 
 
 class ExecutorFactory(Protocol):
     """What the drive loop asks of an engine.
 
     `start` returns the running executor, a new one if there is none; `stop` ends it at once, running chunks
-    included, and returns when its processes are gone. Both may be called repeatedly.
+    included, and returns when its processes are gone. `check` is called while nothing comes back, and breaks an
+    executor that has not noticed that it is broken. All may be called repeatedly.
     """
 
     @property
@@ -33,6 +47,8 @@ class ExecutorFactory(Protocol):
     def start(self) -> Executor: ...
 
     def stop(self) -> None: ...
+
+    def check(self) -> None: ...
 
 
 class _InProcess(Executor):
@@ -54,18 +70,23 @@ class Serial:
     def stop(self) -> None:
         """Nothing is running between two calls."""
 
+    def check(self) -> None:
+        """Nothing can be lost within one process."""
+
 
 @dataclass
 class Loky:
     """Runs jobs in `workers` processes on this machine, each with one thread per numerical library.
 
     `initializer` is called once in every new process, e.g. to warm caches. The pool stays warm for a later
-    drive with the same object; idle processes leave by themselves after half a minute.
+    drive with the same object; idle processes leave by themselves after half a minute. On Linux they also end with
+    the thread that started them, elsewhere within a second after the process that did.
     """
 
     workers: int
     initializer: Callable[[], None] | None = None
     _pool: Any = field(default=None, init=False, repr=False)
+    _missed: float | None = field(default=None, init=False, repr=False)
 
     def start(self) -> Executor:
         from joblib.externals.loky import ProcessPoolExecutor
@@ -76,34 +97,75 @@ class Loky:
                 max_workers=self.workers,
                 timeout=IDLE_SECONDS,
                 initializer=_prepare_worker,
-                initargs=(self.initializer,),
+                initargs=(os.getpid(), self.initializer),
                 env=ONE_THREAD,
             )
+            self._missed = None
             _spawn(self._pool)
         pool: Executor = self._pool
         return pool
 
     def stop(self) -> None:
-        pool, self._pool = self._pool, None
+        pool = self._pool
         if pool is not None:
+            # At once and first: an interrupt during the orderly shutdown then finds no process left.
+            _end(pool)
             pool.shutdown(wait=True, kill_workers=True)
+            self._pool = None
+
+    def check(self) -> None:
+        """End a pool that waits for the rest of a result whose sender was killed: it would wait for ever."""
+        if self._pool is None or all(process.exitcode is None for process in list(self._pool._processes.values())):
+            self._missed = None
+        elif self._missed is None:
+            self._missed = time.monotonic()
+        elif time.monotonic() - self._missed > UNNOTICED_SECONDS:
+            _end(self._pool)
+
+
+def _end(pool: Any) -> None:
+    """Kill the pool's processes, and let its reader know that nothing will follow."""
+    for process in list(pool._processes.values()):
+        if process.exitcode is None:
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGKILL)
+    if (writer := pool._result_queue._writer) is not None and not writer.closed:
+        writer.close()
 
 
 def _spawn(pool: Executor) -> None:
-    """Start the pool's processes deaf to Ctrl-C from their first instruction on, not only once prepared."""
+    """Start the pool's processes deaf to what stops a launch from their first instruction on, not once prepared."""
     resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         pool.submit(int)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _prepare_worker(initializer: Callable[[], None] | None) -> None:
+def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) -> None:
     # Ctrl-C in a terminal reaches the whole process group; the coordinator alone decides what it means.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    _end_with(coordinator)
     if initializer is not None:
         initializer()
+
+
+def _end_with(coordinator: int) -> None:
+    """See to it that this worker ends when the coordinator does, even by SIGKILL and within a call that hangs."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    else:
+        threading.Thread(target=_await_orphanage, args=(coordinator,), daemon=True).start()
+    if os.getppid() != coordinator:  # it ended before we had asked
+        os._exit(1)
+
+
+def _await_orphanage(coordinator: int) -> None:
+    while os.getppid() == coordinator:
+        time.sleep(0.5)
+    os._exit(1)
 
 
 def core_count() -> int:

@@ -13,18 +13,25 @@ import pyarrow as pa
 from kernels import KERNELS_SHA
 from sweep.axes import Axis
 from sweep.cost import job_seconds
+from sweep.custody import custody
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Counts, Job, Jobs
+from sweep.lock import Lock
 from sweep.provenance import provenance
-from sweep.result import Result, failed, result_bytes
+from sweep.result import Result, failed, overdue, result_bytes
 from sweep.rows import PROVENANCE, Tables
 from sweep.runner import drive
 from sweep.sequential import Until, look
 from sweep.spec import Study
 from sweep.store import Store
 from sweep.trial import run, warm
+from sweep.watch import Limits
 from sweep.writer import Writer
+
+GRACE_SECONDS = 10.0
+"""How much longer than its time limit a trial may take before it is ended from outside: it looks at the clock itself,
+between kernel calls, unless it hangs in one."""
 
 
 @dataclass
@@ -85,21 +92,35 @@ def launch(
     The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. Where a rule says how many
     trials a point gets, all open points are looked at together, and the plan lists what the looks so far have asked
     for: they see the stored values of the trials in the plan, so that neither the order of work nor an interruption
-    matters. `report` is called before trials run, after each batch and at the end. Raises SpecError for a design that
-    cannot be, StoreError where the store cannot be read or written, KeyboardInterrupt after Ctrl-C with all finished
-    trials stored.
+    matters. Damaged parts are set aside first, and their trials run again. `report` is called before trials run, after
+    each batch and at the end. Raises SpecError for a design that cannot be, StoreError where another process is
+    launching the study and where the store cannot be read or written, KeyboardInterrupt after Ctrl-C, SIGTERM or
+    SIGHUP with all finished trials stored.
     """
     if study.search:
         raise study.document.error(("search",), 'this study is a search: run it with "sweep search"')
-    design = expand(study)
-    store, origin = Store(results / study.name), provenance(study)
-    stored = store.trial_ids()
+    design, store = expand(study), Store(results / study.name)
+    with custody(store) as lock:
+        return _launch(study, design, store, executor, retry, lock, report)
+
+
+def _launch(
+    study: Study,
+    design: Design,
+    store: Store,
+    executor: ExecutorFactory,
+    retry: bool,
+    lock: Lock,
+    report: Callable[[Progress], None],
+) -> Progress:
+    origin, stored = provenance(study), store.trial_ids()
     kept = {trial for trial, status in stored.items() if not (retry and status != "done")}
     progress = Progress(design.n_points, design.n_points * study.trials_per_point, 0 if study.until else None)
 
     def note(results: list[Result]) -> None:
         kept.update(result.job.trial_id for result in results)
         progress.statuses.update(result.status for result in results)
+        lock.check()
         report(progress)
 
     trials, settled = np.full(design.n_points, study.until.least if study.until else study.trials_per_point), False
@@ -129,7 +150,7 @@ def launch(
 
 def _publish(study: Study, store: Store, plan: pa.Table) -> None:
     store.write_plan(plan)
-    (store.folder / "spec.yaml").write_text(study.text, encoding="utf-8")
+    store.write_spec(study.text)
 
 
 def _further(until: Until, store: Store, ids: list[str], trials: Counts) -> Counts:
@@ -153,7 +174,9 @@ def run_jobs(
     """
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    batches = drive(jobs, run, executor=executor, cost=job_seconds, failed=failed)
+    limit = jobs[0].time_limit
+    limits = Limits(deadline=None if limit is None else limit + GRACE_SECONDS)
+    batches = drive(jobs, run, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)
     with Writer[Result](store, tables, size=result_bytes) as writer:
         for results in batches:
             writer.add(results)

@@ -10,6 +10,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+WRITTEN = ("parts", "writing", "damaged", "lock", "spec.yaml")
+
 
 class StoreError(Exception):
     """A study's folder that cannot be read or written; the message names the file and the way out."""
@@ -17,7 +19,7 @@ class StoreError(Exception):
 
 def remedy_for(part: Path) -> str:
     """What to do about a damaged part."""
-    return f"move the folder {part} elsewhere and its trials will be run again"
+    return f"launch the study again: that sets {part.name} aside, below damaged, and runs its trials again"
 
 
 @contextmanager
@@ -97,7 +99,7 @@ def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str
 
 def refuse_links(folder: Path) -> None:
     """Raise StoreError where something that we write in a study's folder is a symbolic link, and so is elsewhere."""
-    for path in (folder / "parts", folder / "writing", folder / "spec.yaml", *folder.glob("*.parquet")):
+    for path in (*(folder / name for name in WRITTEN), *folder.glob("*.parquet")):
         if path.is_symlink():
             raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
 

@@ -36,6 +36,11 @@ def failed(job: Job, error: str) -> Result:
     return Result(job, "failed", 0.0, error=error)
 
 
+def overdue(job: Job, error: str) -> Result:
+    """The result of a job that was ended because it did not return in time."""
+    return Result(job, "timeout", 0.0, error=error)
+
+
 def result_bytes(result: Result) -> int:
     """The bytes of the arrays that can be large."""
     return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)

@@ -3,33 +3,30 @@
 The loop knows nothing of what a job is. It sends chunks of about a second of work, longest jobs first, keeps
 a bounded number of them in flight, and yields each chunk's results as soon as they are back. When a worker
 process dies, the jobs that were in flight are suspects: they run one at a time with nothing else in flight,
-so that a job which kills its worker convicts itself and every other one is delivered. The order of the
-results depends on timing and must not matter to anyone.
+so that a job which kills its worker convicts itself and every other one is delivered. A worker that is ended
+because its job is beyond a limit (`sweep.watch`) makes no suspects: it is known which job that was. The order
+of the results depends on timing and must not matter to anyone.
 """
 
-import signal
-import threading
 import time
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field
-from types import FrameType, TracebackType
 from typing import Generic, NamedTuple, TypeVar
 
 from sweep.chunks import Chunks
-from sweep.executors import ExecutorFactory
+from sweep.executors import ExecutorFactory, WorkersError
+from sweep.interrupts import HeldInterrupt
+from sweep.watch import Limits, Seat, Verdict, Watch
 
 J = TypeVar("J")
 R = TypeVar("R")
 
 MAX_ATTEMPTS = 3
 POLL_SECONDS = 0.2
-
-
-class WorkersError(RuntimeError):
-    """No worker process can be given a job: none stays alive, or `run` cannot be sent to it."""
+NO_LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -46,6 +43,8 @@ def drive(
     executor: ExecutorFactory,
     cost: Callable[[J], float],
     failed: Callable[[J, str], R],
+    overdue: Callable[[J, str], R] | None = None,
+    limits: Limits = NO_LIMITS,
     chunk_seconds: float = 1.0,
 ) -> Iterator[list[R]]:
     """Run every job once and yield the results chunk by chunk, in the order in which they come back.
@@ -54,14 +53,18 @@ def drive(
     ratios matter much. `failed` makes the result of a job that raised (given the traceback) or that ended its
     worker process MAX_ATTEMPTS times while running alone. `run` and the jobs are pickled.
 
+    `limits` hold for each job in a worker process on this machine. The worker of a job beyond one is ended; jobs
+    lost with it run again. The result of a job that took too long is made by `overdue` (default: by `failed`), that
+    of one which took too much memory, and did so again when running alone, by `failed`.
+
     Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's handling of a batch: the
     workers are ended, what had finished is yielded, then KeyboardInterrupt is raised. A second Ctrl-C is
-    raised on the spot. Closing the iterator early also ends the workers. Raises WorkersError when no worker
-    can be given a job.
+    raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `sweep.interrupts` has made them so. Closing the
+    iterator early also ends the workers. Raises WorkersError when no worker can be given a job.
     """
     chunks = Chunks(map(cost, jobs), len(jobs), workers=executor.workers, seconds=chunk_seconds)
-    loop = _Loop(jobs, run, executor, failed, chunks)
-    with _HeldInterrupt() as interrupt:
+    with HeldInterrupt() as interrupt, Watch(limits, 2 * executor.workers) as watch:
+        loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch)
         try:
             while not interrupt.asked and loop.refill():
                 yield from loop.finished()
@@ -77,6 +80,7 @@ def drive(
 class _Chunk(NamedTuple):
     indices: list[int]
     alone: bool
+    seat: Seat | None
 
 
 @dataclass
@@ -87,30 +91,40 @@ class _Loop(Generic[J, R]):
     run: Callable[[J], R]
     executor: ExecutorFactory
     failed: Callable[[J, str], R]
+    overdue: Callable[[J, str], R]
     chunks: Chunks
+    watch: Watch
     pool: Executor | None = None
     in_flight: dict[Future[tuple[list[R | Failure], float]], _Chunk] = field(default_factory=dict)
+    again: deque[list[int]] = field(default_factory=deque)
     suspects: deque[int] = field(default_factory=deque)
     attempts: Counter[int] = field(default_factory=Counter)
 
     def refill(self) -> bool:
         """Submit what may run now; False when nothing is left to wait for."""
         if self.suspects and not self.in_flight:
-            self._submit(_Chunk([self.suspects[0]], alone=True))
+            self._submit([self.suspects[0]], alone=True)
         while not self.suspects and len(self.in_flight) < 2 * self.executor.workers:
-            indices = self.chunks.take()
+            indices = self.again.popleft() if self.again else self.chunks.take()
             if not indices:
                 break
-            self._submit(_Chunk(indices, alone=False))
+            self._submit(indices, alone=False)
+            if self.pool is None:
+                break
         return bool(self.in_flight)
 
     def finished(self) -> Iterator[list[R]]:
         """The results of the chunks that are back; waits at most POLL_SECONDS for the first of them."""
         done, _ = wait(self.in_flight, timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
+        if not done:
+            self.executor.check()
+        if any(isinstance(future.exception(), BrokenExecutor) for future in done):
+            self._drop_pool()  # with it all chunks in flight are over
+            done = {future for future in self.in_flight if future.done()}
         for future in [future for future in self.in_flight if future in done]:
             chunk = self.in_flight.pop(future)
-            error = future.exception()
-            results = self._results(chunk, future) if error is None else self._judged(chunk, error)
+            verdict, error = self.watch.leave(chunk.seat), future.exception()
+            results = self._results(chunk, future) if error is None else self._judged(chunk, error, verdict)
             if results:
                 yield results
 
@@ -120,16 +134,18 @@ class _Loop(Generic[J, R]):
             if future.done() and future.exception() is None:
                 yield self._results(chunk, future)
 
-    def _submit(self, chunk: _Chunk) -> None:
+    def _submit(self, indices: list[int], *, alone: bool) -> None:
         if self.pool is None:
             self.pool = _started(self.executor, self.run)
+            self.watch.ended = False
+        seat = self.watch.take()
         try:
-            future = self.pool.submit(_run_chunk, self.run, [self.jobs[index] for index in chunk.indices])
+            future = self.pool.submit(_run_chunk, self.run, [self.jobs[index] for index in indices], seat)
         except Exception as error:  # the pool broke, or was shut down, since it was last used
             future = Future()
             future.set_exception(error)
             self._drop_pool()
-        self.in_flight[future] = chunk
+        self.in_flight[future] = _Chunk(indices, alone, seat)
 
     def _results(self, chunk: _Chunk, future: Future[tuple[list[R | Failure], float]]) -> list[R]:
         outcomes, seconds = future.result()
@@ -142,9 +158,12 @@ class _Loop(Generic[J, R]):
             for index, outcome in zip(chunk.indices, outcomes, strict=True)
         ]
 
-    def _judged(self, chunk: _Chunk, error: BaseException) -> list[R]:
-        if isinstance(error, BrokenExecutor):
-            self._drop_pool()
+    def _judged(self, chunk: _Chunk, error: BaseException, verdict: Verdict | None) -> list[R]:
+        """What is known for certain of the jobs of a chunk that is lost; all others get another turn."""
+        if verdict is not None:
+            return self._ended(chunk, verdict)
+        if self.watch.ended and isinstance(error, BrokenExecutor):
+            return self._innocent(chunk)
         if not chunk.alone:
             self.suspects.extend(chunk.indices)
             return []
@@ -155,38 +174,27 @@ class _Loop(Generic[J, R]):
         self.suspects.popleft()
         return [self.failed(self.jobs[index], _verdict(error))]
 
+    def _ended(self, chunk: _Chunk, verdict: Verdict) -> list[R]:
+        """The result of the job that was beyond a limit, unless jobs before it may have left the memory so full."""
+        if chunk.alone:
+            index = self.suspects.popleft()
+        else:
+            index = chunk.indices.pop(verdict.position)
+            self._innocent(chunk)
+            if not verdict.late:
+                self.suspects.append(index)
+                return []
+        return [(self.overdue if verdict.late else self.failed)(self.jobs[index], verdict.error)]
+
+    def _innocent(self, chunk: _Chunk) -> list[R]:
+        """No result; the jobs of the chunk get another turn."""
+        if chunk.indices and not chunk.alone:
+            self.again.append(chunk.indices)
+        return []
+
     def _drop_pool(self) -> None:
         self.executor.stop()
         self.pool = None
-
-
-class _HeldInterrupt:
-    """Remembers a first Ctrl-C in `asked` instead of raising it; a second one is raised.
-
-    Does nothing outside the main thread, or where Ctrl-C is ignored or already handled by someone else.
-    """
-
-    def __init__(self) -> None:
-        self.asked = False
-        self.held = False
-
-    def __enter__(self) -> "_HeldInterrupt":
-        in_main_thread = threading.current_thread() is threading.main_thread()
-        if in_main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self._hold)
-            self.held = True
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.held and threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    def _hold(self, number: int, frame: FrameType | None) -> None:
-        if self.asked:
-            signal.default_int_handler(number, frame)
-        self.asked = True
 
 
 def _started(executor: ExecutorFactory, run: Callable[[J], R]) -> Executor:
@@ -203,10 +211,10 @@ def _started(executor: ExecutorFactory, run: Callable[[J], R]) -> Executor:
     raise WorkersError(f"no worker process can be given a job: {failure}") from failure
 
 
-def _run_chunk(run: Callable[[J], R], jobs: Sequence[J]) -> tuple[list[R | Failure], float]:
+def _run_chunk(run: Callable[[J], R], jobs: Sequence[J], seat: Seat | None = None) -> tuple[list[R | Failure], float]:
     """Run in a worker: the outcome of each job, and the wall seconds they took together."""
     start = time.perf_counter()
-    outcomes = [_attempt(run, job) for job in jobs]
+    outcomes = [_attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))]
     return outcomes, time.perf_counter() - start
 
 

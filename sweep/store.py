@@ -4,6 +4,7 @@
     <study>/writing/<host>~<pid>~<name>/                          what a process is writing, or left behind
     <study>/plan.parquet                                          the trials of the spec as last launched
     <study>/asked.parquet                                         of a search: which candidate had which of them
+    <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
 
 A part is written beside its place, flushed to the disk and moved there by one rename. Part ids sort by age,
 and a trial stored in several parts counts from the latest one only, in every table. A merged part names in a
@@ -16,7 +17,6 @@ import os
 import re
 import secrets
 import shutil
-import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -27,6 +27,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.manifest import seal
 from sweep.parquet import (
     StoreError,
     check_part,
@@ -39,6 +40,7 @@ from sweep.parquet import (
     remedy_for,
     stored_schema,
 )
+from sweep.processes import host, started
 
 T = TypeVar("T")
 
@@ -66,10 +68,11 @@ class Store:
         """
         check_part(tables)
         part = self._parts / self._next_id()
-        with self._staging(part.name) as staging:
+        with self.staging(part.name) as staging:
             for name, table in tables.items():
                 with new_file(staging / f"{name}.parquet", table.schema) as writer:
                     writer.write_table(table)
+            seal(staging)
             move_durably(staging, part)
         return part
 
@@ -116,12 +119,12 @@ class Store:
     def tidy(self) -> None:
         """Delete what dead processes left behind: replaced parts and unfinished folders of this host."""
         current = {part.name for part in self.current_parts()}
-        for part in _folders(self._parts):
+        for part in self.all_parts():
             if part.name not in current:
                 self.discard(part)
         for folder in _folders(self._writing):
-            host, pid = folder.name.split("~")[:2]
-            if host == _host() and not _is_alive(int(pid)):
+            name, pid = folder.name.split("~")[:2]
+            if name == host() and started(int(pid)) is None:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def write_plan(self, plan: pa.Table, asked: pa.Table | None = None) -> None:
@@ -130,10 +133,16 @@ class Store:
             if table is None:
                 path.unlink(missing_ok=True)
                 continue
-            with self._staging(f"{path.stem}-{secrets.token_hex(6)}") as staging:
+            with self.staging(f"{path.stem}-{secrets.token_hex(6)}") as staging:
                 with new_file(staging / path.name, table.schema) as writer:
                     writer.write_table(table)
                 move_durably(staging / path.name, path)
+
+    def write_spec(self, text: str) -> None:
+        """Replace the spec as last launched in one step."""
+        with self.staging(f"spec-{secrets.token_hex(6)}") as staging:
+            (staging / "spec.yaml").write_text(text, encoding="utf-8")
+            move_durably(staging / "spec.yaml", self.folder / "spec.yaml")
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
@@ -144,9 +153,13 @@ class Store:
 
     def current_parts(self) -> list[Path]:
         """Folders of the parts that count, oldest first."""
-        parts = _folders(self._parts)
+        parts = self.all_parts()
         replaced = {name for part in parts for name in _replaced_by(part)}
         return [part for part in parts if part.name not in replaced]
+
+    def all_parts(self) -> list[Path]:
+        """Folders of all parts, oldest first, whether or not another one replaces them."""
+        return _folders(self._parts)
 
     def steadily(self, look: Callable[[list[Path]], T]) -> T:
         """What `look` sees in the current parts; again if a compaction elsewhere took one away meanwhile."""
@@ -163,13 +176,13 @@ class Store:
 
     def _next_id(self) -> str:
         """An id that sorts after every present one, even if the clock has been set back."""
-        newest = max((int(part.name[:20]) for part in _folders(self._parts)), default=0)
+        newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
         return f"{max(time.time_ns(), newest + 1):020d}-{secrets.token_hex(6)}"
 
     @contextmanager
-    def _staging(self, name: str) -> Iterator[Path]:
+    def staging(self, name: str) -> Iterator[Path]:
         """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
-        staging = self._writing / f"{_host()}~{os.getpid()}~{name}"
+        staging = self._writing / f"{host()}~{os.getpid()}~{name}"
         refuse_links(self.folder)
         try:
             self._parts.mkdir(parents=True, exist_ok=True)
@@ -185,20 +198,21 @@ class Store:
         # Named after its newest source, so that a part stored elsewhere meanwhile is still the later one.
         newest = group[-1].name.partition(MERGED_MARK)[0]
         merged = self._parts / f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
-        with self._staging(merged.name) as staging:
+        with self.staging(merged.name) as staging:
             for source in group[0].glob("*.parquet"):
                 name = source.stem
                 with new_file(staging / source.name, stored_schema(source)) as writer:
                     for part in group:
                         writer.write_table(_without(load_table(part, name), without.get(part)))
             (staging / REPLACES).write_text(json.dumps([part.name for part in group]))
+            seal(staging)
             move_durably(staging, merged)
         for part in group:
             self.discard(part)
 
     def discard(self, part: Path) -> None:
         """Delete a part; it is gone at once and whole."""
-        with self._staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
+        with self.staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
             part.rename(staging / part.name)
 
 
@@ -282,17 +296,3 @@ def _replaced_by(part: Path) -> list[str]:
     except ValueError as error:
         raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
     return names
-
-
-def _host() -> str:
-    return socket.gethostname().replace("~", "-")
-
-
-def _is_alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

@@ -1,0 +1,58 @@
+"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, all of which end it alike, and none of them at once."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType, TracebackType
+
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""What asks a launch to stop; Windows has no SIGHUP."""
+
+
+class HeldInterrupt:
+    """Remembers a first Ctrl-C in `asked` instead of raising it; a second one is raised.
+
+    The same holds for each of SIGNALS that is handled like Ctrl-C. Does nothing outside the main thread, or where
+    they are ignored or handled by someone else.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.held: list[int] = []
+
+    def __enter__(self) -> "HeldInterrupt":
+        if threading.current_thread() is threading.main_thread():
+            self.held = [number for number in SIGNALS if signal.getsignal(number) is signal.default_int_handler]
+            for number in self.held:
+                signal.signal(number, self._hold)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if threading.current_thread() is threading.main_thread():
+            for number in self.held:
+                signal.signal(number, signal.default_int_handler)
+
+    def _hold(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            signal.default_int_handler(number, frame)
+        self.asked = True
+
+
+@contextmanager
+def ended_like_ctrl_c() -> Iterator[None]:
+    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt where they would have ended the process without a word.
+
+    Where they are ignored, as under nohup, or handled by someone else, they stay so.
+    """
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    changed = [number for number in SIGNALS if in_main_thread and signal.getsignal(number) is signal.SIG_DFL]
+    for number in changed:
+        signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number in changed:
+            signal.signal(number, signal.SIG_DFL)

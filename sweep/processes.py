@@ -1,0 +1,37 @@
+"""Which machine this is, and whether a process is still the one it was."""
+
+import socket
+import sys
+from pathlib import Path
+
+
+def host() -> str:
+    """The name of this machine, without the sign that parts names of folders."""
+    return socket.gethostname().replace("~", "-")
+
+
+def machine() -> str:
+    """What tells apart those places in which a process id means the same: on Linux the boot and the id namespace."""
+    if sys.platform != "linux":
+        return host()
+    boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+    return f"{host()} {boot} {Path('/proc/self/ns/pid').readlink()}"
+
+
+def started(process: int) -> str | None:
+    """When a process here began, as text that no jump of the clock changes on Linux; None where there is none.
+
+    Together with its id this names a process for good. One that has ended and waits to be noticed is none.
+    """
+    if sys.platform == "linux":
+        try:
+            state, *numbers = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        except (FileNotFoundError, ProcessLookupError):
+            return None
+        return None if state in "ZX" else numbers[18]
+    import psutil
+
+    try:
+        return str(round(psutil.Process(process).create_time()))
+    except psutil.NoSuchProcess:
+        return None

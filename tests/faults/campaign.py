@@ -1,0 +1,159 @@
+"""Launches of a real study that are killed, whose workers are killed and whose parts are cut off, until it is whole.
+
+Each launch is the `sweep launch` of a user in a process of its own, except that it stores a part five times a second:
+so more of the moments that are drawn fall into writing one.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+from runner_jobs import processes_below
+from studies import launched
+
+from sweep.store import Store
+
+SPEC = """
+study: faulty
+model: nguyen2024
+preset: as_run
+fixed: {n: 60, steps: 500}
+sweep:
+  separation_weight: [0.5, 1, 1.5, 2]
+replicates: 30
+seed: 5
+record: {series: [speed], every: 50}
+"""
+LAUNCH = [
+    sys.executable,
+    "-c",
+    "from sweep.writer import Writer; Writer.__init__.__kwdefaults__['seconds'] = 0.2; "
+    "from sweep.cli import main; main()",
+    *("launch", "spec.yaml", "--workers", "2"),
+]
+LAST_MOMENT = 6.0
+LAST_RESORT = 120.0
+TIMING = "seconds"
+
+
+def tables(folder: Path) -> dict[str, str]:
+    """The rows of the stored study as text, which tells any two numbers apart; wall times left out."""
+    found = {}
+    for name in ("trials", "series"):
+        table = Store(folder).read(name)
+        keys = [("trial_id", "ascending")] + ([("frame", "ascending")] if name == "series" else [])
+        wanted = sorted(set(table.column_names) - {TIMING})
+        found[name] = repr(table.sort_by(keys).select(wanted).to_pylist())
+    return found
+
+
+class Campaign:
+    """Disturbed studies below `folder`, each compared with an undisturbed one; `counts` says what was done to them."""
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        self.folder = folder
+        self.random = Random(seed)
+        self.counts: Counter[str] = Counter()
+        launched(SPEC, folder / "undisturbed")
+        self.whole = tables(folder / "undisturbed" / "faulty")
+
+    def study(self, launches: int) -> None:
+        """Disturb a new study by that many launches, then let it be completed, and compare."""
+        self.counts["studies"] += 1
+        place = self.folder / f"study-{self.counts['studies']}"
+        place.mkdir()
+        (place / "spec.yaml").write_text(SPEC)
+        for _ in range(launches):
+            self.disturbed_launch(place)
+            self.cut(place / "results" / "faulty" / "parts")
+        done = subprocess.run(LAUNCH, cwd=place, capture_output=True, text=True, timeout=LAST_RESORT)
+        assert done.returncode == 0, done.stderr
+        self.check(place / "results" / "faulty")
+
+    def disturbed_launch(self, place: Path) -> None:
+        """A launch, up to two workers of which are killed, and then itself, unless it has come to its end before."""
+        moments = sorted(self.random.uniform(0, LAST_MOMENT) for _ in range(self.random.choice([2, 3])))
+        self.counts["launches"] += 1
+        with (place / "errors.txt").open("w") as errors:
+            process = subprocess.Popen(LAUNCH, cwd=place, stderr=errors, start_new_session=True)
+        began = time.monotonic()
+        for moment in moments:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(max(0.0, began + moment - time.monotonic()))
+            if process.returncode is not None:
+                break
+            if moment == moments[-1]:
+                process.kill()
+                self.counts["coordinator kills"] += 1
+            else:
+                self.kill_worker(process.pid)
+        code, said = process.wait(LAST_RESORT), (place / "errors.txt").read_text()
+        assert code in (0, -signal.SIGKILL), said
+        self.counts["came to their end"] += code == 0
+        assert_no_orphans(process.pid)
+
+    def kill_worker(self, launcher: int) -> None:
+        """Kill one of the worker processes, if there are any by now."""
+        if workers := sorted(filter(is_worker, processes_below(launcher))):
+            with suppress(ProcessLookupError):
+                os.kill(self.random.choice(workers), signal.SIGKILL)
+                self.counts["worker kills"] += 1
+
+    def cut(self, parts: Path) -> None:
+        """Cut a file of a part off at a random place, mostly."""
+        files = sorted(file for file in parts.glob("*/*") if file.stat().st_size) if parts.is_dir() else []
+        if files and self.random.random() < 0.75:
+            file = self.random.choice(files)
+            os.truncate(file, self.random.randrange(file.stat().st_size))
+            self.counts["truncations"] += 1
+
+    def check(self, folder: Path) -> None:
+        """The study is that of the undisturbed launch, no trial is stored twice, and nothing is left over."""
+        assert tables(folder) == self.whole
+        rows = sum(len(ids) for ids in map(trial_ids, Store(folder).all_parts()))
+        assert rows == len(Store(folder).trial_ids()) == 120
+        assert list((folder / "writing").iterdir()) == []
+        assert not (folder / "lock").exists()
+        damaged = folder / "damaged"
+        self.counts["set aside"] += len(list(damaged.iterdir())) if damaged.exists() else 0
+
+
+def trial_ids(part: Path) -> list[str]:
+    """The trials of one part."""
+    from sweep.parquet import load_table
+
+    ids: list[str] = load_table(part, "trials", ["trial_id"])["trial_id"].to_pylist()
+    return ids
+
+
+def is_worker(process: int) -> bool:
+    """Whether a process is a worker of a pool."""
+    try:
+        return b"loky.backend.popen" in Path(f"/proc/{process}/cmdline").read_bytes()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def session(leader: int) -> set[int]:
+    """The live processes of a session."""
+    found = set()
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(FileNotFoundError, ProcessLookupError):
+            state, _, _, number = stat.read_text().rpartition(")")[2].split()[:4]
+            if int(number) == leader and state not in "ZX":
+                found.add(int(stat.parent.name))
+    return found
+
+
+def assert_no_orphans(leader: int, patience: float = 10.0) -> None:
+    """Wait until no process of a session is left."""
+    deadline = time.monotonic() + patience
+    while left := session(leader):
+        assert time.monotonic() < deadline, f"orphans: {left}"
+        time.sleep(0.02)

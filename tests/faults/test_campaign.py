@@ -1,0 +1,26 @@
+"""Whatever is killed and cut off, the study becomes the undisturbed one: the same rows, bit by bit, each once."""
+
+from pathlib import Path
+
+import pytest
+
+from faults.campaign import Campaign
+
+
+def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
+    campaign = Campaign(tmp_path, seed=2)
+    campaign.study(launches=2)
+    assert campaign.counts["coordinator kills"] + campaign.counts["came to their end"] == 2
+
+
+@pytest.mark.slow
+def test_many_studies_survive_hundreds_of_kills_and_truncations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At least 200 kills of the coordinator, 200 of workers and 100 truncations, and what was done is printed."""
+    campaign = Campaign(tmp_path, seed=1)
+    wanted = {"coordinator kills": 200, "worker kills": 200, "truncations": 100}
+    while any(campaign.counts[what] < number for what, number in wanted.items()):
+        campaign.study(launches=8)
+    with capsys.disabled():
+        print("\nfault campaign:", ", ".join(f"{count} {what}" for what, count in sorted(campaign.counts.items())))
