@@ -43,7 +43,7 @@ def model_settings(name: str) -> Table:
     presets = MODELS[name].presets
     table = Table("setting", *presets, "allowed", "what it is", title=name)
     for setting in fields(name).values():
-        values = [_brief(preset[setting.name]) for preset in presets.values()]
+        values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table
 
@@ -97,7 +97,7 @@ def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interva
             _with_error(mean, high - mean) if interval == "t" or name in study.repeated else _within(mean, low, high)
             for name, mean, low, high in found
         ]
-        table.add_row(*(_brief(row[name]) for name in varied), *cells, _count(row, names))
+        table.add_row(*(brief(row[name]) for name in varied), *cells, _count(row, names))
     console().print(table)
     if len(rows) > MOST_ROWS:
         console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
@@ -138,7 +138,8 @@ def _within(mean: float, low: float, high: float) -> str:
     return f"{mean:.{places}f} [{low:.{places}f}, {high:.{places}f}]"
 
 
-def _brief(value: Any) -> str:
+def brief(value: Any) -> str:
+    """A setting in few characters."""
     return f"{value:.6g}" if isinstance(value, float) else str(value) or "-"
 
 

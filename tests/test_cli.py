@@ -104,6 +104,19 @@ def test_a_table_with_another_interval(folder: Path) -> None:
     assert re.search(r"\d\.\d+ \[\d\.\d+, \d\.\d+\]", text)
 
 
+def test_a_comparison_of_two_values(folder: Path) -> None:
+    sides = ("small:separation_weight=0.5", "small:separation_weight=1")
+    done = sweep(folder, "compare", *sides, "--metric", "speed")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "A and B differ in separation_weight (0.5; 1)" in done.stdout
+    csv = pd.read_csv(StringIO(sweep(folder, "compare", *sides, "--csv").stdout))
+    speeds = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))["speed"]
+    assert csv["difference"][0] == pytest.approx(speeds[1] - speeds[0])
+    same = sweep(folder, "compare", sides[0], sides[0])
+    assert (same.returncode, same.stderr.count("\n")) == (2, 1)
+    assert "the same trials: there is nothing to compare" in same.stderr
+
+
 def test_a_table_of_an_unrecorded_metric_says_which_there_are(folder: Path) -> None:
     done = sweep(folder, "table", "small", "--metric", "sped")
     assert done.returncode == 2

@@ -10,10 +10,12 @@ from scipy.stats import chi2, norm, t, ttest_rel
 
 from sweep.analysis import (
     Contrast,
+    adjusted,
     contrast,
     contrasts,
     equivalence,
     holm,
+    jointly,
     max_t,
     mean_estimate,
     paired_contrast,
@@ -119,6 +121,20 @@ def test_all_values_against_a_reference() -> None:
     assert list(table["p"]) == pytest.approx(holm([other.estimate.p_value() for other in others]))
 
 
+@pytest.mark.parametrize(("together", "p"), [("bonferroni", 2 * 0.03), ("sidak", 1 - 0.97**2), ("holm", 2 * 0.03)])
+def test_contrasts_looked_at_together(together: Any, p: float) -> None:
+    """The first of two tests, of which the one without two values is none: the third is no part of the family."""
+    rng = np.random.default_rng(8)
+    sides = [paired_contrast(pd.Series(rng.normal(mean, 1.0, 15)), pd.Series(np.zeros(15))) for mean in (0.5, 3.0)]
+    family = jointly([*sides, paired_contrast(pd.Series([1.0]), pd.Series([0.0]))], together=together)
+    level = simultaneous_confidence(2, correction="sidak" if together == "sidak" else "bonferroni")
+    assert (family.low[0], family.high[0]) == sides[0].interval(level)
+    alone = [side.estimate.p_value() for side in sides]
+    assert list(family.p[:2]) == pytest.approx(list(adjusted(alone, together)))
+    assert np.isnan([family.low[2], family.p[2]]).all()
+    assert adjusted([0.03, np.nan, 0.9], together)[0] == pytest.approx(p)
+
+
 def test_all_values_against_a_reference_by_max_t() -> None:
     study = Tables()
     table = contrasts(study, "speed", "weight", 0.5, {"n": 20}, together="max_t")
@@ -136,8 +152,8 @@ def test_all_values_against_a_reference_by_max_t() -> None:
 
 
 def test_what_is_wrong_with_contrasts_is_said() -> None:
-    with pytest.raises(ValueError, match='unknown together "holm"'):
-        contrasts(Tables(), "speed", "weight", 0.5, {"n": 20}, together="holm")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match='unknown together "hollm"; did you mean "holm"'):
+        contrasts(Tables(), "speed", "weight", 0.5, {"n": 20}, together="hollm")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="no trial has another n than 20"):
         contrasts(Tables(), "speed", "n", 20, {"n": 20, "weight": 1.0})
     with pytest.raises(ValueError, match="no trial has n = 20, weight = 7"):

@@ -6,10 +6,14 @@ Every result says on how many values it rests; trials that are not done take no 
 from sweep.analysis.contrasts import (
     Contrast,
     Equivalence,
+    Family,
+    Together,
     compare,
     contrast,
     contrasts,
     equivalence,
+    independent_contrast,
+    jointly,
     paired_contrast,
 )
 from sweep.analysis.effect_sizes import EffectSize, cliffs_delta, hedges_g, superiority
@@ -40,9 +44,9 @@ from sweep.analysis.order import (
     susceptibility,
     susceptibility_values,
 )
-from sweep.analysis.pairing import Unit, Units, agrees, chosen, units
+from sweep.analysis.pairing import Unit, Units, agrees, chosen, common_streams, replicates, units
 from sweep.analysis.series import Autocorrelation, BurnIn, Drift, autocorrelation, burn_in, drift, integrated_time
-from sweep.analysis.simultaneous import Simultaneous, holm, max_t, simultaneous_confidence
+from sweep.analysis.simultaneous import Simultaneous, adjusted, holm, max_t, simultaneous_confidence
 from sweep.analysis.steady import SteadyState, steady_state, steady_states
 
 __all__ = [
@@ -54,6 +58,7 @@ __all__ = [
     "EffectSize",
     "Equivalence",
     "Estimate",
+    "Family",
     "Interval",
     "MeanEstimate",
     "MeanKind",
@@ -61,8 +66,10 @@ __all__ = [
     "Sample",
     "Simultaneous",
     "SteadyState",
+    "Together",
     "Unit",
     "Units",
+    "adjusted",
     "agrees",
     "autocorrelation",
     "binder_cumulant",
@@ -71,6 +78,7 @@ __all__ = [
     "by_point",
     "chosen",
     "cliffs_delta",
+    "common_streams",
     "compare",
     "contrast",
     "contrasts",
@@ -80,7 +88,9 @@ __all__ = [
     "half_width",
     "hedges_g",
     "holm",
+    "independent_contrast",
     "integrated_time",
+    "jointly",
     "max_t",
     "mean_estimate",
     "mean_interval",
@@ -90,6 +100,7 @@ __all__ = [
     "quantile_interval",
     "quantiles_by_point",
     "rank_estimate",
+    "replicates",
     "simultaneous_confidence",
     "steady_state",
     "steady_states",

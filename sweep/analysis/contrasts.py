@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from sweep.analysis.estimate import CONFIDENCE, MeanEstimate, mean_estimate
 from sweep.analysis.pairing import Unit, Units, agrees, chosen, pairable, units
-from sweep.analysis.simultaneous import holm, max_t, simultaneous_confidence
+from sweep.analysis.simultaneous import adjusted, max_t, simultaneous_confidence
 from sweep.names import unknown
 
 Floats = NDArray[np.float64]
-Together = Literal["bonferroni", "sidak", "max_t"]
+Together = Literal["holm", "bonferroni", "sidak", "max_t"]
 
 
 class Study(Protocol):
@@ -83,6 +83,15 @@ class Contrast:
         return self.estimate.interval(confidence) if self.estimate.testable else (np.nan, np.nan)
 
 
+class Family(NamedTuple):
+    """Contrasts looked at together: the bounds of intervals that all hold, and adjusted p-values, (k,) each."""
+
+    contrasts: Sequence[Contrast]
+    low: Floats
+    high: Floats
+    p: Floats
+
+
 class Equivalence(NamedTuple):
     """Two one-sided tests: the larger p, the interval at 1 - 2 `level`, and whether it lies within the margins."""
 
@@ -98,6 +107,11 @@ def compare(one: Units, other: Units) -> Contrast:
     if pairable(one, other):
         return paired_contrast(one.values, other.values, left_out)
     first, second = (values[~np.isnan(values)] for values in (one.array(), other.array()))
+    return independent_contrast(first, second, left_out)
+
+
+def independent_contrast(first: Floats, second: Floats, left_out: int = 0) -> Contrast:
+    """The difference of the means of two independent samples without NaN."""
     return Contrast(mean_estimate(first, second), first, second, None, left_out)
 
 
@@ -150,18 +164,14 @@ def contrasts(
     settings: Mapping[str, Any] | None = None,
     unit: Unit | None = None,
     confidence: float = CONFIDENCE,
-    together: Together = "bonferroni",
+    together: Together = "holm",
 ) -> pd.DataFrame:
     """Every value of the setting `by` against `reference`, where the other settings are `settings`.
 
     Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside the reference), correlation,
-    variance_reduction, left_out. The intervals hold together, as do the p-values: with "bonferroni" and "sidak" those
-    are Holm's, with "max_t" both come from one bootstrap of whole replicates, for which all must be paired, and those
-    that lack a trial are left out of all. `contrast` has pairs, units and errors, `sweep.analysis.simultaneous` when
-    each correction is valid.
+    variance_reduction, left_out. The intervals hold together, as do the p-values, see `jointly`; `contrast` has
+    pairs, units and errors.
     """
-    if together not in get_args(Together):
-        raise ValueError(unknown("together", together, get_args(Together)))
     trials, _ = _table(source)
     _check_column(trials, by)
     same = dict(settings or {})
@@ -169,21 +179,37 @@ def contrasts(
     if not values:
         raise ValueError(f"no trial has another {by} than {reference}")
     sides = [contrast(source, metric, {**same, by: value}, {**same, by: reference}, unit) for value in values]
-    if together == "max_t":
-        sides = _common(sides)
-        found = max_t(np.column_stack([side.first - side.second for side in sides]), confidence)
-        bounds, p_values = np.column_stack([found.low, found.high]), found.p
-    else:
-        level = simultaneous_confidence(len(sides), confidence, together)
-        bounds = np.array([side.interval(level) for side in sides])
-        p_values = holm([side.estimate.p_value() for side in sides])
-    columns = {by: values, "difference": [side.value for side in sides], "low": bounds[:, 0], "high": bounds[:, 1]}
-    columns |= {"p": p_values, "paired": [side.paired for side in sides], "n": [len(side.first) for side in sides]}
+    family = jointly(sides, confidence, together)
+    sides = list(family.contrasts)
+    columns = {by: values, "difference": [side.value for side in sides], "low": family.low, "high": family.high}
+    columns |= {"p": family.p, "paired": [side.paired for side in sides], "n": [len(side.first) for side in sides]}
     columns |= {name: [getattr(side, name) for side in sides] for name in SHOWN}
     return pd.DataFrame(columns)
 
 
 SHOWN = ("correlation", "variance_reduction", "left_out")
+
+
+def jointly(sides: Sequence[Contrast], confidence: float = CONFIDENCE, together: Together = "holm") -> Family:
+    """`sides` with intervals that all hold with `confidence`, and p-values that are adjusted for each other.
+
+    With "bonferroni" and "sidak" both are those of that correction; "holm" has Bonferroni's intervals and Holm's
+    p-values, which are never larger, so that one may be small although its interval has the zero. With "max_t" both
+    come from one bootstrap of whole replicates, for which all must be paired; those that lack a trial are left out
+    of all. `sweep.analysis.simultaneous` says when each is valid. A contrast of less than two values is no test.
+    Raises ValueError for another correction, and as `max_t`.
+    """
+    if together not in get_args(Together):
+        raise ValueError(unknown("together", together, get_args(Together)))
+    if together == "max_t":
+        sides = _common(sides)
+        found = max_t(np.column_stack([side.first - side.second for side in sides]), confidence)
+        return Family(sides, found.low, found.high, found.p)
+    tests = max(1, sum(side.estimate.testable for side in sides))
+    level = simultaneous_confidence(tests, confidence, "sidak" if together == "sidak" else "bonferroni")
+    bounds = np.array([side.interval(level) for side in sides])
+    p_values = adjusted([side.estimate.p_value() for side in sides], together)
+    return Family(sides, bounds[:, 0], bounds[:, 1], p_values)
 
 
 def equivalence(estimate: MeanEstimate, low: float, high: float, level: float = 0.05) -> Equivalence:

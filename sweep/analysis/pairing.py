@@ -71,6 +71,25 @@ def units(trials: pd.DataFrame, values: "pd.Series[float]", unit: Unit, free: Se
     )
 
 
+def common_streams(trials: pd.DataFrame) -> frozenset[str]:
+    """The random streams, of start, world and noise, that all `trials` take in common with those of other points."""
+    streams = [dict(stream.split("=") for stream in text.split()) for text in trials["streams"].unique()]
+    return (
+        frozenset(name for name in streams[0] if all(each[name] == "common" for each in streams))
+        if streams
+        else frozenset()
+    )
+
+
+def replicates(trials: pd.DataFrame) -> pd.MultiIndex:
+    """What tells the random numbers of trials apart: seed and replicate, 0 for a listed seed, which stands for both.
+
+    Streams in common have the same numbers where both are the same, in any study and at any point.
+    """
+    places = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
+    return pd.MultiIndex.from_arrays([trials["seed"], places], names=REPLICATE)
+
+
 def pairable(one: Units, other: Units) -> bool:
     """Whether each unit has its partner: the same keys once on both sides, with common random numbers."""
     indices = one.values.index, other.values.index

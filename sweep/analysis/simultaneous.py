@@ -12,6 +12,7 @@ from sweep.names import unknown
 
 Floats = NDArray[np.float64]
 Correction = Literal["bonferroni", "sidak"]
+Adjustment = Literal["holm", "bonferroni", "sidak"]
 
 FEWEST_REPLICATES = 10
 
@@ -55,6 +56,21 @@ def holm(p_values: Sequence[float] | Floats) -> Floats:
     factors = np.arange(len(order), 0, -1)
     adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * given[order]))
     return adjusted
+
+
+def adjusted(p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm") -> Floats:
+    """The p-values (k,) adjusted for all tests among them: by `holm`, never larger than the others, or in one step.
+
+    "bonferroni" and "sidak" agree with the intervals at `simultaneous_confidence`. A NaN stays one and is no test.
+    Raises ValueError for another adjustment.
+    """
+    if adjustment not in get_args(Adjustment):
+        raise ValueError(unknown("adjustment", adjustment, get_args(Adjustment)))
+    given = np.asarray(p_values, np.float64)
+    tests = int(np.count_nonzero(~np.isnan(given)))
+    if adjustment == "holm":
+        return holm(given)
+    return np.minimum(1.0, tests * given) if adjustment == "bonferroni" else -np.expm1(tests * np.log1p(-given))
 
 
 def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneous:

@@ -24,6 +24,14 @@ class IntervalKind(StrEnum):
     bootstrap_t = "bootstrap_t"
 
 
+class Together(StrEnum):
+    """How the rows of a comparison are judged together."""
+
+    holm = "holm"
+    bonferroni = "bonferroni"
+    max_t = "max_t"
+
+
 @app.command()
 def status(study: StudyName, results: Results = Path("results"), as_json: Json = False) -> None:
     """How much of a study is stored, and what went wrong."""
@@ -61,3 +69,39 @@ def table(
         print(rows.to_json(orient="records", indent=2))
     else:
         table_text(stored, rows, names, interval.value)
+
+
+@app.command()
+def compare(
+    a: Annotated[str, typer.Argument(metavar="A", help="STUDY, STUDY:setting=value[,setting=value], or STUDY:PRESET.")],
+    b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, written alike.")],
+    results: Results = Path("results"),
+    metric: Annotated[list[str] | None, typer.Option(help="A metric to compare; may be repeated.")] = None,
+    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
+    margin: Annotated[
+        float | None, typer.Option(help="Test whether B - A lies within +-margin, in the unit of the metric.")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="With which all intervals hold together.")] = 0.95,
+    together: Annotated[
+        Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
+    ] = Together.holm,
+    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    as_json: Json = False,
+) -> None:
+    """What B has more or less than A, point by point: differences with intervals, p and a verdict.
+
+    Points that agree in all that varies are compared, their trials in pairs where they share random numbers.
+    """
+    from sweep.comparison import Method, compare_sides
+    from sweep.comparison_text import comparison_json, comparison_text
+    from sweep.sides import read_side
+
+    method = Method(confidence, together.value, margin)
+    one, other = (read_side(text, results) for text in (a, b))
+    found = compare_sides(one, other, metric or (), half=over is Over.half, method=method)
+    if csv:
+        print(found.rows.to_csv(index=False), end="")
+    elif as_json:
+        print(comparison_json(found))
+    else:
+        comparison_text(found)
