@@ -1,5 +1,6 @@
 """Commands that read what is stored."""
 
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -69,6 +70,51 @@ def table(
         print(rows.to_json(orient="records", indent=2))
     else:
         table_text(stored, rows, names, interval.value)
+
+
+class Format(StrEnum):
+    """What kind of file a figure becomes."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+@app.command()
+def plot(
+    study: StudyName,
+    kinds: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[KIND]...",
+            help="curves, scatter, heatmap, parallel, pareto, sensitivity, coverage, trajectories; else all that suit.",
+        ),
+    ] = None,
+    results: Results = Path("results"),
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to show; coverage+ is to be high, coverage_cv- low. Repeatable.")
+    ] = None,
+    by: Annotated[str | None, typer.Option(help="The setting whose values are lines or colours.")] = None,
+    x: Annotated[str | None, typer.Option(help="The setting along x.")] = None,
+    y: Annotated[str | None, typer.Option(help="The setting along y.")] = None,
+    where: Annotated[list[str] | None, typer.Option(help="Show these points only, as n=50. Repeatable.")] = None,
+    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
+    formats: Annotated[list[Format] | None, typer.Option("--format", help="Repeatable; png by default.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the files; results/STUDY/figures by default.")] = None,
+) -> None:
+    """Draw figures of a study, with intervals and units, and print where they are."""
+    from sweep.figures.kinds import Choices, draw_figures, plan_figures
+    from sweep.figures.selection import where_of
+    from sweep.study import StoredStudy
+
+    stored = StoredStudy(study, results)
+    choices = Choices(tuple(metric or ()), by, x, y, where_of(stored, where or ()), over is Over.half)
+    figures = plan_figures(stored, kinds or [], choices)
+    for reason in figures.left_out:
+        print(f"not drawn: {reason}", file=sys.stderr)
+    folder = out or stored.store.folder / "figures"
+    for path in draw_figures(stored, figures, folder, [one.value for one in formats or [Format.png]], choices):
+        print(path, flush=True)
 
 
 @app.command()

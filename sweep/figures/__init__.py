@@ -1,9 +1,15 @@
 """Figures from tables, in one house style, for the command line, notebooks and published studies."""
 
+from sweep.figures.coverage import coverage_figure
 from sweep.figures.curves import metric_curves
 from sweep.figures.details import effects_figure, paired_effects
-from sweep.figures.pieces import draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note
+from sweep.figures.heatmap import heatmap_figure
+from sweep.figures.kinds import KINDS, Choices, Kind, Planned
+from sweep.figures.parallel import parallel_figure
+from sweep.figures.pareto import pareto_figure
+from sweep.figures.pieces import draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note, quantity
 from sweep.figures.saving import save, saved_about
+from sweep.figures.scatter import scatter_figure
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.style import (
     BLUE,
@@ -18,11 +24,13 @@ from sweep.figures.style import (
     VERMILION,
     Drawing,
 )
+from sweep.figures.trajectories import trajectories_figure
 
 __all__ = [
     "BLUE",
     "GREEN",
     "GREY",
+    "KINDS",
     "LINE_STYLES",
     "NAME",
     "ORANGE",
@@ -30,18 +38,28 @@ __all__ = [
     "SKY",
     "STYLE",
     "VERMILION",
+    "Choices",
     "Drawing",
+    "Kind",
+    "Planned",
+    "coverage_figure",
     "draw_flock",
     "draw_map",
     "draw_values",
     "draw_visits",
     "effects_figure",
+    "heatmap_figure",
     "legend",
     "metric_curves",
     "name_rows",
     "note",
     "paired_effects",
+    "parallel_figure",
+    "pareto_figure",
+    "quantity",
     "save",
     "saved_about",
+    "scatter_figure",
     "sensitivity_figure",
+    "trajectories_figure",
 ]

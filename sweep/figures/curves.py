@@ -1,54 +1,177 @@
 """Metrics against time: mean curves with bands."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
-from matplotlib import style
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from matplotlib import colormaps, style
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
-from sweep.figures.pieces import note
-from sweep.figures.style import LINE_STYLES, STYLE
+from sweep.figures.pieces import note, quantity, title_panel, words
+from sweep.figures.scales import is_logarithmic
+from sweep.figures.selection import MOST_COLOURS, Facet, Selection, among, is_number, select
+from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
+from sweep.names import unknown
+from sweep.parquet import StoreError
 from sweep.study import StoredStudy
 
+MOST_LINES = 60
+"""So many values of a number are told apart by a bar of colours."""
+LINE = "_line"
 
-def metric_curves(study: StoredStudy, by: str, metrics: Sequence[str] = ()) -> Figure:
+
+class Curves(NamedTuple):
+    """What a figure of curves shows: a panel a metric and facet, and in each a line a value of `by`."""
+
+    selection: Selection
+    metrics: list[str]
+    by: str | None
+    facets: list[Facet]
+
+
+def metric_curves(
+    study: StoredStudy,
+    by: str | None = None,
+    metrics: Sequence[str] = (),
+    *,
+    where: Mapping[str, object] | None = None,
+) -> Figure:
     """Each series metric against frame, one panel each: mean over trials and pointwise 95 % interval by value of `by`.
 
-    All series metrics where `metrics` is empty.
+    All series metrics where `metrics` is empty. Without `by` it is the listed setting with the fewest values. More
+    than seven values, up to 60, are a bar of colours where they are numbers. Other settings that vary are panels.
+    Raises StoreError where no series are stored, for names that the study does not have, for too many lines or panels.
     """
-    names = list(metrics) or [name for name in study.series.columns if name not in ("trial_id", "frame")]
+    return draw_curves(curves_layout(study, by, metrics, where=where))
+
+
+def curves_layout(
+    study: StoredStudy, by: str | None, metrics: Sequence[str], *, where: Mapping[str, object] | None
+) -> Curves:
+    """What `metric_curves` will show. Raises StoreError as it does."""
+    selection = select(study, where)
+    recorded = series_metrics(study)
+    for name in metrics:
+        if name not in recorded:
+            raise StoreError(f"study {study.name}: {unknown('series metric', name, recorded)}")
+    chosen = _lines(selection, by)
+    others = selection.apart([chosen] if chosen else [])
+    if mixed := selection.mixed([*([chosen] if chosen else []), *others]):
+        raise StoreError(
+            f"study {study.name}: a curve would be a mean over {', '.join(mixed)}; allowed: up to {MOST_LINES} points; "
+            f"choose with by and where"
+        )
+    names = list(metrics) or recorded
+    facets = selection.facets(others)
+    remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(names)}"
+    selection.allow(len(names) * len(facets), others, "curves", remedy)
+    return Curves(selection, names, chosen, facets)
+
+
+def series_metrics(study: StoredStudy) -> list[str]:
+    """The metrics of which every recorded frame is stored. Raises StoreError where there are none."""
+    stored = study.store.read("series", trial_ids=pa.array([], pa.string())).column_names
+    recorded = [name for name in stored if name not in ("trial_id", "frame")]
+    if not recorded:
+        raise StoreError(f"study {study.name} has no series; record: {{series: [{study.metrics[0]}]}} keeps them")
+    return recorded
+
+
+def _lines(selection: Selection, by: str | None) -> str | None:
+    """The setting whose values are lines. Raises StoreError for more of them than can be told apart."""
+    listed = selection.apart([])
+    if not by and not listed:
+        return None
+    name = selection.setting(by) if by else listed[0]
+    most = MOST_LINES if is_number(selection.points[name]) else MOST_COLOURS
+    if (number := len(selection.values(name))) > most:
+        few = [other for other in listed if len(selection.values(other)) <= MOST_COLOURS]
+        offer = f"by one of {', '.join(few)}" if few else f"with where, {selection.example([name])}"
+        raise StoreError(
+            f"study {selection.study.name}: curves by {name}, which has {number:,} values; allowed: up to {most}; "
+            f"choose {offer}"
+        )
+    return name
+
+
+def draw_curves(layout: Curves) -> Figure:
+    """The figure of a layout."""
+    selection, metrics, by, facets = layout
+    panels = [(metric, facet) for metric in metrics for facet in facets]
     with style.context(STYLE):
-        columns = min(2, len(names))
-        rows = -(-len(names) // columns)
-        figure = Figure(figsize=(3.6 * columns, 2.5 * rows + 0.7))
-        panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes, name in zip(panels, names, strict=False):
-            _curve_panel(axes, study, by, name)
-        for axes in panels[len(names) :]:
+        across = min(3 if len(facets) > 2 else 2, len(panels))
+        down = -(-len(panels) // across)
+        figure = Figure(figsize=(max(3.6 * min(across, 2), 4.2), 2.5 * down + 0.7))
+        grid = figure.subplots(down, across, squeeze=False).ravel()
+        for axes, (metric, facet) in zip(grid, panels, strict=False):
+            _curve_panel(axes, layout, metric, facet)
+            title_panel(axes, [facet.title], across)
+        for start in range(0, len(panels), len(facets)):
+            _one_scale(grid[start : start + len(facets)])
+        for axes in grid[len(panels) :]:
             axes.set_axis_off()
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, title=by.replace("_", " "), loc="outside upper center", ncols=len(labels))
-        note(figure, f"{_trials(study, by)}, mean with pointwise 95 % interval")
+        if by and _coloured(layout):
+            figure.colorbar(
+                ScalarMappable(_norm(layout), "viridis"), ax=list(grid), label=quantity(selection.study, by)
+            )
+        elif by:
+            labels = [words(value) for value in selection.values(by)]
+            handles = [Line2D([], [], **_looks(layout, place)) for place in range(len(labels))]
+            title = quantity(selection.study, by)
+            figure.legend(handles, labels, title=title, loc="outside upper center", ncols=len(labels))
+        counts = selection.trials[selection.trials["status"] == "done"].groupby("point").size()
+        note(figure, selection.about("{n} trials a curve, mean with pointwise 95 % interval", counts))
     return figure
 
 
-def _curve_panel(axes: Axes, study: StoredStudy, by: str, metric: str) -> None:
-    table = curves(study.series, study.trials, by, metric)
-    for number, (value, curve) in enumerate(table.groupby(by, sort=True)):
-        label = f"{value:g}" if isinstance(value, float) else str(value)
-        style = LINE_STYLES[number % len(LINE_STYLES)]
-        (line,) = axes.plot(curve["frame"], curve["mean"], linestyle=style, label=label)
+def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
+    selection, by = layout.selection, layout.by
+    trials = among(selection.trials, facet.points)
+    trials = trials.assign(**{LINE: trials["point"].map(selection.points[by]) if by else ""})
+    table = curves(selection.study.series, trials, LINE, metric)
+    lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
+    for number, value in enumerate(selection.values(by) if by else [""]):
+        if value not in lines:
+            continue
+        curve = lines[value]
+        (line,) = axes.plot(curve["frame"], curve["mean"], label=words(value), **_looks(layout, number))
         axes.fill_between(curve["frame"], curve["low"], curve["high"], color=line.get_color(), alpha=0.2, lw=0)
-    unit = study.units.get(metric, "")
     axes.set_xlabel("frame (steps)")
-    axes.set_ylabel(metric.replace("_", " ") + (f" ({unit})" if unit else ""))
-    axes.set_ylim(bottom=0)
+    axes.set_ylabel(quantity(selection.study, metric))
+    if np.nanmin(table["mean"]) >= 0.0:
+        axes.set_ylim(bottom=0)
     axes.margins(x=0)
 
 
-def _trials(study: StoredStudy, by: str) -> str:
-    done = study.trials[study.trials["status"] == "done"]
-    counts = sorted(set(done.groupby(by).size()))
-    number = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-    return f"{study.name}: {number} trials a curve"
+def _looks(layout: Curves, number: int) -> dict[str, Any]:
+    """How the line of the value with that number is drawn."""
+    if _coloured(layout) and layout.by:
+        values = np.array(layout.selection.values(layout.by), np.float64)
+        return {"color": colormaps["viridis"](_norm(layout)(values)[number]), "linewidth": 1.0}
+    return {"color": COLOURS[number], "linestyle": LINE_STYLES[number % len(LINE_STYLES)]}
+
+
+def _one_scale(panels: Iterable[Axes]) -> None:
+    """The same metric on the same scale."""
+    limits = np.array([axes.get_ylim() for axes in panels])
+    for axes in panels:
+        axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+
+
+def _coloured(layout: Curves) -> bool:
+    """Whether lines are told apart by a bar of colours."""
+    return layout.by is not None and len(layout.selection.values(layout.by)) > MOST_COLOURS
+
+
+def _norm(layout: Curves) -> Normalize:
+    assert layout.by is not None
+    values = np.asarray(layout.selection.points[layout.by], np.float64)
+    kind = LogNorm if is_logarithmic(layout.selection, layout.by) else Normalize
+    return kind(float(values.min()), float(values.max()))

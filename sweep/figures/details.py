@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
-from sweep.figures.pieces import draw_values, legend, name_rows, note
+from sweep.figures.pieces import draw_values, legend, name_rows, note, span, words
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
 from sweep.study import StoredStudy, details
 
@@ -65,20 +65,18 @@ def effects_figure(
     with style.context(STYLE):
         figure = Figure(figsize=(7.2, 0.3 * len(rows) + 1.95))
         panels = figure.subplots(1, len(metrics), sharey=True, squeeze=False)[0]
-        for axes, (metric, words) in zip(panels, metrics.items(), strict=True):
+        for axes, (metric, text) in zip(panels, metrics.items(), strict=True):
             _panel(axes, table[table["metric"] == metric], list(rows), by, names, factor=factor)
             unit = f" ({study.units[metric]})" if metric in study.units else ""
-            axes.set_title(f"{words}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}", fontsize=7.5)
+            axes.set_title(f"{text}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}", fontsize=7.5)
             axes.set_xlabel("factor" if factor else f"change{unit}".replace("%", "% points"), fontsize=8)
         for axes in panels:
             name_rows(axes, list(rows.values()))
         legend(figure, panels[0])
-        pairs = sorted({int(n) for n in table["n"]})
-        number = f"{pairs[0]}" if len(pairs) == 1 else f"{pairs[0]} to {pairs[-1]}"
         kind = "geometric mean" if factor else "mean"
         note(
             figure,
-            f"{study.name}: {number} pairs of trials with the same start a row,\n"
+            f"{study.name}: {span(table['n'])} pairs of trials with the same start a row,\n"
             f"{kind} with simultaneous 95 % interval (Bonferroni, {len(table)} comparisons)",
         )
     return figure
@@ -119,13 +117,5 @@ def _rows(study: StoredStudy, preset: str, table: pd.DataFrame) -> dict[str, str
     trials = study.trials.assign(detail=details(study, preset).to_numpy())
     values = trials.groupby("detail", sort=False).first()
     found = [name for name in dict.fromkeys(table["detail"]) if name != ALL]
-    rows = {name: f"{_words(name)}: {_words(values.loc[name, name])}" for name in found}
-    return rows | ({ALL: f"all: {_words(preset)}"} if ALL in set(table["detail"]) else {})
-
-
-def _words(value: object) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return "unlimited" if np.isinf(value) else f"{value:g}"
-    return str(value).replace("_", " ")
+    rows = {name: f"{words(name)}: {words(values.loc[name, name])}" for name in found}
+    return rows | ({ALL: f"all: {words(preset)}"} if ALL in set(table["detail"]) else {})

@@ -4,7 +4,9 @@ Each draws into given axes, within the house style. Positions are in the world's
 worlds have y downwards from the top left, as the published programs do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +17,10 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.figures.style import BLUE, GREY
-from sweep.study import StoredWorld
+from sweep.study import StoredStudy, StoredWorld
+
+LETTERS_AN_INCH = 18.0
+LETTERS_OF_A_TITLE = 104
 
 
 def draw_map(
@@ -47,17 +52,20 @@ def draw_flock(axes: Axes, bodies: NDArray[np.float64], length: float, colour: s
     axes.add_collection(PolyCollection(list(corners), facecolor=colour, edgecolor="none", zorder=2.5))
 
 
-def draw_visits(axes: Axes, visits: NDArray[np.int32], world: StoredWorld, most: float) -> AxesImage:
+def draw_visits(
+    axes: Axes, visits: ArrayLike, world: StoredWorld, most: float, unit: str = "px", pixel: float = 1.0
+) -> AxesImage:
     """How often each pixel was visited, white for never and darkest from `most` on; obstacles are outlined in blue.
 
-    `visits` (rows, columns) is -1 in obstacles. Pixel (row, column) reaches from (column, row) half a pixel each way.
+    `visits` (rows, columns), counts or their means, is negative in obstacles. Pixel (row, column) reaches from
+    (column, row) half a pixel each way; `pixel` is its side in `unit` of length.
     """
-    rows, columns = visits.shape
-    extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
+    rows, columns = np.shape(visits)
+    extent = (-0.5 * pixel, (columns - 0.5) * pixel, (rows - 0.5) * pixel, -0.5 * pixel)
     image = axes.imshow(
-        np.ma.masked_less(visits, 1), cmap="YlOrRd", vmin=0, vmax=most, extent=extent, interpolation="antialiased"
+        np.ma.masked_less_equal(visits, 0), cmap="YlOrRd", vmin=0, vmax=most, extent=extent, interpolation="antialiased"
     )
-    draw_map(axes, world, "px", face="none", edge=BLUE)
+    draw_map(axes, world, unit, face="none", edge=BLUE, downwards=unit == "px")
     return image
 
 
@@ -88,11 +96,77 @@ def name_rows(axes: Axes, names: Sequence[str]) -> None:
 
 
 def note(figure: Figure, text: str) -> None:
-    """What the figure rests on, small below it: the study, the number of trials, the kind of interval."""
-    figure.supxlabel(text, fontsize=7.5, color=GREY)
+    """What the figure rests on, small below it: the study, the number of trials, the kind of interval.
+
+    Lines that are longer than the figure is wide are broken.
+    """
+    letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
+    lines = [part for line in text.split("\n") for part in wrap(line, letters)]
+    figure.supxlabel("\n".join(lines), fontsize=7.5, color=GREY)
 
 
 def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
     """The legend of `axes`, above the whole figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+
+
+def quantity(study: StoredStudy, name: str) -> str:
+    """A metric or a setting in words, with its unit: flock radius (px). `_mean` is that over the last half."""
+    metric = name.removesuffix("_mean")
+    half = ", last half" if metric != name and metric in study.metrics else ""
+    unit = units_of(study).get(name, "").replace("^2", "²")
+    return (metric if half else name).replace("_", " ") + half + (f" ({unit})" if unit else "")
+
+
+@lru_cache(maxsize=8)
+def units_of(study: StoredStudy) -> dict[str, str]:
+    """The units of a study, which it reads from its tables each time it is asked."""
+    return study.units
+
+
+def words(value: object) -> str:
+    """The value of a setting as figures have it: yes, unlimited, 0.5, in margin; unchanged for no detail."""
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return "unlimited" if np.isinf(value) else f"{value:g}"
+    return str(value).replace("_", " ") or "unchanged"
+
+
+def named(settings: Iterable[tuple[str, object]]) -> str:
+    """Settings and their values in words: map = cafeteria, n = 50."""
+    return ", ".join(f"{name.replace('_', ' ')} = {words(value)}" for name, value in settings)
+
+
+def span(numbers: Iterable[int]) -> str:
+    """The smallest and the largest of some counts in words: 3, or 18 to 20."""
+    known = sorted({int(number) for number in numbers}) or [0]
+    return f"{known[0]:,}" if len(known) == 1 else f"{known[0]:,} to {known[-1]:,}"
+
+
+def estimated(value: float, low: float, high: float) -> str:
+    """A value with its interval in brackets, to two places: 0.52 [0.48, 0.56]."""
+    numbers = [f"{number:.2f}" for number in (value, low, high)]
+    first, *bounds = [("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}") for number in numbers]
+    return f"{first} [{', '.join(bounds)}]"
+
+
+def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
+    """What a panel shows, above it; lines too long for one of so many panels across the page are broken."""
+    letters = LETTERS_OF_A_TITLE // max(across, 2)
+    axes.set_title("\n".join(part for line in lines for part in wrap(line, letters)), fontsize=7.5)
+
+
+def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
+    """The first `number` of a grid of panels that share their scales, labelled at its edges; the others are gone."""
+    across = panels.shape[1]
+    used, unused = list(panels.ravel()[:number]), list(panels.ravel()[number:])
+    for axes in unused:
+        axes.set_axis_off()
+    for place, axes in enumerate(used):
+        lowest = place + across >= number
+        axes.tick_params(labelbottom=lowest, labelleft=place % across == 0)
+        axes.xaxis.label.set_visible(lowest)
+        axes.yaxis.label.set_visible(place % across == 0)
+    return used

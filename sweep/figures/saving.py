@@ -1,37 +1,60 @@
 """Figures as files that say what they were drawn from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 
+from matplotlib import style
 from matplotlib.figure import Figure
 
+from sweep.figures.style import STYLE
+from sweep.study import StoredStudy
 
-def save(figure: Figure, path: Path, about: Mapping[str, str] | None = None, watermark: str = "") -> list[Path]:
-    """Write `figure` as PNG and PDF, byte-identical for the same input, and return the files.
+FORMATS = ("png", "svg", "pdf")
+BOTH = ("png", "pdf")
 
-    `about` goes into their metadata: text chunks of the PNG, subject and keywords of the PDF. The PNG comes last
-    and by one rename, so that what it says of itself is true of both.
+
+def save(
+    figure: Figure,
+    path: Path,
+    about: Mapping[str, str] | None = None,
+    watermark: str = "",
+    formats: Sequence[str] = BOTH,
+) -> list[Path]:
+    """Write `figure` in each of `formats`, byte-identical for the same input, and return the files in that order.
+
+    `about` goes into their metadata: text chunks of a PNG, subject and keywords of a PDF, the description of
+    an SVG. Each file appears by one rename; a PNG comes last, so that what it says of itself is true of all.
     """
-    about = about or {}
     path.parent.mkdir(parents=True, exist_ok=True)
     if watermark:
         _mark(figure, watermark)
-    png, pdf = (path.with_name(path.name + ending) for ending in (".png", ".pdf"))
-    unfinished = path.with_name(path.name + ".unfinished")
-    sentences = [f"{key}: {value}" for key, value in about.items()]
-    subject = {"Subject": sentences[0], "Keywords": "; ".join(sentences[1:])} if about else {}
-    figure.savefig(pdf, metadata={"Creator": "boidsweep", "CreationDate": None, **subject})
-    figure.savefig(unfinished, format="png", metadata={"Software": "boidsweep", **about})
-    unfinished.replace(png)
-    return [png, pdf]
+    files = {name: path.with_name(f"{path.name}.{name}") for name in formats}
+    for name in sorted(files, key=lambda name: name == "png"):
+        unfinished = path.with_name(f"{path.name}.{name}.unfinished")
+        # The style has the salt of the ids in an SVG, and the dots an inch.
+        with style.context(STYLE):
+            figure.savefig(unfinished, format=name, metadata=_metadata(name, about or {}))
+        unfinished.replace(files[name])
+    return list(files.values())
+
+
+def about_study(study: StoredStudy) -> dict[str, str]:
+    """What a file says of the study that it shows: its name, hashes of its spec and kernels, and the trials done."""
+    return {
+        "Study": study.name,
+        "Spec hash": sha256(study.spec.encode()).hexdigest()[:16],
+        "kernels_sha": str(study.provenance["kernels_sha"]),
+        "Trials": str(study.statuses()["done"]),
+    }
 
 
 def saved_about(path: Path) -> dict[str, str]:
-    """What the PNG that `save` wrote says of itself; empty unless both files are there and whole."""
+    """What the PNG that `save` wrote with a PDF says of itself; empty unless both files are there and whole."""
     from PIL import Image, UnidentifiedImageError
 
-    png, pdf = (path.with_name(path.name + ending) for ending in (".png", ".pdf"))
+    png, pdf = (path.with_name(f"{path.name}.{name}") for name in BOTH)
     if not pdf.exists():
         return {}
     try:
@@ -39,6 +62,18 @@ def saved_about(path: Path) -> dict[str, str]:
             return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
     except (FileNotFoundError, UnidentifiedImageError):
         return {}
+
+
+def _metadata(name: str, about: Mapping[str, str]) -> dict[str, str | None]:
+    """`about` in the words of a format, without a date."""
+    if name == "png":
+        return {"Software": "boidsweep", **about}
+    first, *others = [f"{key}: {value}" for key, value in about.items()] or [""]
+    if name == "pdf":
+        said = {"Subject": first, "Keywords": "; ".join(others)} if about else {}
+        return {"Creator": "boidsweep", "CreationDate": None, **said}
+    said = {"Description": "; ".join([first, *others])} if about else {}
+    return {"Creator": "boidsweep", "Date": None, **said}
 
 
 def _mark(figure: Figure, watermark: str) -> None:

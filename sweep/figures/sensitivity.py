@@ -9,7 +9,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.figures.pieces import draw_values, legend, name_rows, note
+from sweep.figures.pieces import draw_values, legend, name_rows, note, span
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
@@ -107,10 +107,10 @@ def _quantity(table: pd.DataFrame) -> str:
 def _note(table: pd.DataFrame) -> str:
     """The study, how much it rests on, the kind of interval and of number."""
     each = " a panel" if len(list(_panels(table))) > 1 else ""
-    text = f"{table.attrs['study']}: {_span(table['blocks'])} blocks of points"
+    text = f"{table.attrs['study']}: {span(table['blocks'])} blocks of points"
     if table["blocks_left_out"].any():
-        text += f" ({_span(table['blocks_left_out'])} more left out: no value)"
-    text += f", {_span(table['trials'])} trials{each};\n"
+        text += f" ({span(table['blocks_left_out'])} more left out: no value)"
+    text += f", {span(table['trials'])} trials{each};\n"
     text += f"{table.attrs['confidence']:.0%} bootstrap intervals, each for itself"
     if "index" in table:
         kinds = {"corrected": "without replicate noise", "raw": "replicate noise not separated"}
@@ -118,8 +118,3 @@ def _note(table: pd.DataFrame) -> str:
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""
     return text.replace("%", " %")
-
-
-def _span(column: "pd.Series[int]") -> str:
-    low, high = int(column.min()), int(column.max())
-    return f"{low:,}" if low == high else f"{low:,} to {high:,}"

@@ -1,0 +1,134 @@
+"""Where boids were: the mean number of visits of each pixel of the map, a panel a point."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from sweep.analysis import mean_interval
+from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of
+from sweep.figures.selection import Facet, Selection, among, select
+from sweep.figures.style import STYLE
+from sweep.parquet import StoreError
+from sweep.study import StoredStudy
+
+Floats = NDArray[np.float64]
+
+NAMED = ("coverage", "coverage_cv")
+DARKEST = 0.99
+
+
+class Coverage(NamedTuple):
+    """What a figure of visits shows: a panel a point."""
+
+    selection: Selection
+    facets: list[Facet]
+
+
+class Visits(NamedTuple):
+    """The mean visits of a point (rows, columns), NaN where every trial has an obstacle; whether all have the same."""
+
+    mean: Floats
+    same_obstacles: bool
+    trials: list[str]
+
+
+def coverage_figure(study: StoredStudy, *, where: Mapping[str, object] | None = None) -> Figure:
+    """The mean visits of each pixel at every point, on a common scale, and above each its coverage and CV, if recorded.
+
+    Obstacles are outlined where all trials of a point have the same. Raises StoreError where no heatmaps are stored
+    and for more than twelve points.
+    """
+    return draw_coverage(coverage_layout(study, where=where))
+
+
+def coverage_layout(study: StoredStudy, *, where: Mapping[str, object] | None) -> Coverage:
+    """What `coverage_figure` will show. Raises StoreError as it does."""
+    selection = select(study, where)
+    if "visits" not in study.store.read("heatmaps", trial_ids=pa.array([], pa.string())).column_names:
+        raise StoreError(f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them")
+    names = [*selection.apart(selection.sampled), *selection.sampled]
+    return Coverage(selection, selection.panels(names, "coverage"))
+
+
+def draw_coverage(layout: Coverage) -> Figure:
+    """The figure of a layout."""
+    selection, facets = layout
+    visits = _visits(selection, facets)
+    known = [one.mean[one.mean > 0.0] for one in visits]
+    most = max((float(np.quantile(means, DARKEST)) for means in known if len(means)), default=1.0)
+    height = max(one.mean.shape[0] / one.mean.shape[1] for one in visits)
+    with style.context(STYLE):
+        across = min(3, len(facets))
+        down = -(-len(facets) // across)
+        width = 4.8 if across == 1 else 7.2
+        figure = Figure(figsize=(width, 1.1 + down * (0.75 + height * (width - 1.6) / across)))
+        panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+        for axes, facet, one in zip(tidy_grid(panels, len(facets)), facets, visits, strict=True):
+            image = _panel(axes, selection, one, most)
+            title_panel(axes, [*facet.title.split(", "), *_said(selection, facet)], across)
+        figure.colorbar(image, ax=list(panels.ravel()), label="mean visits a pixel", extend="max", shrink=0.9, pad=0.02)
+        note(figure, _note(selection, visits))
+    return figure
+
+
+def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> AxesImage:
+    pixel = selection.trials.set_index("trial_id")["pixel"][visits.trials[0]]
+    world = selection.study.world(visits.trials[0])
+    if not visits.same_obstacles:
+        world = world._replace(obstacles=np.empty((0, 5)))
+    unit = units_of(selection.study).get("width", "")
+    return draw_visits(axes, visits.mean, world, most, unit, float(pixel))
+
+
+def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
+    """The mean visits of each point over its trials that are done. Raises StoreError where one has none stored."""
+    done = selection.trials[selection.trials["status"] == "done"]
+    found = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
+    wanted = pa.array([trial for trials in found for trial in trials], pa.string())
+    stored = selection.study.store.read("heatmaps", trial_ids=wanted)
+    place = {trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())}
+    if not all(trials and set(trials) <= place.keys() for trials in found):
+        raise StoreError(
+            f"study {selection.study.name}: a point has no heatmaps; retry its trials, or choose with where"
+        )
+    return [_mean([_counts(stored, place[trial]) for trial in trials], trials) for trials in found]
+
+
+def _counts(stored: pa.Table, number: int) -> NDArray[np.int32]:
+    shape = stored["rows"][number].as_py(), stored["columns"][number].as_py()
+    return np.asarray(stored["visits"][number].values).reshape(shape)
+
+
+def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
+    free = np.sum([one >= 0 for one in visits], axis=0)
+    total = np.sum([np.maximum(one, 0) for one in visits], axis=0)
+    mean = np.where(free > 0, total / np.maximum(free, 1), np.nan)
+    return Visits(mean, bool(np.isin(free, (0, len(visits))).all()), trials)
+
+
+def _said(selection: Selection, facet: Facet) -> list[str]:
+    """Coverage and CV of a point with their intervals, in words, as far as they are recorded."""
+    trials = among(selection.trials, facet.points)
+    lines = []
+    for metric in NAMED:
+        if metric in selection.study.metrics:
+            value, low, high, _ = mean_interval(trials[metric].to_numpy(np.float64))
+            unit = units_of(selection.study).get(metric, "")
+            lines.append(f"{metric.replace('coverage_cv', 'CV')} {estimated(value, low, high)} {unit}".rstrip())
+    return lines
+
+
+def _note(selection: Selection, visits: list[Visits]) -> str:
+    text = "mean of {n} trials a panel"
+    named = [name.replace("coverage_cv", "CV") for name in NAMED if name in selection.study.metrics]
+    text += f", {' and '.join(named)} with 95 % interval" if named else ""
+    same = all(one.same_obstacles for one in visits)
+    text += f"; white: never visited; {'blue: obstacles' if same else 'obstacles differ between trials'}"
+    return selection.about(text, [len(one.trials) for one in visits])

@@ -1,0 +1,210 @@
+"""The kinds of figures that `sweep plot` draws: each says whether it suits a study, and which figures it draws then.
+
+A new kind is a module of its own and one entry of KINDS.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from sweep.blocks import OPTIONS
+from sweep.figures.aims import aim
+from sweep.figures.coverage import coverage_layout, draw_coverage
+from sweep.figures.curves import curves_layout, draw_curves, series_metrics
+from sweep.figures.heatmap import draw_heatmap, heatmap_layout
+from sweep.figures.parallel import draw_parallel, parallel_layout
+from sweep.figures.pareto import draw_pareto, opposed_metrics, pareto_layout
+from sweep.figures.saving import about_study, save
+from sweep.figures.scatter import draw_scatter, scatter_layout
+from sweep.figures.selection import select
+from sweep.figures.sensitivity import sensitivity_figure
+from sweep.figures.trajectories import draw_trajectories, trajectories_layout
+from sweep.names import unknown
+from sweep.parquet import StoreError
+from sweep.sampling import SAMPLERS
+from sweep.sensitivity import morris, rank_correlations, sobol
+from sweep.sensitivity.sampled import sampled_axis
+from sweep.study import StoredStudy
+
+ANALYSES = {"saltelli": sobol, "morris": morris}
+
+
+class Choices(NamedTuple):
+    """What to draw: metrics as `coverage` or with their direction, `coverage+`; settings; which points.
+
+    Without metrics all recorded ones are drawn. `half` takes their means over the last half of a trial.
+    """
+
+    metrics: tuple[str, ...] = ()
+    by: str | None = None
+    x: str | None = None
+    y: str | None = None
+    where: Mapping[str, object] | None = None
+    half: bool = False
+
+    def columns(self, study: StoredStudy) -> list[str]:
+        """The columns of the trials to draw, each with its direction as given. Raises StoreError for unknown ones."""
+        named = [(aim(study, text).metric, text[len(text.rstrip("+-")) :]) for text in self.metrics or study.metrics]
+        return [
+            metric + ("_mean" if self.half and not metric.endswith("_mean") else "") + sign for metric, sign in named
+        ]
+
+    def plain(self, study: StoredStudy) -> list[str]:
+        """The same without directions."""
+        return [text.rstrip("+-") for text in self.columns(study)]
+
+
+class Planned(NamedTuple):
+    """A figure to be drawn: the metric in the name of its file, or "", and how to draw it."""
+
+    metric: str
+    draw: Callable[[], Figure]
+
+
+class Kind(NamedTuple):
+    """A kind of figure: what it shows, which of by, x and y it takes, and its figures of a study.
+
+    `plan` draws nothing and raises StoreError where the kind does not suit the study.
+    """
+
+    text: str
+    takes: tuple[str, ...]
+    plan: Callable[[StoredStudy, Choices], list[Planned]]
+
+    def suits(self, study: StoredStudy, choices: Choices) -> str:
+        """Why this kind does not suit a study; "" where it does."""
+        try:
+            self.plan(study, choices)
+        except StoreError as error:
+            return str(error)
+        return ""
+
+
+def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of all metrics, or one of each where other settings need panels too."""
+    names = [name.removesuffix("_mean") for name in choices.plain(study)] if choices.metrics else series_metrics(study)
+    first = curves_layout(study, choices.by, names[:1], where=choices.where)
+    groups = [names] if len(first.facets) == 1 else [[name] for name in names]
+    layouts = [curves_layout(study, choices.by, group, where=choices.where) for group in groups]
+    labels = [""] if len(groups) == 1 and not choices.metrics else ["-".join(group) for group in groups]
+    return [Planned(label, partial(draw_curves, layout)) for label, layout in zip(labels, layouts, strict=True)]
+
+
+def _scatter(study: StoredStudy, choices: Choices) -> list[Planned]:
+    names = choices.plain(study)
+    layouts = [scatter_layout(study, name, choices.x, by=choices.by, where=choices.where) for name in names]
+    return [Planned(name, partial(draw_scatter, layout)) for name, layout in zip(names, layouts, strict=True)]
+
+
+def _heatmap(study: StoredStudy, choices: Choices) -> list[Planned]:
+    names = choices.plain(study)
+    layouts = [heatmap_layout(study, name, choices.x, choices.y, where=choices.where) for name in names]
+    return [Planned(name, partial(draw_heatmap, layout)) for name, layout in zip(names, layouts, strict=True)]
+
+
+def _parallel(study: StoredStudy, choices: Choices) -> list[Planned]:
+    layouts = [parallel_layout(study, name, where=choices.where) for name in choices.columns(study)]
+    return [Planned(layout.aim.metric, partial(draw_parallel, layout)) for layout in layouts]
+
+
+def _pareto(study: StoredStudy, choices: Choices) -> list[Planned]:
+    aims = choices if choices.metrics else choices._replace(metrics=tuple(opposed_metrics(study)))
+    metrics = aims.columns(study) if aims.metrics else []
+    layout = pareto_layout(study, metrics, by=choices.by, where=choices.where)
+    return [Planned("-".join(one.metric for one in layout.aims), partial(draw_pareto, layout))]
+
+
+def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
+    selection = select(study, choices.where)
+    if not selection.sampled:
+        raise StoreError(f"study {study.name}: sensitivity needs an axis that samples settings, and there is none")
+    axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
+    about = study.provenance["axes"][axis]
+    if fixed := [name for name in choices.where or {} if name in about["fields"]]:
+        raise StoreError(
+            f"study {study.name}: sensitivity with where {fixed[0]}, which {axis} samples; allowed: others"
+        )
+    selection.panels(selection.apart(about["fields"]), "sensitivity")
+    analyse = ANALYSES.get(about["sampler"], rank_correlations)
+
+    def draw(name: str) -> Figure:
+        return sensitivity_figure(analyse(selection.restricted, name, axis))
+
+    return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
+
+
+def _coverage(study: StoredStudy, choices: Choices) -> list[Planned]:
+    return [Planned("", partial(draw_coverage, coverage_layout(study, where=choices.where)))]
+
+
+def _trajectories(study: StoredStudy, choices: Choices) -> list[Planned]:
+    return [Planned("", partial(draw_trajectories, trajectories_layout(study, where=choices.where)))]
+
+
+KINDS: dict[str, Kind] = {
+    "curves": Kind("each series metric against time, mean and band", ("by",), _curves),
+    "scatter": Kind("a metric against each setting", ("by", "x"), _scatter),
+    "heatmap": Kind("a metric over two settings", ("x", "y"), _heatmap),
+    "parallel": Kind("all sampled settings and a metric, the best in colour", (), _parallel),
+    "pareto": Kind("two metrics against each other, and the points that no other beats", ("by",), _pareto),
+    "sensitivity": Kind("which sampled setting a metric depends on", (), _sensitivity),
+    "coverage": Kind("visits of each pixel of the map", (), _coverage),
+    "trajectories": Kind("flights of a few trials", (), _trajectories),
+}
+
+
+class Plot(NamedTuple):
+    """The figures to be drawn, each with its kind, and of each kind left out, why."""
+
+    figures: list[tuple[str, Planned]]
+    left_out: list[str]
+
+
+def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> Plot:
+    """The figures of the kinds called `names`, or without any of all that suit the study; nothing is drawn yet.
+
+    Raises StoreError for unknown names of kinds, metrics and settings, for a choice that none of the kinds takes, where
+    a kind that is named does not suit the study, and where none does.
+    """
+    for name in names:
+        if name not in KINDS:
+            raise StoreError(f"study {study.name}: {unknown('kind', name, KINDS)}")
+    _check(study, names, choices)
+    if names:
+        chosen = list(dict.fromkeys(names))
+        return Plot([(name, planned) for name in chosen for planned in KINDS[name].plan(study, choices)], [])
+    why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
+    here = re.compile(rf"study {re.escape(study.name)}:? ")
+    left_out = [f"{name}: {here.sub('', reason, count=1)}" for name, reason in why.items() if reason]
+    if len(left_out) == len(KINDS):
+        raise StoreError(f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}")
+    fitting = [name for name, reason in why.items() if not reason]
+    return Plot([(name, planned) for name in fitting for planned in KINDS[name].plan(study, choices)], left_out)
+
+
+def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
+    choices.columns(study)
+    selection = select(study, choices.where)
+    for choice in ("by", "x", "y"):
+        value = getattr(choices, choice)
+        taking = [name for name, kind in KINDS.items() if choice in kind.takes]
+        if value is not None:
+            selection.setting(value)
+            if names and not set(names) & set(taking):
+                raise StoreError(f"study {study.name}: {choice} is for {', '.join(taking)}, not for {', '.join(names)}")
+
+
+def draw_figures(
+    study: StoredStudy, plot: Plot, folder: Path, formats: Sequence[str], choices: Choices
+) -> Iterator[Path]:
+    """Draw and save the figures of a plan one after the other; gives each file as it is there."""
+    about = about_study(study)
+    if choices.where:
+        about["Where"] = ", ".join(f"{name}={value}" for name, value in choices.where.items())
+    for kind, planned in plot.figures:
+        name = f"{kind}-{planned.metric}" if planned.metric else kind
+        yield from save(planned.draw(), folder / name, about, formats=formats)

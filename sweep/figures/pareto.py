@@ -1,0 +1,164 @@
+"""Two metrics against each other, and the points that no other beats in both."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweep.figures.aims import LOW_IS_BETTER, Aim, aim
+from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
+from sweep.figures.selection import Facet, Selection, select
+from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
+from sweep.parquet import StoreError
+from sweep.search.fronts import nondominated
+from sweep.study import StoredStudy
+
+MOST_INTERVALS = 60
+
+
+class Pareto(NamedTuple):
+    """What a Pareto figure shows: the aims on its axes, the setting whose values are colours, and its panels."""
+
+    selection: Selection
+    aims: tuple[Aim, Aim]
+    by: str | None
+    facets: list[Facet]
+
+
+def pareto_figure(
+    study: StoredStudy,
+    first: str | None = None,
+    second: str | None = None,
+    *,
+    by: str | None = None,
+    where: Mapping[str, object] | None = None,
+) -> Figure:
+    """The means of two metrics at every point, with both 95 % intervals, and the front of those that none beats.
+
+    A point is beaten by one that is better in both means, or as good in one and better in the other; noise in the means
+    makes a front look better than it is. `coverage+` asks for a high metric and `coverage_cv-` for a low one. Without
+    metrics they are the first of which more and the first of which less is better. Where settings are sampled, the
+    listed ones are colours and panels with fronts of their own; else all points compete, unless `by` tells them apart.
+    Raises StoreError for names that the study does not have, where no two metrics are given or found, and for more than
+    twelve panels.
+    """
+    return draw_pareto(pareto_layout(study, [name for name in (first, second) if name], by=by, where=where))
+
+
+def pareto_layout(
+    study: StoredStudy, metrics: list[str], *, by: str | None, where: Mapping[str, object] | None
+) -> Pareto:
+    """What `pareto_figure` will show. Raises StoreError as it does."""
+    selection = select(study, where)
+    if not metrics:
+        metrics = opposed_metrics(study)
+    if len(metrics) != 2:
+        raise StoreError(
+            f"study {study.name}: pareto needs two metrics and has {len(metrics)}; say which and which way is better, "
+            f"for example {' '.join(f'{name}+' for name in study.metrics[:2])}"
+        )
+    first, second = (aim(study, text) for text in metrics)
+    if first.metric == second.metric:
+        raise StoreError(f"study {study.name}: pareto with {first.metric} twice; allowed: two different metrics")
+    if len(selection.points) < 2:
+        raise StoreError(f"study {study.name}: pareto needs points to compare, and there is one")
+    others = selection.apart(selection.sampled) if selection.sampled else []
+    colour = selection.colour(by, others, []) if by or others else None
+    facets = selection.panels([name for name in others if name != colour], "pareto")
+    return Pareto(selection, (first, second), colour, facets)
+
+
+def opposed_metrics(study: StoredStudy) -> list[str]:
+    """The first metric of which more is better and the first of which less is, if there are such."""
+    better = [name for name in study.metrics if name not in LOW_IS_BETTER][:1]
+    worse = [name for name in study.metrics if name in LOW_IS_BETTER][:1]
+    return [*better, *worse] if better and worse else []
+
+
+def draw_pareto(layout: Pareto) -> Figure:
+    """The figure of a layout."""
+    selection, (first, second), _, facets = layout
+    table = selection.table([first.metric, second.metric])
+    with style.context(STYLE):
+        across = min(2 if len(facets) in (2, 4) else 3, len(facets))
+        down = -(-len(facets) // across)
+        figure = Figure(figsize=(4.4, 4.0) if across == 1 else (7.2, 1.0 + (3.1 if across == 2 else 2.4) * down))
+        panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+        for axes, facet in zip(tidy_grid(panels, len(facets)), facets, strict=True):
+            _panel(axes, layout, table.loc[facet.points])
+            axes.set(xlabel=_label(selection, first), ylabel=_label(selection, second))
+            title_panel(axes, [facet.title], across)
+        _legend(figure, layout)
+        note(figure, _note(layout, table))
+    return figure
+
+
+def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
+    (first, second), by = layout.aims, layout.by
+    for place, value in enumerate(layout.selection.values(by) if by else [None]):
+        part = table[table[by] == value] if by else table
+        colour, marker = COLOURS[place], MARKERS[place]
+        means = part[[first.metric, second.metric]].to_numpy(np.float64)
+        best = part[nondominated(means, [first.high, second.high])].sort_values(first.metric)
+        few = len(part) <= MOST_INTERVALS
+        _intervals(axes, part if few else best, layout.aims, colour)
+        axes.plot(
+            part[first.metric],
+            part[second.metric],
+            linestyle="none",
+            marker=marker,
+            color=colour,
+            markersize=4 if few else 1.6,
+            alpha=1.0 if few else 0.35,
+            markeredgewidth=0,
+            rasterized=not few,
+        )
+        # Towards better in the first, a front holds its value in the second up to the next point.
+        axes.plot(
+            best[first.metric],
+            best[second.metric],
+            drawstyle="steps-pre" if first.high else "steps-post",
+            color=colour,
+            linewidth=1.0,
+            marker=marker,
+            markersize=4,
+            markerfacecolor="white",
+        )
+
+
+def _intervals(axes: Axes, table: pd.DataFrame, aims: tuple[Aim, Aim], colour: str) -> None:
+    (x, x_low, x_high), (y, y_low, y_high) = (
+        [table[one.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")] for one in aims
+    )
+    axes.hlines(y, x_low, x_high, color=colour, linewidth=0.8, alpha=0.5)
+    axes.vlines(x, y_low, y_high, color=colour, linewidth=0.8, alpha=0.5)
+
+
+def _legend(figure: Figure, layout: Pareto) -> None:
+    by, selection = layout.by, layout.selection
+    names = [words(value) for value in selection.values(by)] if by else ["points"]
+    marks = [
+        Line2D([], [], linestyle="none", marker=marker, color=colour)
+        for marker, colour, _ in zip(MARKERS, COLOURS, names, strict=False)
+    ]
+    front = Line2D([], [], marker="o", markerfacecolor="white", color=GREY if by else COLOURS[0])
+    title = quantity(selection.study, by) if by else None
+    columns = 2 if len(layout.facets) == 1 else 4
+    figure.legend([*marks, front], [*names, "not dominated"], loc="outside upper center", ncols=columns, title=title)
+
+
+def _label(selection: Selection, one: Aim) -> str:
+    return f"{quantity(selection.study, one.metric)}, {'more' if one.high else 'less'} is better"
+
+
+def _note(layout: Pareto, table: pd.DataFrame) -> str:
+    first = layout.aims[0].metric
+    sizes = [len(facet.points) for facet in layout.facets]
+    drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
+    text = f"{span(sizes)} points a panel, {{n}} trials a point, means with 95 % intervals{drawn}, each for itself"
+    return layout.selection.about(text, table[f"{first}_n"])

@@ -1,0 +1,101 @@
+"""Axes of settings: numbers on linear or logarithmic scales, texts in their order, cells and bins about values."""
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from sweep.figures.pieces import quantity, words
+from sweep.figures.selection import Selection, is_number
+
+Floats = NDArray[np.float64]
+
+LOGARITHMIC = ("loguniform", "logspace")
+DECADE = 10.0
+LONG_NAMES = 12
+FEW_TICKS = 3
+
+
+def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
+    """Where values of a setting lie on its axis: numbers at themselves, texts at 0, 1, ... in the order of the spec."""
+    if is_number(selection.points[name]):
+        return np.asarray(column, np.float64)
+    order = {value: place for place, value in enumerate(selection.values(name))}
+    return np.asarray([order[value] for value in column], np.float64)
+
+
+def is_logarithmic(selection: Selection, name: str) -> bool:
+    """Whether an axis of this setting is better logarithmic.
+
+    So are those the spec draws or spaces so, and listed ones whose ratios are more even than their differences, over a
+    decade or more.
+    """
+    if not is_number(selection.points[name]):
+        return False
+    values = np.array(selection.values(name), np.float64)
+    if not (np.isfinite(values).all() and values[0] > 0.0):
+        return False
+    if name in selection.sampled:
+        return any(form in LOGARITHMIC for form in _forms(_document(selection.study.spec), name))
+    uneven = [float(np.std(steps) / np.mean(steps)) for steps in (np.diff(np.log(values)), np.diff(values))]
+    return len(values) > 2 and values[-1] >= DECADE * values[0] and uneven[0] < uneven[1]
+
+
+def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
+    """The edges (k + 1,) of cells about k ascending values: half-way between two, and as far beyond the outer ones."""
+    at = np.log(values) if logarithmic else np.asarray(values, np.float64)
+    if len(at) == 1:
+        return np.exp([at[0] - 1.0, at[0] + 1.0]) if logarithmic else np.array([at[0] - 1.0, at[0] + 1.0])
+    middle = (at[1:] + at[:-1]) / 2
+    edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(edges) if logarithmic else edges
+
+
+def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floats:
+    """The edges (number + 1,) of equal bins, on a logarithmic scale equal there, over the range of `values`."""
+    space = np.geomspace if logarithmic else np.linspace
+    return np.asarray(space(values.min(), values.max(), number + 1), np.float64)
+
+
+def label_setting(selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x") -> None:
+    """The name of a setting with its unit at an axis, its scale, and the names of its values where they are texts."""
+    axis = axes.xaxis if direction == "x" else axes.yaxis
+    axis.set_label_text(quantity(selection.study, name))
+    if not is_number(selection.points[name]):
+        names = [words(value) for value in selection.values(name)]
+        axis.set_ticks(range(len(names)), names)
+        if direction == "x" and _crowded(names):
+            axes.tick_params(axis="x", labelrotation=40)
+            for label in axes.get_xticklabels():
+                label.set(ha="right", rotation_mode="anchor")
+        axes.grid(visible=False, axis=direction)
+        return
+    if len(selection.values(name)) <= FEW_TICKS:
+        axis.set_ticks([float(str(value)) for value in selection.values(name)])
+    if is_logarithmic(selection, name):
+        (axes.set_xscale if direction == "x" else axes.set_yscale)("log")
+
+
+def _crowded(names: Sequence[str]) -> bool:
+    return sum(len(name) for name in names) > LONG_NAMES
+
+
+@lru_cache(maxsize=8)
+def _document(spec: str) -> object:
+    """A spec as plain values."""
+    from ruamel.yaml import YAML
+
+    return YAML(typ="safe", pure=True).load(spec)
+
+
+def _forms(value: object, name: str) -> Iterator[str]:
+    """The keys of the mappings that stand below `name` anywhere in a spec, such as uniform or logspace."""
+    if isinstance(value, dict):
+        for key, child in value.items():
+            if key == name and isinstance(child, dict):
+                yield from (str(form) for form in child)
+            yield from _forms(child, name)

@@ -1,0 +1,83 @@
+"""Small studies that figures are drawn of."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from sampled import MadeUp, ishigami, study_of
+from studies import COVERING, SMALL, launched
+
+from sweep.study import StoredStudy
+
+GRID = """
+study: grid
+model: nguyen2024
+preset: as_run
+fixed: {n: 12, steps: 8}
+sweep:
+  separation_weight: [0.5, 1, 2]
+  alignment_weight: [0.01, 0.1, 1]
+  borders: [torus, bounded]
+replicates: 3
+seed: 5
+record: {metrics: [speed, dispersion], series: [speed, flock_radius], every: 2}
+"""
+
+DRAWN = """
+study: drawn
+model: nguyen2024
+preset: as_run
+fixed: {steps: 4}
+sweep:
+  n: [6, 12]
+  weights:
+    sample: random
+    points: 30
+    separation_weight: {uniform: [0, 2]}
+    alignment_weight: {uniform: [0, 2]}
+    cohesion_weight: {loguniform: [0.01, 10]}
+replicates: 2
+seed: 5
+record: {metrics: [speed, dispersion]}
+"""
+
+FLYING = SMALL.replace("study: small", "study: flying").replace("every: 2", "every: 3, trajectories: true")
+ABLATED = SMALL.replace("study: small", "study: ablated").replace(
+    "  separation_weight: [0.5, 1]", "  detail: {ablate: as_written}"
+)
+SPECS = {"small": SMALL, "grid": GRID, "drawn": DRAWN, "covering": COVERING, "flying": FLYING, "ablated": ABLATED}
+
+_folder = TemporaryDirectory(prefix="plotted-")
+
+
+@cache
+def study(name: str) -> StoredStudy:
+    """One of SPECS, launched once for all tests of a process."""
+    return launched(SPECS[name], Path(_folder.name))
+
+
+def made_up(sweep: str, function: Callable[[pd.DataFrame], np.ndarray] = ishigami, **options: Any) -> MadeUp:
+    """A study of `sampled.study_of` that has a spec too."""
+    study = study_of(sweep, function, **options)
+    study.provenance["spec"] = f"sweep: {{{sweep}}}"
+    return study
+
+
+def shown(figure: Figure) -> str:
+    """The note under a figure, in one line."""
+    return figure.get_supxlabel().replace("\n", " ")
+
+
+def titles(figure: Figure) -> list[str]:
+    """What stands above its panels, each in one line, in their order."""
+    return [text.replace("\n", " ") for axes in figure.axes if (text := axes.get_title())]
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    """The entries of its legend."""
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]

@@ -1,0 +1,38 @@
+"""Figures of visits: the mean of the trials of a point, with coverage and CV."""
+
+import numpy as np
+import pytest
+from plotted import shown, study, titles
+
+from sweep.analysis import mean_interval
+from sweep.figures import coverage_figure
+from sweep.figures.pieces import estimated
+from sweep.parquet import StoreError
+
+
+def test_each_panel_is_the_mean_of_the_trials_of_a_point() -> None:
+    figure = coverage_figure(study("covering"))
+    trials, heatmaps = study("covering").trials, study("covering").heatmaps.set_index("trial_id")["visits"]
+    first = trials[trials["cohesion_weight"] == 0.1]
+    wanted = np.mean([np.maximum(heatmaps[trial], 0) for trial in first["trial_id"]], axis=0)
+    panel = figure.axes[0]
+    np.testing.assert_allclose(np.ma.filled(panel.images[0].get_array(), 0.0), wanted)
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("x (px)", "y (px)")
+    value, low, high, _ = mean_interval(first["coverage"])
+    assert titles(figure)[0].startswith(f"cohesion weight = 0.1 coverage {estimated(value, low, high)} % CV ")
+
+
+def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
+    figure = coverage_figure(study("covering"))
+    first, second, bar = figure.axes
+    assert first.images[0].get_clim() == second.images[0].get_clim()
+    assert bar.get_ylabel() == "mean visits a pixel"
+    assert len(first.collections[0].get_paths()) == 18
+    assert shown(figure) == (
+        "covering: mean of 2 trials a panel, coverage and CV with 95 % interval; white: never visited; blue: obstacles"
+    )
+
+
+def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
+    with pytest.raises(StoreError, match=r"study small has no heatmaps; record: \{heatmaps: true\} keeps them"):
+        coverage_figure(study("small"))
