@@ -74,6 +74,8 @@ def test_the_knee_in_three_dimensions_is_the_point_nearest_to_the_ideal_of_a_sym
     ends = np.eye(3)
     inner = np.array([[0.3, 0.3, 0.3], [0.1, 0.5, 0.39], [0.6, 0.2, 0.19]])
     assert knee(np.vstack([ends, inner]), [False] * 3) == 3
+    turned = np.array([[1.0, 0.1, 0.0], [0.0, 1.0, 0.1], [0.1, 0.0, 1.0]])
+    assert knee(np.vstack([turned, inner]) * [1.0, 1e3, 1.0], [False] * 3) == 3
 
 
 def test_there_is_no_knee_without_a_bulge_or_with_too_few_points() -> None:

@@ -77,7 +77,7 @@ def test_a_history_has_every_candidate_the_winner_by_then_and_what_is_held_out(d
     assert line(axes, "winner, held out")[1] == [pytest.approx(4.0)]
     assert line(axes, "published, held out")[1] == [pytest.approx(2.5)]
     assert line(axes, "winner, held out")[0][0] > 14.0
-    assert "my/gains: 5 candidates, 14 trials; held out: 12 blocks each, simultaneous 95 %" in said(figure)
+    assert "my/gains: 5 candidates, 14 trials; 1 held out, 12 blocks each, simultaneous 95 %" in said(figure)
     assert axes.get_ylabel() == "gain (%)\nmore is better"
 
 
@@ -109,13 +109,15 @@ def test_a_front_has_intervals_both_ways_its_knee_and_the_references(drawn) -> N
     assert line(axes, "knee") == ([pytest.approx(8.0)], [pytest.approx(1.0)])
     assert line(axes, "published, held out") == ([pytest.approx(4.0)], [pytest.approx(2.0)])
     assert line(axes, "candidates") == ([0.0, 8.0, 9.0, 5.0], [0.0, 1.0, 9.0, 5.0])
-    assert "4 candidates on the seeds of the search; 3 chosen ones on 12 held-out blocks" in said(figure)
+    assert "4 candidates on the seeds of the search; 3 held out, 12 blocks each" in said(figure)
     assert axes.get_xlabel() == "gain (%)\nmore is better"
 
 
 def test_a_history_and_a_front_that_nobody_has_judged_are_drawn(drawn) -> None:
-    assert len(drawn(history_figure, two(judge=False)).axes) == 2
-    assert "chosen, held out" in labels(drawn(front_figure, two(judge=False)))
+    assert "front, held out" not in labels(drawn(history_figure, two(judge=False)))
+    figure = drawn(front_figure, two(judge=False))
+    assert labels(figure) == ["candidates"]
+    assert "no held-out trials" in said(figure)
 
 
 def test_three_objectives_have_a_panel_each_pair(drawn) -> None:

@@ -65,13 +65,9 @@ def front_figure(study: StoredStudy) -> Figure:
             _front_panel(axes, asked, pair, line=len(pairs) == 1)
             axes.set(xlabel=_label(study, pair[0]), ylabel=_label(study, pair[1]))
         legend(figure, panels[0], 3)
-        judged = winners(asked)
-        blocks = int(judged["held_out_n"].max()) if len(judged) else 0
         note(
             figure,
-            f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the search; "
-            f"{judged['candidate'].nunique()} chosen ones on {blocks} held-out blocks each, "
-            "with simultaneous 95 % intervals (Bonferroni)",
+            f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the search; {_held_out_note(asked)}",
         )
     return figure
 
@@ -131,6 +127,8 @@ def _held_out_marks(axes: Axes, asked: Asked, objective: Objective, end: float) 
 def _marks(axes: Axes, x: Floats, table: pd.DataFrame, look: tuple[str, str, str]) -> None:
     colour, marker, label = look
     value, low, high = (table[f"held_out{end}"].to_numpy(np.float64) for end in ("", "_low", "_high"))
+    if np.isnan(value).all():
+        return
     axes.vlines(x, low, high, color=colour, linewidth=1.4)
     axes.plot(x, value, linestyle="none", marker=marker, color=colour, markersize=5, label=label)
 
@@ -182,6 +180,8 @@ def _crosses(axes: Axes, table: pd.DataFrame, names: Sequence[str], look: tuple[
     colour, marker, label = look
     x, x_low, x_high = (table[names[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high"))
     y, y_low, y_high = (table[names[1] + end].to_numpy(np.float64) for end in ("", "_low", "_high"))
+    if np.isnan(x + y).all():
+        return
     axes.hlines(y, x_low, x_high, color=colour, linewidth=1.0, alpha=0.7)
     axes.vlines(x, y_low, y_high, color=colour, linewidth=1.0, alpha=0.7)
     axes.plot(x, y, linestyle="none", marker=marker, color=colour, markersize=4, label=label)
@@ -193,9 +193,15 @@ def _label(study: StoredStudy, objective: Objective) -> str:
 
 
 def _history_note(study: StoredStudy, asked: Asked) -> str:
-    table, judged = candidates(asked), winners(asked)
+    table = candidates(asked)
     failed = int((table["status"] == FAILED).sum())
-    blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     text = f"{study.name}: {len(table):,} candidates" + (f", {failed} failed and not drawn" if failed else "")
-    text += f", {int(table['trials'].sum()):,} trials"
-    return text + f"; held out: {blocks} blocks each, simultaneous 95 % intervals (Bonferroni)"
+    return text + f", {int(table['trials'].sum()):,} trials; {_held_out_note(asked)}"
+
+
+def _held_out_note(asked: Asked) -> str:
+    judged = winners(asked)
+    blocks = int(judged["held_out_n"].max()) if len(judged) else 0
+    if blocks == 0:
+        return "no held-out trials"
+    return f"{judged['candidate'].nunique()} held out, {blocks} blocks each, simultaneous 95 % intervals (Bonferroni)"
