@@ -13,7 +13,7 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 from sweep.parquet import StoreError
 from sweep.search import export as module
-from sweep.search.export import export
+from sweep.search.export import check_export, export
 from sweep.search.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
@@ -96,9 +96,13 @@ def test_several_objectives_have_best_trials(tmp_path: Path, monkeypatch: pytest
 
 def test_a_study_that_is_there_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     url, study = f"sqlite:///{tmp_path}/gains.db", stored(monkeypatch, some_search())
+    check_export(url, "my/gains")
     export(study, url)
-    with pytest.raises(StoreError, match=r'has a study "my/gains" already, which is left as it is; give another URL'):
-        export(study, url)
+    for again in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
+        with pytest.raises(
+            StoreError, match=r'has a study "my/gains" already, which is left as it is; give another URL'
+        ):
+            again()
     assert export(study, url, "again") == "again"
     loaded = optuna.load_study(study_name="my/gains", storage=url)
     assert len(loaded.trials) == 23
@@ -123,8 +127,10 @@ def test_an_export_that_breaks_off_leaves_nothing_behind(tmp_path: Path, monkeyp
     ["gains.db", "squelite:///gains.db", "sqlite:////no/such/folder/gains.db", "redis://host", "sqlite://gains.db"],
 )
 def test_a_url_that_is_none_is_one_line(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(StoreError) as caught:
-        export(stored(monkeypatch, some_search()), url)
-    assert str(caught.value).startswith(f"{url}: ")
-    assert "sqlite:///gains.db" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    study = stored(monkeypatch, some_search())
+    for attempt in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
+        with pytest.raises(StoreError) as caught:
+            attempt()
+        assert str(caught.value).startswith(f"{url}: ")
+        assert "sqlite:///gains.db" in str(caught.value)
+        assert "\n" not in str(caught.value)

@@ -41,11 +41,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     with quiet():
         trials = list(_trials(asked))
         with _storage(url) as storage:
-            if name in optuna.get_all_study_names(storage):
-                raise StoreError(
-                    f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that '
-                    f'study with "optuna delete-study --storage {url} --study-name {name}"'
-                )
+            _check_free(storage, url, name)
             written = optuna.create_study(storage=storage, study_name=name, directions=directions)
             try:
                 written.set_metric_names([objective.column for objective in objectives(asked)])
@@ -55,6 +51,22 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
                 optuna.delete_study(study_name=name, storage=storage)
                 raise
     return name
+
+
+def check_export(url: str, name: str) -> None:
+    """Raise StoreError, before any work, where `export` to this URL under this name would do so."""
+    with quiet(), _storage(url) as storage:
+        _check_free(storage, url, name)
+
+
+def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
+    import optuna
+
+    if name in optuna.get_all_study_names(storage):
+        raise StoreError(
+            f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that study '
+            f'with "optuna delete-study --storage {url} --study-name {name}"'
+        )
 
 
 @contextmanager
