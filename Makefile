@@ -7,7 +7,7 @@ STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow bench check format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks bench check format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -25,6 +25,9 @@ test: check  ## check the code and run the fast tests
 
 test-slow: $(STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow -n 0
+
+notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
+	$(BIN)/python notebooks/execute.py
 
 bench: $(BENCH_STAMP)  ## measure speed: ratios within one run
 	cd tests && ../$(BIN)/python -m bench $(ONLY)

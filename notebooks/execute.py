@@ -1,0 +1,65 @@
+"""Run the notebooks of this folder from nothing and write them back with what came out: make notebooks.
+
+A notebook runs in an empty folder, so that nothing stored before helps it, and keeps no time, path or version of that
+run. tests/test_notebooks.py runs them in the same way and compares.
+"""
+
+import os
+import re
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+from nbformat import NotebookNode
+
+FOLDER = Path(__file__).parent
+SECONDS = 600
+TERMINAL_STYLE = re.compile("\x1b\\[[0-9;]*m")
+METADATA = {
+    "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+    "language_info": {"name": "python"},
+}
+
+
+def executed(path: Path, empty: Path) -> NotebookNode:
+    """The notebook at `path` after a run in the folder `empty`/notebooks, which is made.
+
+    Raises nbclient's CellExecutionError where a cell fails.
+    """
+    folder = empty / "notebooks"
+    folder.mkdir()
+    shutil.copy(path, folder)
+    notebook = nbformat.read(folder / path.name, as_version=4)
+    # The `sweep` of a cell that begins with %%sh is that of this environment, whether it is activated or not.
+    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
+    at = {"metadata": {"path": str(folder)}}
+    NotebookClient(
+        notebook, timeout=SECONDS, record_timing=False, coalesce_streams=True, store_widget_state=False, resources=at
+    ).execute(env=env)
+    return cleaned(notebook)
+
+
+def cleaned(notebook: NotebookNode) -> NotebookNode:
+    """The notebook without what says on which machine and when it ran, and without the bold type of terminals."""
+    notebook.metadata = nbformat.from_dict(METADATA)
+    for cell in notebook.cells:
+        cell.metadata = NotebookNode()
+        for output in cell.get("outputs", []):
+            if output.output_type == "stream":
+                output.text = TERMINAL_STYLE.sub("", output.text)
+    return notebook
+
+
+def main() -> None:
+    """Run and rewrite every notebook, or those named on the command line."""
+    for path in [Path(name) for name in sys.argv[1:]] or sorted(FOLDER.glob("*.ipynb")):
+        with tempfile.TemporaryDirectory() as empty:
+            nbformat.write(executed(path, Path(empty)), path)
+        print(path.name)
+
+
+if __name__ == "__main__":
+    main()

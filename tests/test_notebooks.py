@@ -1,0 +1,65 @@
+"""The notebooks run from nothing, and what is written in them is what comes out."""
+
+import re
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbformat import NotebookNode
+
+from notebooks.execute import METADATA, executed
+
+FOLDER = Path(__file__).parent.parent / "notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+MOST_BYTES = 300_000
+MACHINE = re.compile(r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\|site-packages")
+"""Folders of one machine."""
+
+pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+
+
+def committed(path: Path) -> NotebookNode:
+    return nbformat.read(path, as_version=4)
+
+
+def code(notebook: NotebookNode) -> list[NotebookNode]:
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def words(cell: NotebookNode) -> list[object]:
+    """What a cell put out, pictures by their kind alone: their bytes differ with the fonts of a machine."""
+    return [
+        {kind: "" if kind.startswith("image/") else text for kind, text in output.data.items()}
+        if "data" in output
+        else (output.get("name"), output.get("text"))
+        for output in cell.outputs
+    ]
+
+
+def test_it_runs_from_nothing_to_what_is_committed(path: Path, tmp_path: Path) -> None:
+    fresh = executed(path, tmp_path)
+    assert (tmp_path / "results" / "notebooks").is_dir()
+    for cell, again in zip(code(committed(path)), code(fresh), strict=True):
+        assert words(cell) == words(again), f"run make notebooks: {cell.source}"
+
+
+def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
+    cells = code(committed(path))
+    assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
+    assert all(cell.outputs for cell in cells)
+    assert any("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs)
+
+
+def test_no_cell_warns_or_fails(path: Path) -> None:
+    outputs = [output for cell in code(committed(path)) for output in cell.outputs]
+    assert {output.output_type for output in outputs} <= {"stream", "display_data", "execute_result"}
+    assert {output.name for output in outputs if output.output_type == "stream"} <= {"stdout"}
+
+
+def test_it_says_nothing_of_the_machine_and_is_small(path: Path) -> None:
+    notebook = committed(path)
+    assert notebook.metadata == METADATA
+    assert all(cell.metadata == {} for cell in notebook.cells)
+    texts = [cell.source for cell in notebook.cells] + [str(words(cell)) for cell in code(notebook)]
+    assert [found[0] for text in texts for found in [MACHINE.search(text)] if found] == []
+    assert path.stat().st_size < MOST_BYTES
