@@ -86,7 +86,8 @@ class Run:
         self.ranges = distributions(search.parameters)
         batch = 0
         while self._left() >= 1 and not self._exhausted():
-            proposed = [self._ask(batch) for _ in range(min(search.batch, self._left()))]
+            affordable = max(1, self._left() // self.course.rungs()[0])
+            proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
             fresh = list({id(asked): asked for _, asked in proposed if asked and not asked.trials}.values())
             yield fresh, self._race(fresh)
             self._tell(proposed)
