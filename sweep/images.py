@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from PIL import Image
 
 MOST_SIDE = 4096
+MOST_BYTES = 100_000_000
 FORMATS = ("PNG", "PPM", "BMP", "JPEG", "GIF", "TIFF", "WEBP")
 SEAM = 1e-9
 """By how much of a pixel a rectangle is larger on every side, as a point on a border is inside of nothing."""
@@ -31,6 +32,7 @@ def brightness(path: Path) -> NDArray[np.float64]:
     from PIL import Image, UnidentifiedImageError
 
     try:
+        _check_file(path)
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path, formats=FORMATS) as image:
@@ -50,6 +52,14 @@ def brightness(path: Path) -> NDArray[np.float64]:
     except Exception as error:
         # Decoders of damaged files raise errors of almost any type.
         raise ImageError(f"cannot be read: {error}") from None
+
+
+def _check_file(path: Path) -> None:
+    # Opening a pipe would wait for ever, and a device has no end.
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise ImageError("is no ordinary file")
+    if path.stat().st_size > MOST_BYTES:
+        raise ImageError(f"is larger than {MOST_BYTES:,} bytes")
 
 
 def _grey(image: "Image.Image") -> NDArray[np.float64]:

@@ -23,9 +23,11 @@ TAG = "tag:yaml.org,2002:"
 def read_document(path: Path) -> Entry:
     """The content of a YAML file. Raises SpecError where it cannot be read or is not strict YAML."""
     try:
-        if path.stat().st_size > MOST_BYTES:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
             raise SpecError(f"{path}: is larger than {MOST_BYTES:,} bytes: put long lists into a table")
-        text = path.read_text(encoding="utf-8")
+        text = content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
         raise SpecError(f"{path}: no such file") from None
     except OSError as error:

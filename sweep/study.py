@@ -16,6 +16,7 @@ from sweep.names import unknown
 from sweep.parquet import StoreError
 from sweep.rows import PROVENANCE
 from sweep.sequential import from_json, look
+from sweep.spec import STUDY_NAME
 from sweep.store import Store
 
 
@@ -37,6 +38,8 @@ class StoredStudy:
     """
 
     def __init__(self, name: str, results: Path | str = "results") -> None:
+        if not STUDY_NAME.fullmatch(name):
+            raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
         self.name = name
         self.store = Store(Path(results) / name)
         self.plan = self.store.read_plan()

@@ -137,6 +137,18 @@ def test_failed_trials_must_fail_in_the_same_way(tmp_path: Path) -> None:
     assert "trials.error: stored 'KeyError', now 'RuntimeError'" in str(difference)
 
 
+def test_diverged_trials_diverge_again_in_the_same_step(tmp_path: Path) -> None:
+    study = launched(
+        FLOWN.replace("[0.5, 1]", "[1.0e+308]").replace("n: 12", "n: 30, separation_range: 1000"), tmp_path
+    )
+    found = checked(study)
+    assert found.same
+    assert found.checked == {"diverged": 3}
+    other = checked(rewrite(study, "trials", "error", lambda text: text.replace("step 1", "step 2")))
+    (difference,) = next(iter(other.differing.values()))
+    assert "trials.error: stored" in str(difference)
+
+
 def test_the_kind_of_an_error_is_its_exception() -> None:
     assert error_kind("failed", "Traceback (most recent call last):\n  ...\nValueError: 3: no\n") == "ValueError"
     assert error_kind("failed", "worker process died") == "worker process died"

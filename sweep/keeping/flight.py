@@ -22,7 +22,7 @@ Report = Callable[[int, int], None]
 def frames(job: Job, every: int, report: Report) -> Iterator[Taken]:
     """The frames 0, `every`, 2 `every`, ... and the last of a trial, with x, y, vx and vy (F, 4, N), block by block.
 
-    What is recorded changes nothing of the flight. A flight that diverges ends with the frame in which it does.
+    What is recorded changes nothing of the flight. One that diverges ends with its last finite frame.
     """
     steps = int(job.settings["steps"])
     simulation = Simulation(replace(job, record=Record(metrics=(), every=every, trajectories=True)))

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from sweep.parquet import StoreError
 
 FRAMES_A_SECOND = 25
 COLOURS = 64
+LEVELS_APART = 17
+"""Levels of a colour in a GIF's palette: white is not to be taken for a light grey beside it."""
 INSTALL = 'pip install ".[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
@@ -33,9 +36,13 @@ def write_gif(pictures: Pictures, path: Path) -> None:
     """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of the first picture."""
     from PIL import Image
 
-    first = Image.fromarray(next(pictures)).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
-    others = (Image.fromarray(one).quantize(palette=first, dither=Image.Dither.NONE) for one in pictures)
-    first.save(path, save_all=True, append_images=others, duration=1000 // FRAMES_A_SECOND, loop=0)
+    first = next(pictures)
+    few = Image.fromarray((np.round(first / LEVELS_APART) * LEVELS_APART).astype(np.uint8))
+    palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    images = (
+        Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in chain([first], pictures)
+    )
+    next(images).save(path, save_all=True, append_images=images, duration=1000 // FRAMES_A_SECOND, loop=0)
 
 
 def write_mp4(pictures: Pictures, path: Path) -> None:
