@@ -12,7 +12,7 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from sweep.fields import Field
 from sweep.search import report
 from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.search.words import edges, number, verdict, with_interval
+from sweep.search.words import edges, number, thin_tail, verdict, with_interval
 from sweep.strict_yaml import parse_document
 
 LOSS = Objective("loss", False, MEAN)
@@ -138,6 +138,16 @@ def test_few_held_out_blocks_and_missing_results_are_said(said) -> None:
     text, found = said(searched(*parts))
     assert "Candidate 0: 1 held-out trials have no result." in text
     assert found["winners"][0]["held_out"] is None
+
+
+def test_a_tail_of_few_blocks_is_said(said) -> None:
+    cvar = Objective("gain", True, Statistic("cvar", 0.2))
+    text, _ = said(searched(candidate(0, 5.0, fresh=40), objectives=(cvar,)))
+    assert "The CVaR 0.2 of gain rests on few of 40 held-out blocks" in text
+    assert "take 50 held-out replicates." in text
+    assert "rests on few" not in said(searched(candidate(0, 5.0, fresh=50), objectives=(cvar,)))[0]
+    assert thin_tail(Objective("gain", True, Statistic("quantile", 0.9)), 99)
+    assert thin_tail(Objective("gain", True, Statistic("quantile", 0.9)), 101) == ""
 
 
 def states() -> np.ndarray:

@@ -66,9 +66,11 @@ def block_interval(objective: Objective, values: Floats, confidence: float = CON
     """The objective's statistic of `values` (blocks, scenarios), its interval over blocks, and their number.
 
     A mean has Student's interval of the block means, a CVaR the BCa bootstrap's over blocks, a quantile the percentile
-    one, both approximate and for twenty blocks or more. The worst of some values has none, NaN: how bad it can get
-    is not known from them, and a resample cannot be worse than they are (Bickel and Freedman 1981, Ann. Stat. 9,
-    1196-1217, section 6). NaN also where there are fewer than two blocks, or a result is missing.
+    one. The latter two are too narrow where few blocks are in the tail: measured for 95 % and normal values, a CVaR of
+    0.2 is covered by 78 % with 20 blocks and by 90 % with 40, a quantile of 0.1 by 88 and 92 %. The worst of some
+    values has no interval, NaN: how bad it can get is not known from them, and a resample cannot be worse than they
+    are (Bickel and Freedman 1981, Ann. Stat. 9, 1196-1217, section 6). NaN also where there are fewer than two blocks,
+    or a result is missing.
     """
     return difference_interval(objective, values, None, confidence)
 

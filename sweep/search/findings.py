@@ -13,7 +13,7 @@ from sweep.search.objectives import Objective
 from sweep.search.outcome import COMPLETE, SEARCH, candidates, objectives
 from sweep.search.repetitions import RANDOM, REPETITION, AgainstRandom, against_random, runs
 from sweep.search.stored import Asked
-from sweep.search.words import FEWEST_BLOCKS, edges, number
+from sweep.search.words import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.study import StoredStudy
 
 
@@ -91,6 +91,8 @@ def warnings(found: Found) -> list[str]:
         said.append("No held-out trials have run: search estimates of the best are too good.")
     elif judged < FEWEST_BLOCKS:
         said.append(f"There are {judged} held-out blocks only: their intervals are wide, or not to be trusted.")
+    else:
+        said += [sentence for one in found.objectives if (sentence := thin_tail(one, judged))]
     missing = found.winners.drop_duplicates("candidate").set_index("candidate")["not_done"]
     said += [f"Candidate {who}: {count} held-out trials have no result." for who, count in missing.items() if count]
     violated = found.winners.drop_duplicates("candidate").set_index("candidate")["violation"]

@@ -15,6 +15,9 @@ EDGE = 0.02
 FEWEST_BLOCKS = 10
 """Fewer held-out blocks than these say little of how a candidate does on others."""
 
+FEWEST_IN_TAIL = 10
+"""Fewer blocks than these in the tail that a statistic is about make its interval too narrow."""
+
 
 def objective_words(objective: Objective) -> str:
     """As `mean coverage_total, to be large`."""
@@ -58,6 +61,21 @@ def verdict(objective: Objective, difference: Mapping[str, Any], unit: str, who:
         return f"{who} is not shown to differ from {whom} in {column}: {between}"
     size = (abs(value), *sorted((abs(low), abs(high))))
     return f"{who} is {side} than {whom} in {column} by {with_interval(*size)}{unit}"
+
+
+def thin_tail(objective: Objective, blocks: int) -> str:
+    """A sentence where a quantile or a CVaR rests on so few of the blocks that its interval is too narrow, else ""."""
+    share = objective.statistic.share
+    if share is None:
+        return ""
+    share = min(share, 1.0 - share) if objective.statistic.kind == "quantile" else share
+    if share * blocks >= FEWEST_IN_TAIL:
+        return ""
+    enough = math.ceil(FEWEST_IN_TAIL / share)
+    return (
+        f"The {objective.statistic} of {objective.column} rests on few of {blocks} held-out blocks, so that its "
+        f"interval is too narrow: take {enough} held-out replicates."
+    )
 
 
 def difference_unit(unit: str) -> str:
