@@ -5,7 +5,7 @@ the paired differences, with one standard deviation for the differences of all c
 Other statistics are tested by resampling blocks. After each rung every candidate left is tested once, at `level`.
 
 What that costs, for normal values with the same deviation, at level 0.1 and rungs of 1, 2, 4, 8 and 16 blocks: of
-candidates as good as the leader 12 % are dropped by the first test and 26 % by any, of those better by one deviation
+candidates as good as the leader 11 % are dropped by the first test and 26 % by any, of those better by one deviation
 of their noise 4 %; one that is worse by two deviations gets 2.1 blocks in the mean, by four 1.1.
 """
 
