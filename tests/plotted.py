@@ -68,6 +68,11 @@ def made_up(sweep: str, function: Callable[[pd.DataFrame], np.ndarray] = ishigam
     return study
 
 
+def ascending(settings: pd.DataFrame) -> np.ndarray:
+    """A metric that is the number of the point."""
+    return np.arange(len(settings), dtype=float)
+
+
 def shown(figure: Figure) -> str:
     """The note under a figure, in one line."""
     return figure.get_supxlabel().replace("\n", " ")

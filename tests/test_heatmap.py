@@ -1,21 +1,15 @@
 """Heatmaps: exact cells of a grid, bins of a sample with their counts, and half the width of the intervals."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.figure import Figure
-from plotted import made_up, shown, study, titles
+from plotted import ascending, made_up, shown, study, titles
 from sampled import axis
 
 from sweep.analysis import by_point, mean_interval
 from sweep.figures import heatmap_figure
 from sweep.figures.scales import cell_edges
 from sweep.parquet import StoreError
-
-
-def ascending(settings: pd.DataFrame) -> np.ndarray:
-    """A metric that is the number of the point."""
-    return np.arange(len(settings), dtype=float)
 
 
 def values(figure: Figure) -> list[np.ndarray]:

@@ -118,7 +118,7 @@ def test_a_new_kind_is_one_entry(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     monkeypatch.setitem(KINDS, "blank", Kind("nothing", (), plan))
     assert names(files("small", tmp_path, "blank")) == ["blank.png"]
     assert ("blank" in dict(plan_figures(study("small"), [], Choices()).figures)) is True
-    assert "blank: blank is for small" in plan_figures(study("grid"), [], Choices()).left_out
+    assert "blank: is for small" in plan_figures(study("grid"), [], Choices()).left_out
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> No
     ]
     assert done.stdout.splitlines() == [str(path) for path in wanted]
     assert all(path.exists() for path in wanted)
-    assert "not drawn: heatmap: heatmap needs two settings that vary, and there is 1\n" in done.stderr
+    assert "not drawn: heatmap: needs two settings that vary, and there is 1\n" in done.stderr
     before = wanted[0].stat().st_ino
     again = CliRunner().invoke(app, [*command, "--where", "separation_weight=1"])
     assert again.stdout.splitlines() == [str(wanted[0])]

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from plotted import legend_texts, made_up, shown, study, titles
+from plotted import ascending, legend_texts, made_up, shown, study, titles
 from sampled import axis
 
 from sweep.analysis import by_point
 from sweep.analysis.estimate import rank_estimate
-from sweep.figures import scatter_figure
+from sweep.figures import heatmap_figure, scatter_figure
 from sweep.parquet import StoreError
 
 
@@ -47,6 +47,13 @@ def test_sampled_settings_have_a_panel_each_with_their_rank_correlation() -> Non
     assert [axes.get_xscale() for axes in figure.axes] == ["linear", "linear", "log"]
     assert figure.axes[0].get_ylabel() == "speed, last half (px/step)"
     assert "drawn, n = 6: 30 points a panel, 2 trials a point" in shown(figure)
+
+
+def test_one_trial_a_point_has_no_interval() -> None:
+    figure = scatter_figure(made_up("n: [3, 4]", ascending, replicates=1), "speed")
+    assert shown(figure) == "made_up: 2 points a panel, 1 trial a point, no interval"
+    figure = heatmap_figure(made_up("n: [3, 4], steps: [5, 6]", ascending, replicates=1), "speed")
+    assert [axes.get_ylabel() for axes in figure.axes if axes.get_label() == "<colorbar>"] == ["speed (px/step)"]
 
 
 def test_many_points_are_dots_without_intervals() -> None:

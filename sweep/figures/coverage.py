@@ -126,9 +126,9 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
 
 
 def _note(selection: Selection, visits: list[Visits]) -> str:
-    text = "mean of {n} trials a panel"
+    counts = [len(one.trials) for one in visits]
     named = [name.replace("coverage_cv", "CV") for name in NAMED if name in selection.study.metrics]
-    text += f", {' and '.join(named)} with 95 % interval" if named else ""
+    interval = f", {' and '.join(named)} with 95 % interval" if named and max(counts) > 1 else ""
     same = all(one.same_obstacles for one in visits)
-    text += f"; white: never visited; {'blue: obstacles' if same else 'obstacles differ between trials'}"
-    return selection.about(text, [len(one.trials) for one in visits])
+    obstacles = "blue: obstacles" if same else "obstacles differ between trials"
+    return selection.about(f"mean of {{n}} trials a panel{interval}; white: never visited; {obstacles}", counts)

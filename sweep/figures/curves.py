@@ -127,7 +127,7 @@ def draw_curves(layout: Curves) -> Figure:
             title = quantity(selection.study, by)
             figure.legend(handles, labels, title=title, loc="outside upper center", ncols=len(labels))
         counts = selection.trials[selection.trials["status"] == "done"].groupby("point").size()
-        note(figure, selection.about("{n} trials a curve, mean with pointwise 95 % interval", counts))
+        note(figure, selection.about("{n} trials a curve", counts, "mean with pointwise 95 % interval"))
     return figure
 
 

@@ -116,13 +116,17 @@ def draw_heatmap(layout: Heatmap) -> Figure:
     table = selection.table([metric])
     cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
     name = quantity(selection.study, metric)
+    known = any(np.isfinite(one.half).any() for one in cells)
     with style.context(STYLE):
         single, down = len(cells) == 1, -(-len(cells) // _across(layout))
-        figure = Figure(figsize=(7.2, 3.3 if single else 1.0 + 2 * down * HEIGHTS[_across(layout) - 1]))
-        blocks = figure.subfigures(1, 2, squeeze=False) if single else figure.subfigures(2, 1, squeeze=False)
+        number = 2 if known else 1
+        width = 7.2 if known or not single else 4.2
+        figure = Figure(figsize=(width, 3.3 if single else 1.0 + number * down * HEIGHTS[_across(layout) - 1]))
+        blocks = figure.subfigures(*((1, number) if single else (number, 1)), squeeze=False)
         _block(blocks.flat[0], layout, cells, [one.mean for one in cells], name, "viridis")
-        width = f"half the 95 % interval of\n{name}"
-        _block(blocks.flat[1], layout, cells, [one.half for one in cells], width, "magma")
+        if known:
+            halves = [one.half for one in cells]
+            _block(blocks.flat[1], layout, cells, halves, f"half the 95 % interval of\n{name}", "magma")
         note(figure, _note(layout, table, cells))
     return figure
 
@@ -213,7 +217,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     counts = np.concatenate([one.points[one.points > 0] for one in cells] or [np.zeros(1, np.int64)])
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
-        return layout.selection.about("one point a cell, {n} trials a point, mean with 95 % interval", trials)
+        return layout.selection.about("one point a cell, {n} trials a point", trials, "mean with 95 % interval")
     others = ", ".join(name.replace("_", " ") for name in layout.mixed)
     text = f"each cell the mean of {span(counts)} points{f', which differ in {others} too' if others else ''};"
     return layout.selection.about(

@@ -178,7 +178,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
         chosen = list(dict.fromkeys(names))
         return Plot([(name, planned) for name in chosen for planned in KINDS[name].plan(study, choices)], [])
     why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
-    here = re.compile(rf"study {re.escape(study.name)}:? ")
+    here = re.compile(rf"study {re.escape(study.name)}:? ({'|'.join(KINDS)})? ?")
     left_out = [f"{name}: {here.sub('', reason, count=1)}" for name, reason in why.items() if reason]
     if len(left_out) == len(KINDS):
         raise StoreError(f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}")

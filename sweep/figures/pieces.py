@@ -146,10 +146,10 @@ def span(numbers: Iterable[int]) -> str:
 
 
 def estimated(value: float, low: float, high: float) -> str:
-    """A value with its interval in brackets, to two places: 0.52 [0.48, 0.56]."""
+    """A value with its interval, if that is known, in brackets, to two places: 0.52 [0.48, 0.56]."""
     numbers = [f"{number:.2f}" for number in (value, low, high)]
     first, *bounds = [("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}") for number in numbers]
-    return f"{first} [{', '.join(bounds)}]"
+    return first if np.isnan([low, high]).any() else f"{first} [{', '.join(bounds)}]"
 
 
 def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:

@@ -106,7 +106,8 @@ def draw_scatter(layout: Scatter) -> Figure:
                     axes.set_ylabel(quantity(selection.study, metric))
         if by:
             _legend(figure, layout)
-        note(figure, _note(layout, table))
+        correlated = any("\N{GREEK SMALL LETTER RHO}" in axes.get_title() for axes in figure.axes)
+        note(figure, _note(layout, table, correlated=correlated))
     return figure
 
 
@@ -159,12 +160,11 @@ def _legend(figure: Figure, layout: Scatter) -> None:
     figure.legend(marks, names, title=quantity(selection.study, by), loc="outside upper center", ncols=len(names))
 
 
-def _note(layout: Scatter, table: pd.DataFrame) -> str:
+def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     selection, metric = layout.selection, layout.metric
     sizes = [int(table.loc[panel.facet.points, metric].notna().sum()) for row in layout.rows for panel in row]
     some = min(sizes) <= MOST_INTERVALS
-    drawn = "mean with 95 % interval" if some else "each the mean"
-    text = f"{span(sizes)} points a panel, {{n}} trials a point, {drawn}"
+    drawn = "mean with 95 % interval" if some else ""
+    text = f"{span(sizes)} points a panel, {{n}} trials a point{'' if some else ', each the mean'}"
     said = "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points, with 95 % interval"
-    numbers = any(is_number(selection.points[panel.name]) for row in layout.rows for panel in row)
-    return selection.about(text, table[f"{metric}_n"]) + (said if numbers else "")
+    return selection.about(text, table[f"{metric}_n"], drawn) + (said if correlated else "")

@@ -6,7 +6,7 @@ A figure averages over replicates only. What else varies is an axis, a colour, a
 import copy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,11 +153,18 @@ class Selection:
         listed = [f"{name}={_spelled(value)}" for name in names[:1] for value in self.values(name)[:1]]
         return f"for example {listed[0]}" if listed else "or fewer metrics"
 
-    def about(self, text: str, counts: Iterable[int]) -> str:
-        """What a figure rests on: the study, where, `text` with {n}, the span of `counts`; and what is not done."""
+    def about(self, text: str, counts: Iterable[int], interval: str = "") -> str:
+        """What a figure rests on: the study, where, `text` with {n}, the span of `counts` of trials; what is not done.
+
+        `interval` says which is drawn; there is none where no count is above one.
+        """
+        known = [int(count) for count in counts]
+        if max(known, default=0) < 2:
+            text, interval = text.replace("{n} trials", "{n} trial"), "no interval" if interval else ""
+        text += f", {interval}" if interval else ""
         place = f", {named(self.where.items())}" if self.where else ""
         missing = f"; {self.not_done:,} of {self.planned:,} trials not done" if self.not_done else ""
-        return f"{self.study.name}{place}: {text.format(n=span(counts))}{missing}"
+        return f"{self.study.name}{place}: {text.format(n=span(known))}{missing}"
 
     def _groups(self, names: Sequence[str]) -> int:
         return int(self.points.groupby(list(names), sort=False).ngroups) if names else 1
@@ -172,12 +179,6 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
 
     Raises StoreError for a setting that does not vary, for a value that no point has, and where no trial is done.
     """
-    return _selected(study, tuple((where or {}).items()))
-
-
-@lru_cache(maxsize=8)
-def _selected(study: StoredStudy, where: tuple[tuple[str, object], ...]) -> Selection:
-    """What `select` returns; every figure of a command asks for the same."""
     plan = study.plan.to_pandas()
     trials, varied = study.trials, list(study.varied)
     for preset, ablated in study.provenance.get("ablated", {}).items():
@@ -189,7 +190,7 @@ def _selected(study: StoredStudy, where: tuple[tuple[str, object], ...]) -> Sele
     if "axes" not in study.provenance:
         raise StoreError(f"study {study.name}: its plan is of an earlier version; launch its spec once more")
     points = plan.drop_duplicates("point").set_index("point")[varied]
-    for name, value in where:
+    for name, value in (where or {}).items():
         points = points[_having(study, points, name, value)]
     planned = len(among(plan, points.index))
     trials = among(trials, points.index)
@@ -199,7 +200,7 @@ def _selected(study: StoredStudy, where: tuple[tuple[str, object], ...]) -> Sele
         )
     points = points.loc[:, points.nunique(dropna=False) > 1]
     sampled, listed = _kinds(study, points)
-    return Selection(study, dict(where), points, trials, planned, sampled, listed)
+    return Selection(study, where or {}, points, trials, planned, sampled, listed)
 
 
 def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:
