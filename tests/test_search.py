@@ -435,7 +435,8 @@ def test_the_command_searches_reports_and_exports(tmp_path: Path) -> None:
     assert "39 new trials (39 done)" in done.stderr
     assert 'exported to sqlite:///search.db as "tiny"' in done.stderr
     assert "separation_weight:" in done.stdout
-    again = sweep(tmp_path, "search", "spec.yaml", "--json", "--export", "sqlite:///search.db")
-    assert json.loads(again.stdout)
+    assert json.loads(sweep(tmp_path, "search", "spec.yaml", "--json").stdout)
+    again = sweep(tmp_path, "search", "spec.yaml", "--export", "sqlite:///search.db", "--results", "elsewhere")
     assert again.returncode == 2
     assert "which is left as it is" in again.stderr
+    assert not (tmp_path / "elsewhere").exists(), "said before any work"

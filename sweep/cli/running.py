@@ -65,6 +65,7 @@ def search(
     """
     from sweep.executors import Loky, core_count
     from sweep.search import report
+    from sweep.search.export import check_export
     from sweep.search.export import export as write_export
     from sweep.search.progress import SearchBar
     from sweep.search.run import search as run_search
@@ -72,6 +73,8 @@ def search(
     from sweep.study import StoredStudy
 
     study = load_spec(spec)
+    if export:
+        check_export(export, study.name)
     engine = Loky(workers or core_count())
     with SearchBar(study.name) as bar, ExitStack() as ending:
         ending.callback(engine.stop)
