@@ -97,7 +97,7 @@ def test_it_says_exactly_what_would_go(study: StoredStudy) -> None:
     text = waste.as_text(study)
     assert "go         6 trials that have left the spec: about" in text
     assert f"go         6 trials that were computed by other kernels, {'f' * 16}" in text
-    assert "go         1 rows of trials that were run again since" in text
+    assert "go         1 repeated rows, of trials that were run again since" in text
 
 
 def test_what_goes_is_gone_and_what_stays_is_the_same(study: StoredStudy) -> None:
@@ -109,6 +109,7 @@ def test_what_goes_is_gone_and_what_stays_is_the_same(study: StoredStudy) -> Non
     assert freed > 0
     after = find_waste(study)
     assert (after.rows, after.repeated) == ({}, 0)
+    assert "go         nothing" in after.as_text(study)
     assert clean(study, after) == 0
 
 
@@ -213,6 +214,13 @@ def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(tmp_path: Path)
     assert "stay       1 trials stored under this very spec that its plan lacks" in waste.as_text(shorter)
     clean(shorter, waste)
     assert len(study.store.trial_ids()) == 4
+
+
+def test_it_warns_where_the_plan_grows_as_the_study_runs(tmp_path: Path) -> None:
+    until = "replicates: {until: {metric: speed, half_width: 1000}, min: 3, max: 5}"
+    relaunch(SPEC, tmp_path)
+    study = launched(SPEC.replace("replicates: 3", until).replace("[0.5, 1]", "[1]"), tmp_path)
+    assert "the plan of this study grows as it runs" in find_waste(study).as_text(study)
 
 
 def test_links_are_neither_followed_nor_removed(study: StoredStudy, tmp_path: Path) -> None:

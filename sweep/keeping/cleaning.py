@@ -48,11 +48,22 @@ class Waste:
             why = "have left the spec" if kernels == own else f"were computed by other kernels, {kernels[:16]}"
             lines.append(f"go         {count:,} trials that {why}: {about}{size(self.size_bytes[kernels])}")
         if self.repeated:
-            lines.append(f"go         {self.repeated:,} rows of trials that were run again since")
+            lines.append(f"go         {self.repeated:,} repeated rows, of trials that were run again since")
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
             lines.append(f"stay       {self.unlisted:,} trials stored under this very spec that its plan lacks: {why}")
+        if not self.rows:
+            lines.append("go         nothing; small parts are merged")
+        if self.trials and _grows(study):
+            lines.append(
+                "note       the plan of this study grows as it runs: run it to its end first, or it may need them again"
+            )
         return "\n".join(lines)
+
+
+def _grows(study: StoredStudy) -> bool:
+    """Whether the study decides as it runs which trials it has."""
+    return "until" in study.provenance or study.store.asked.exists()
 
 
 def find_waste(study: StoredStudy) -> Waste:

@@ -149,7 +149,12 @@ def _notes(before: Side, after: Side) -> Iterator[str]:
     for side in (before, after):
         if side.at_most:
             yield f"{side.label}: its trials are counted at their most; it stops before, where an interval is narrow"
-    if same and before.spec == after.spec and _among(after.trials, before.trials) < len(after.trials):
+    if (
+        same
+        and not after.at_most
+        and before.spec == after.spec
+        and _among(after.trials, before.trials) < len(after.trials)
+    ):
         yield "the specs are the same: a table or an image has changed, or the first was not run to its end"
 
 

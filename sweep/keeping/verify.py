@@ -90,7 +90,8 @@ class Verification:
         if checked == self.stored:
             return f"{differing:,} of all {checked:,} trials differ: none was left to chance"
         share = 100 * upper_bound(checked, differing)
-        return f"at most {share:.3g} % of the trials differ, with {CONFIDENCE:.0%} confidence (Clopper and Pearson)"
+        sure = f"with {100 * CONFIDENCE:.0f} % confidence"
+        return f"at most {share:.3g} % of the trials differ, {sure} (Clopper and Pearson)"
 
 
 def verify(
