@@ -1,8 +1,11 @@
 """Figures of visits: the mean of the trials of a point, with coverage and CV."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from plotted import shown, study, titles
+from studies import SMALL, launched
 
 from sweep.analysis import mean_interval
 from sweep.figures import coverage_figure
@@ -36,3 +39,14 @@ def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(StoreError, match=r"study small has no heatmaps; record: \{heatmaps: true\} keeps them"):
         coverage_figure(study("small"))
+
+
+def test_obstacles_that_differ_between_trials_are_not_outlined_and_count_for_no_visit(tmp_path: Path) -> None:
+    spec = SMALL.replace("series: [speed], every: 2", "metrics: [coverage], heatmaps: true")
+    varying = launched(spec.replace("n: 12,", "n: 12, n_obstacles: 3, obstacle_radius: 60,"), tmp_path)
+    figure = coverage_figure(varying, where={"separation_weight": 1})
+    visits = np.stack(varying.heatmaps["visits"][varying.trials["separation_weight"] == 1].tolist())
+    wanted = np.ma.masked_less(visits, 0).mean(axis=0).filled(0.0)
+    np.testing.assert_allclose(np.ma.filled(figure.axes[0].images[0].get_array(), 0.0), wanted)
+    assert figure.axes[0].collections[0].get_paths() == []
+    assert shown(figure).endswith("white: never visited; obstacles differ between trials")
