@@ -18,6 +18,7 @@ from test_cli import SWEEP
 
 import sweep.launch as launch_module
 from sweep.keeping.cleaning import clean, find_waste
+from sweep.lock import Lock
 from sweep.parquet import StoreError
 from sweep.store import Store
 from sweep.study import StoredStudy
@@ -141,7 +142,7 @@ def test_being_killed_at_any_step_loses_no_trial_that_stays(dirty: Path, tmp_pat
         assert same(kept(study), reference), done
         if len(done) < calls:
             break
-        ours_no_longer(results / "small" / "writing", gone.pid)
+        ours_no_longer(results / "small", gone.pid)
         clean(study, find_waste(study))
         assert same(kept(study), reference), done
         assert not list((results / "small" / "writing").iterdir())
@@ -151,10 +152,11 @@ def test_being_killed_at_any_step_loses_no_trial_that_stays(dirty: Path, tmp_pat
     assert len(done) < calls
 
 
-def ours_no_longer(writing: Path, pid: int) -> None:
-    """What this process has left behind becomes that of another one."""
-    for folder in writing.iterdir():
-        folder.rename(folder.with_name(folder.name.replace(f"~{os.getpid()}~", f"~{pid}~")))
+def ours_no_longer(folder: Path, pid: int) -> None:
+    """What this process has left behind becomes that of another one, and its lock is gone."""
+    for left in (folder / "writing").iterdir():
+        left.rename(left.with_name(left.name.replace(f"~{os.getpid()}~", f"~{pid}~")))
+    shutil.rmtree(folder / "lock", ignore_errors=True)
 
 
 KILLED = """
@@ -196,10 +198,17 @@ def test_a_launch_in_between_stops_it(study: StoredStudy) -> None:
     assert StoredStudy("small", results).store.trial_ids() == before
 
 
+def test_a_launch_at_the_same_time_keeps_it_out(study: StoredStudy) -> None:
+    waste, before = find_waste(study), study.store.trial_ids()
+    with Lock(study.store.folder, study.store.staging), pytest.raises(StoreError, match="lock"):
+        clean(study, waste)
+    assert study.store.trial_ids() == before
+
+
 def test_a_part_that_another_process_took_stops_it(study: StoredStudy) -> None:
     waste, before = find_waste(study), kept(study)
     study.store.merge([next(iter(waste.rows))], {})
-    with pytest.raises(StoreError, match="another process is changing its store"):
+    with pytest.raises(StoreError, match="its store was changed meanwhile"):
         clean(study, waste)
     assert same(kept(study), before)
 

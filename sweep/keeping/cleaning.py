@@ -12,6 +12,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.lock import Lock
 from sweep.parquet import StoreError, load_table
 from sweep.plan import size
 from sweep.rows import PROVENANCE
@@ -96,22 +97,24 @@ def _waste(study: StoredStudy, parts: list[Path]) -> Waste:
 def clean(study: StoredStudy, waste: Waste) -> int:
     """Remove `waste`, merge small parts, and return by how many bytes the store has become smaller.
 
-    Raises StoreError where the study was launched since the waste was found, and where the store cannot be read or
-    written; whatever is raised, and if the process is killed, no trial that stays is lost.
+    Raises StoreError where the study is being launched, or was since the waste was found, and where the store cannot be
+    read or written; whatever is raised, and if the process is killed, no trial that stays is lost.
     """
     store = study.store
-    if not store.read_plan().equals(study.plan, check_metadata=True):
-        raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
     before = sum(map(_bytes, store.current_parts()))
-    store.tidy()
-    for part, trial_ids in waste.rows.items():
-        if part not in store.current_parts():
-            raise StoreError(f"study {study.name}: another process is changing its store; look again when it has ended")
-        if waste.kept[part]:
-            store.merge([part], {part: trial_ids.combine_chunks()})
-        else:
-            store.discard(part)
-    store.compact()
+    with Lock(store.folder, store.staging) as lock:
+        if not store.read_plan().equals(study.plan, check_metadata=True):
+            raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
+        store.tidy()
+        for part, trial_ids in waste.rows.items():
+            lock.check()
+            if part not in store.current_parts():
+                raise StoreError(f"study {study.name}: its store was changed meanwhile; look again")
+            if waste.kept[part]:
+                store.merge([part], {part: trial_ids.combine_chunks()})
+            else:
+                store.discard(part)
+        store.compact()
     return before - sum(map(_bytes, store.current_parts()))
 
 
