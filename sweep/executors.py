@@ -9,9 +9,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from typing import Any, ParamSpec, Protocol, TypeVar
@@ -92,16 +92,18 @@ class Loky:
         from joblib.externals.loky import ProcessPoolExecutor
 
         if self._pool is None:
-            # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
-            self._pool = ProcessPoolExecutor(
-                max_workers=self.workers,
-                timeout=IDLE_SECONDS,
-                initializer=_prepare_worker,
-                initargs=(os.getpid(), self.initializer),
-                env=ONE_THREAD,
-            )
             self._missed = None
-            _spawn(self._pool)
+            with _deaf():
+                # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
+                self._pool = ProcessPoolExecutor(
+                    max_workers=self.workers,
+                    timeout=IDLE_SECONDS,
+                    initializer=_prepare_worker,
+                    initargs=(os.getpid(), self.initializer),
+                    env=ONE_THREAD,
+                )
+                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # its tracker has lifted the mask
+                self._pool.submit(int)
         pool: Executor = self._pool
         return pool
 
@@ -133,12 +135,13 @@ def _end(pool: Any) -> None:
         writer.close()
 
 
-def _spawn(pool: Executor) -> None:
-    """Start the pool's processes deaf to what stops a launch from their first instruction on, not once prepared."""
-    resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started inside are deaf to what stops a launch from their first instruction on."""
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
-        pool.submit(int)
+        resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
+        yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 

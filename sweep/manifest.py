@@ -46,7 +46,7 @@ def damage(part: Path) -> str:
     """
     try:
         manifest: Manifest = json.loads((part / MANIFEST).read_text(encoding="utf-8"))
-        files = manifest["files"].items()
+        _, files = manifest["trials"], manifest["files"].items()
     except FileNotFoundError:
         return _undecodable(part)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

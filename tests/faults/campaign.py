@@ -37,7 +37,8 @@ LAUNCH = [
     "from sweep.cli import main; main()",
     *("launch", "spec.yaml", "--workers", "2"),
 ]
-LAST_MOMENT = 6.0
+WORKER_SECONDS = 1.5
+LAUNCH_SECONDS = 5.0
 LAST_RESORT = 120.0
 TIMING = "seconds"
 
@@ -71,44 +72,41 @@ class Campaign:
         (place / "spec.yaml").write_text(SPEC)
         for _ in range(launches):
             self.disturbed_launch(place)
-            self.cut(place / "results" / "faulty" / "parts")
+            if self.random.random() < 0.75:
+                self.cut(place / "results" / "faulty" / "parts")
         done = subprocess.run(LAUNCH, cwd=place, capture_output=True, text=True, timeout=LAST_RESORT)
         assert done.returncode == 0, done.stderr
         self.check(place / "results" / "faulty")
 
     def disturbed_launch(self, place: Path) -> None:
-        """A launch, up to two workers of which are killed, and then itself, unless it has come to its end before."""
-        moments = sorted(self.random.uniform(0, LAST_MOMENT) for _ in range(self.random.choice([2, 3])))
+        """A launch that is killed at a random moment; mostly that comes after one or two kills of its workers."""
         self.counts["launches"] += 1
         with (place / "errors.txt").open("w") as errors:
             process = subprocess.Popen(LAUNCH, cwd=place, stderr=errors, start_new_session=True)
-        began = time.monotonic()
-        for moment in moments:
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(max(0.0, began + moment - time.monotonic()))
-            if process.returncode is not None:
-                break
-            if moment == moments[-1]:
-                process.kill()
-                self.counts["coordinator kills"] += 1
-            else:
-                self.kill_worker(process.pid)
+        kills = self.random.choices([0, 1, 2], [4, 2, 5])[0]
+        for _ in range(kills):
+            self.kill_worker(process)
+        if not ended(process, self.random.uniform(0, LAUNCH_SECONDS)):
+            process.kill()
+            self.counts["coordinator kills"] += 1
         code, said = process.wait(LAST_RESORT), (place / "errors.txt").read_text()
         assert code in (0, -signal.SIGKILL), said
         self.counts["came to their end"] += code == 0
         assert_no_orphans(process.pid)
 
-    def kill_worker(self, launcher: int) -> None:
-        """Kill one of the worker processes, if there are any by now."""
-        if workers := sorted(filter(is_worker, processes_below(launcher))):
+    def kill_worker(self, process: "subprocess.Popen[bytes]") -> None:
+        """Kill one of the worker processes, a random while after the moment at which there are any."""
+        while process.poll() is None and not workers(process.pid):
+            time.sleep(0.02)
+        if not ended(process, self.random.uniform(0, WORKER_SECONDS)) and (found := workers(process.pid)):
             with suppress(ProcessLookupError):
-                os.kill(self.random.choice(workers), signal.SIGKILL)
+                os.kill(self.random.choice(found), signal.SIGKILL)
                 self.counts["worker kills"] += 1
 
     def cut(self, parts: Path) -> None:
-        """Cut a file of a part off at a random place, mostly."""
+        """Cut a file of a part off at a random place, if there is one."""
         files = sorted(file for file in parts.glob("*/*") if file.stat().st_size) if parts.is_dir() else []
-        if files and self.random.random() < 0.75:
+        if files:
             file = self.random.choice(files)
             os.truncate(file, self.random.randrange(file.stat().st_size))
             self.counts["truncations"] += 1
@@ -130,6 +128,18 @@ def trial_ids(part: Path) -> list[str]:
 
     ids: list[str] = load_table(part, "trials", ["trial_id"])["trial_id"].to_pylist()
     return ids
+
+
+def ended(process: "subprocess.Popen[bytes]", seconds: float) -> bool:
+    """Whether a process ends within that time."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return process.returncode is not None
+
+
+def workers(launcher: int) -> list[int]:
+    """The worker processes of a launch."""
+    return sorted(filter(is_worker, processes_below(launcher)))
 
 
 def is_worker(process: int) -> bool:

@@ -9,8 +9,9 @@ from faults.campaign import Campaign
 
 def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
     campaign = Campaign(tmp_path, seed=2)
-    campaign.study(launches=2)
-    assert campaign.counts["coordinator kills"] + campaign.counts["came to their end"] == 2
+    campaign.study(launches=1)
+    assert campaign.counts["worker kills"] > 0
+    assert campaign.counts["coordinator kills"] == 1
 
 
 @pytest.mark.slow

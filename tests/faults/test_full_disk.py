@@ -1,0 +1,140 @@
+"""Whatever write fails, a launch ends with one clear line, and once there is room the same command completes it."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+from studies import SMALL, relaunch
+
+from faults.campaign import tables
+from sweep import writer as writer_module
+from sweep.parquet import StoreError
+
+WRITES = [(os, "mkdir"), (os, "rename"), (os, "replace"), (os, "fsync"), (pq.ParquetWriter, "write_table")]
+WRITES += [(pq.ParquetWriter, "__init__"), (Path, "write_text")]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    results = tmp_path_factory.mktemp("whole")
+    relaunch(SMALL, results)
+    return tables(results / "small")
+
+
+@contextmanager
+def full_after(writes: int) -> Iterator[list[int]]:
+    """Inside, that many writes succeed and all later ones fail; the list holds how many have failed."""
+    numbers, failed = count(), [0]
+
+    def failing(original: Callable[..., Any]) -> Callable[..., Any]:
+        def write(*arguments: Any, **options: Any) -> Any:
+            if next(numbers) < writes:
+                return original(*arguments, **options)
+            failed[0] += 1
+            raise OSError(28, "No space left on device")
+
+        return write
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writer_module.Writer.__init__, "__kwdefaults__", {**KEYWORDS, "rows": 2})
+        for owner, name in WRITES:
+            patch.setattr(owner, name, failing(getattr(owner, name)))
+        yield failed
+
+
+KEYWORDS: dict[str, Any] = writer_module.Writer.__init__.__kwdefaults__ or {}
+
+
+def complete(results: Path, whole: dict[str, str]) -> None:
+    """Assert that a launch with room enough makes the study whole, and leaves nothing behind."""
+    relaunch(SMALL, results)
+    assert tables(results / "small") == whole
+    assert list((results / "small" / "writing").iterdir()) == []
+    assert not (results / "small" / "lock").exists()
+
+
+def survives(results: Path, writes: int, whole: dict[str, str]) -> bool:
+    """Whether a launch needs no more than that many writes; one that does ends with one line, and can be completed."""
+    with full_after(writes) as failed:
+        try:
+            relaunch(SMALL, results)
+            said = ""
+        except StoreError as error:
+            said = str(error)
+    assert (failed[0] > 0) == bool(said)
+    if said:
+        assert re.search(r"cannot write \(\[Errno 28\] No space left on device\)", said)
+        assert "\n" not in said
+    complete(results, whole)
+    return not said
+
+
+@pytest.mark.parametrize("writes", [0, 5, 13, 22, 34])
+def test_a_disk_that_is_full_costs_nothing(tmp_path: Path, whole: dict[str, str], writes: int) -> None:
+    assert not survives(tmp_path, writes, whole)
+
+
+@pytest.mark.slow
+def test_a_disk_that_is_full_from_the_kth_write_on_costs_nothing_for_any_k(
+    tmp_path: Path, whole: dict[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    needed = next(writes for writes in count() if survives(tmp_path / str(writes), writes, whole))
+    assert needed > 34
+    with capsys.disabled():
+        print(f"\nfull disk: a launch survives each of its {needed} writes failing")
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of its own, if this user may mount one."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", place], capture_output=True)
+    if mounted.returncode:
+        pytest.skip("this user may not mount a file system")
+    yield place
+    subprocess.run(["umount", place], check=True)
+
+
+def remount(place: Path, option: str) -> None:
+    subprocess.run(["mount", "-o", f"remount,{option}", place], check=True)
+
+
+@pytest.mark.parametrize("kilobytes", [16, 48, 80, 112])
+def test_a_real_disk_that_is_full(small_disk: Path, whole: dict[str, str], kilobytes: int) -> None:
+    """The study takes 180 kB."""
+    remount(small_disk, f"size={kilobytes}k")
+    with pytest.raises(StoreError, match=r"cannot write .*No space left on device"):
+        relaunch(SMALL, small_disk)
+    remount(small_disk, "size=10m")
+    complete(small_disk, whole)
+
+
+def test_results_that_may_only_be_read(small_disk: Path, whole: dict[str, str]) -> None:
+    relaunch(SMALL.replace("replicates: 3", "replicates: 2"), small_disk)
+    remount(small_disk, "ro")
+    with pytest.raises(StoreError, match=r"cannot write .*Read-only file system"):
+        relaunch(SMALL, small_disk)
+    assert tables(small_disk / "small")["trials"].count("trial_id") == 4
+    remount(small_disk, "rw")
+    complete(small_disk, whole)
+
+
+def test_the_command_says_so_in_one_line_where_files_may_not_grow(tmp_path: Path, whole: dict[str, str]) -> None:
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    launch = f"ulimit -f 8; exec {sys.executable} -c 'from sweep.cli import main; main()'"
+    command = ["bash", "-c", f"{launch} launch spec.yaml --workers 1"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    *_, last = done.stderr.splitlines()
+    assert re.fullmatch(r"results/small: cannot write \(.*File too large\); what was stored is intact", last)
+    assert "Traceback" not in done.stderr
+    complete(tmp_path / "results", whole)

@@ -1,0 +1,103 @@
+"""Jobs that hang or take too much memory are ended from outside, and no other job is lost, doubled or blamed."""
+
+import re
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import runner_jobs
+from studies import SMALL
+
+import sweep.launch as launch_module
+from faults import jobs
+from sweep.executors import Loky, Serial
+from sweep.launch import launch
+from sweep.runner import Failure
+from sweep.spec import parse_spec
+from sweep.study import StoredStudy
+from sweep.watch import Limits
+
+SQUARES = {(job, job * job) for job in range(40)}
+
+
+@pytest.fixture
+def loky() -> Iterator[Loky]:
+    executor = Loky(2)
+    yield executor
+    executor.stop()
+
+
+def late(job: Any, error: str) -> tuple[Any, str]:
+    return job, f"late: {error}"
+
+
+def test_jobs_that_hang_are_ended_and_no_other_is_touched(loky: Loky) -> None:
+    results = runner_jobs.run_all(
+        range(40), jobs.square_or_hang, loky, overdue=late, limits=Limits(deadline=1.0), chunk_seconds=0.5
+    )
+    assert len(results) == 40
+    ended = {job: value for job, value in results if job in (7, 11)}
+    assert ended == dict.fromkeys((7, 11), "late: did not return within 1 s, and was ended")
+    assert {pair for pair in results if pair[0] not in ended} == {pair for pair in SQUARES if pair[0] not in ended}
+
+
+def test_without_a_word_for_lateness_a_job_that_hangs_has_failed(loky: Loky) -> None:
+    [(job, failure)] = runner_jobs.run_all([7], jobs.square_or_hang, loky, limits=Limits(deadline=0.5))
+    assert (job, failure) == (7, Failure("did not return within 0.5 s, and was ended"))
+
+
+def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(loky: Loky) -> None:
+    """It takes 1 GB a second; the bound leaves a busy machine a second to look."""
+    limit = 600 * jobs.MEGABYTE
+    results = dict(runner_jobs.run_all(range(20), jobs.square_or_grow, loky, limits=Limits(memory=limit)))
+    assert len(results) == 20
+    failure = results.pop(5)
+    assert results == {job: job * job for job in range(20) if job != 5}
+    found = re.fullmatch(r"memory limit of 600 MiB: its worker held (\d+) MiB", failure.error)
+    assert found is not None
+    assert 600 < int(found[1]) < 1600
+
+
+@pytest.mark.filterwarnings("ignore:A worker stopped while some jobs were given:UserWarning")
+def test_a_job_is_not_blamed_for_the_memory_that_others_left(loky: Loky) -> None:
+    limits = Limits(memory=600 * jobs.MEGABYTE)
+    results = runner_jobs.run_all(range(8), jobs.square_and_leave, loky, limits=limits, chunk_seconds=10.0)
+    assert sorted(results) == [(job, job * job) for job in range(8)]
+
+
+def test_jobs_within_their_limits_come_back_as_without(loky: Loky) -> None:
+    limits = Limits(deadline=60.0, memory=2**40)
+    results = runner_jobs.run_all(range(40), jobs.square, loky, limits=limits, chunk_seconds=0.001)
+    assert len(results) == 40
+    assert set(results) == SQUARES
+
+
+def test_this_process_is_not_ended_for_its_own_jobs() -> None:
+    results = runner_jobs.run_all([0.3], runner_jobs.nap, Serial(), limits=Limits(deadline=0.01, memory=1))
+    assert results == [0.3]
+
+
+def test_a_trial_that_hangs_is_a_row_with_status_timeout(
+    tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(launch_module, "run", jobs.trial_or_hang)
+    monkeypatch.setattr(launch_module, "GRACE_SECONDS", 0.5)
+    launch(parse_spec(SMALL + "time_limit: 0.5\n"), tmp_path, loky)
+    trials = StoredStudy("small", tmp_path).trials
+    assert list(trials["status"]) == ["timeout", "diverged", "diverged"] * 2
+    assert set(trials.loc[trials["status"] == "timeout", "error"]) == {"did not return within 1 s, and was ended"}
+
+
+def test_a_worker_killed_in_the_middle_of_a_result_does_not_hang_the_launch(loky: Loky, tmp_path: Path) -> None:
+    """Without a check the pool waits for the rest for ever."""
+    marker = tmp_path / "sender"
+    in_the_middle = jobs.kill_in_the_middle(marker)
+    signal.alarm(60)
+    began = time.monotonic()
+    results = runner_jobs.run_all([(job, str(marker)) for job in range(8)], jobs.die_while_sending, loky)
+    signal.alarm(0)
+    assert in_the_middle()
+    assert sorted(results) == list(range(8)), time.monotonic() - began
