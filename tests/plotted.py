@@ -1,9 +1,11 @@
 """Small studies that figures are drawn of."""
 
+import atexit
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
@@ -52,13 +54,14 @@ ABLATED = SMALL.replace("study: small", "study: ablated").replace(
 )
 SPECS = {"small": SMALL, "grid": GRID, "drawn": DRAWN, "covering": COVERING, "flying": FLYING, "ablated": ABLATED}
 
-_folder = TemporaryDirectory(prefix="plotted-")
+_folder = Path(mkdtemp(prefix="plotted-"))
+atexit.register(rmtree, _folder)
 
 
 @cache
 def study(name: str) -> StoredStudy:
     """One of SPECS, launched once for all tests of a process."""
-    return launched(SPECS[name], Path(_folder.name))
+    return launched(SPECS[name], _folder)
 
 
 def made_up(sweep: str, function: Callable[[pd.DataFrame], np.ndarray] = ishigami, **options: Any) -> MadeUp:
