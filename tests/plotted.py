@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from sampled import MadeUp, ishigami, study_of
+from searches import TINY, asked_by, edited
 from studies import COVERING, SMALL, launched
 
 from sweep.study import StoredStudy
@@ -52,7 +53,14 @@ FLYING = SMALL.replace("study: small", "study: flying").replace("every: 2", "eve
 ABLATED = SMALL.replace("study: small", "study: ablated").replace(
     "  separation_weight: [0.5, 1]", "  detail: {ablate: as_written}"
 )
+SEARCHED = edited(
+    TINY,
+    ("study: tiny", "study: searched"),
+    ("flock_radius: {minimize: mean}", "flock_radius: {minimize: mean}\n    speed: {maximize: mean}"),
+    ("metrics: [flock_radius]", "metrics: [flock_radius, speed]"),
+)
 SPECS = {"small": SMALL, "grid": GRID, "drawn": DRAWN, "covering": COVERING, "flying": FLYING, "ablated": ABLATED}
+SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))
 atexit.register(rmtree, _folder)
@@ -60,7 +68,10 @@ atexit.register(rmtree, _folder)
 
 @cache
 def study(name: str) -> StoredStudy:
-    """One of SPECS, launched once for all tests of a process."""
+    """One of SPECS, launched once for all tests of a process, or searched with two repetitions."""
+    if name == "searched":
+        asked_by(SEARCHED, _folder, repetitions=2)
+        return StoredStudy(name, _folder)
     return launched(SPECS[name], _folder)
 
 

@@ -35,6 +35,7 @@ def names(paths: list[Path]) -> list[str]:
         ("covering", ["curves", "scatter", "pareto", "coverage"]),
         ("flying", ["curves", "scatter", "trajectories"]),
         ("ablated", ["scatter"]),
+        ("searched", ["scatter", "heatmap", "parallel", "history", "front", "comparison", "hypervolume"]),
     ],
 )
 def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
@@ -68,6 +69,10 @@ def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(tmp_path: Pat
         ("covering", "pareto", {}),
         ("covering", "coverage", {}),
         ("flying", "trajectories", {}),
+        ("searched", "history", {}),
+        ("searched", "front", {}),
+        ("searched", "comparison", {}),
+        ("searched", "hypervolume", {}),
     ],
 )
 def test_a_repeat_has_the_same_bytes(name: str, kind: str, choices: dict[str, object], tmp_path: Path) -> None:
@@ -130,6 +135,9 @@ def test_a_new_kind_is_one_entry(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         ("grid", ["curves"], {"x": "borders"}, "study grid: x is for scatter, heatmap, not for curves"),
         ("small", ["coverage"], {}, "study small has no heatmaps; record: {heatmaps: true} keeps them"),
         ("drawn", ["sensitivity"], {"where": {"n": 7}}, "study drawn: where n: no point has 7; allowed: 6, 12"),
+        ("grid", ["history"], {}, "study grid: not a search (it has no asked.parquet)"),
+        ("searched", ["front"], {"metrics": ("speed",)}, "study searched: front is of the whole search and its"),
+        ("searched", ["history"], {"half": True}, "and takes no over half"),
         ("small", [], {"where": {"separation_weight": 1}, "metrics": ("dispersion",)}, "no kind of figure suits it"),
     ],
 )

@@ -1,6 +1,8 @@
 """Samplers: every one proposes candidates for a small real search, with options that are said and recorded."""
 
 import inspect
+import subprocess
+import sys
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +21,7 @@ TWO = edited(
     TINY,
     ("flock_radius: {minimize: mean}", "flock_radius: {minimize: mean}\n    speed: {maximize: mean}"),
 )
+ROOT = Path(__file__).parent.parent
 NOT_SAID = {"seed", "independent_sampler", "constraints_func"}
 """Options that are the seed, another sampler, or what trials say by themselves."""
 
@@ -102,6 +105,19 @@ def test_optuna_is_quiet_only_meanwhile(capfd: pytest.CaptureFixture[str]) -> No
         study.tell(study.ask(), 1.0)
     assert optuna.logging.get_verbosity() == before
     assert capfd.readouterr() == ("", "")
+
+
+def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
+    """In a process of its own, since optuna is imported only once."""
+    script = """if True:
+        import sys, types, IPython
+        sys.modules |= {"ipykernel.zmqshell": types.ModuleType("shell"), "ipywidgets": None}
+        from sweep.search.samplers import quiet
+        with quiet():
+            print("optuna" in sys.modules)
+    """
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("True\n", "")
 
 
 @pytest.mark.parametrize(

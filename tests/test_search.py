@@ -87,6 +87,30 @@ def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(whole: Asked, 
     equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
 
 
+def test_one_process_at_a_time_searches(whole: Asked, tmp_path: Path) -> None:
+    refused = []
+
+    def report(progress: SearchProgress) -> None:
+        if progress.statuses.total() == 1:
+            with pytest.raises(StoreError, match="lock: this study is being launched by") as raised:
+                searched(TINY, tmp_path)
+            refused.append(raised)
+
+    search(parse_spec(TINY), tmp_path, Serial(), report=report)
+    assert refused
+    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+
+
+def test_damaged_parts_are_set_aside_and_their_trials_run_again(whole: Asked, tmp_path: Path) -> None:
+    searched(TINY, tmp_path)
+    (part,) = (tmp_path / "tiny" / "parts").iterdir()
+    with (part / "trials.parquet").open("r+b") as file:
+        file.truncate(100)
+    assert searched(TINY, tmp_path).statuses.total() == 39
+    assert (tmp_path / "tiny" / "damaged" / part.name).is_dir()
+    equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
+
+
 def test_the_plan_lists_every_trial_once_and_others_stay_apart(whole: Asked, tmp_path: Path) -> None:
     searched(TINY, tmp_path)
     searched(TINY.replace("seed: 5", "seed: 6"), tmp_path)
@@ -261,7 +285,7 @@ def test_if_everything_is_rejected_the_search_says_why(tmp_path: Path, monkeypat
     )
     with pytest.raises(SpecError, match=message):
         searched(spec, tmp_path)
-    assert not list(tmp_path.iterdir())
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
 def test_settings_that_never_go_together_are_said_before_any_work(tmp_path: Path) -> None:

@@ -152,12 +152,22 @@ def test_several_objectives_are_compared_by_hypervolume(drawn) -> None:
     figure = drawn(hypervolume_figure, repeated(several=True))
     assert line(figure.axes[0], "the search") == ([4.0, 8.0], [0.0, 2.0])
     assert "from the worst values seen: gain 1, loss 2" in said(figure)
+    assert "3 repetitions and 3 random searches of 8 trials each; on the seeds of the search" in said(figure)
+
+
+def test_the_hypervolume_of_a_search_alone_has_room_above_it_and_begins_at_no_trials(drawn) -> None:
+    parts = [candidate(0, 1.0, loss=2.0), candidate(1, 3.0, 1, loss=1.0)]
+    figure = drawn(hypervolume_figure, searched(*parts, objectives=(GAIN, LOSS), budget=8))
+    (axes,) = figure.axes
+    assert axes.get_xlim()[0] == axes.get_ylim()[0] == 0.0
+    assert axes.get_ylim()[1] > max(line(axes, "the search")[1]) == 2.0
+    assert ": 8 trials; on the seeds of the search" in said(figure)
 
 
 @pytest.mark.parametrize(
     ("figure", "message"),
     [
-        (front_figure, "a front needs two objectives and there is one"),
+        (front_figure, "front needs two objectives and there is one"),
         (hypervolume_figure, "hypervolume needs two objectives and there is one"),
         (comparison_figure, "has no repetitions; run it with --repetitions 10"),
     ],

@@ -74,6 +74,21 @@ def test_it_says_what_was_searched_and_what_became_of_candidates(said) -> None:
     assert [row["status"] for row in found["candidates"]] == ["complete", "raced out", "failed"]
 
 
+@pytest.mark.parametrize("place", ["notebook", "FORCE_COLOR"])
+def test_it_is_the_same_text_everywhere(
+    said, place: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    asked = searched(candidate(0, 80.0), candidate(1, 70.0), candidate(2, 60.0, blocks=2, fresh=0))
+    plain, _ = said(asked)
+    if place == "notebook":
+        monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    else:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+    assert said(asked)[0] == plain
+    assert "held out" in plain
+    assert capfd.readouterr() == ("", "")
+
+
 def test_the_settings_of_the_winner_can_be_pasted_into_a_spec(said) -> None:
     text, found = said(searched(candidate(0, 5.0, weight=0.123456789)))
     block = text[text.index("fixed:") :].split("\n\n")[0]
@@ -207,6 +222,17 @@ def test_a_front_names_its_knee_and_how_sure_it_is(said) -> None:
     assert [row["knee"] for row in found["front"]] == [row["candidate"] == 1 for row in found["front"]]
     assert "objective   mean gain, to be large\n            mean loss, to be small" in text
     assert "on the held-out front" in text
+
+
+def test_what_common_seeds_save_is_a_dash_where_it_is_not_known(said) -> None:
+    parts = []
+    for run, phase in (("search", "search"), ("search", "held_out"), ("references", "held_out")):
+        noise = np.random.default_rng(len(parts)).normal(size=(12, 1))
+        parts.append(rows(run, phase, 0, {"gain": noise, "loss": noise, "weight": 0.3}))
+    tail = Objective("loss", False, Statistic("cvar", 0.5))
+    text, _ = said(searched(*parts, objectives=(GAIN, tail), references=["usual"]))
+    saved = [line.split("│")[-2].strip() for line in text.splitlines() if line.startswith("│ 0") and "usual" in line]
+    assert saved[1] == "-" != saved[0]
 
 
 def test_repetitions_are_compared_with_random_search(said) -> None:

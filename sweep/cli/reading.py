@@ -87,7 +87,8 @@ def plot(
         list[str] | None,
         typer.Argument(
             metavar="[KIND]...",
-            help="curves, scatter, heatmap, parallel, pareto, sensitivity, coverage, trajectories; else all that suit.",
+            help="curves, scatter, heatmap, parallel, pareto, sensitivity, coverage, trajectories; of a search "
+            "history, front, comparison, hypervolume; else all that suit.",
         ),
     ] = None,
     results: Results = Path("results"),

@@ -10,6 +10,8 @@ from sweep.figures.pareto import pareto_figure
 from sweep.figures.pieces import draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note, quantity
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
+from sweep.figures.search import front_figure, history_figure
+from sweep.figures.search_runs import comparison_figure, hypervolume_figure
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.style import (
     BLUE,
@@ -42,13 +44,17 @@ __all__ = [
     "Drawing",
     "Kind",
     "Planned",
+    "comparison_figure",
     "coverage_figure",
     "draw_flock",
     "draw_map",
     "draw_values",
     "draw_visits",
     "effects_figure",
+    "front_figure",
     "heatmap_figure",
+    "history_figure",
+    "hypervolume_figure",
     "legend",
     "metric_curves",
     "name_rows",

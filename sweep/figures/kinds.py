@@ -20,12 +20,15 @@ from sweep.figures.parallel import draw_parallel, parallel_layout
 from sweep.figures.pareto import draw_pareto, opposed_metrics, pareto_layout
 from sweep.figures.saving import about_study, save
 from sweep.figures.scatter import draw_scatter, scatter_layout
+from sweep.figures.search import front_figure, history_figure, with_front
+from sweep.figures.search_runs import comparison_figure, hypervolume_figure, with_repetitions
 from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
 from sweep.names import unknown
 from sweep.parquet import StoreError
 from sweep.sampling import SAMPLERS
+from sweep.search.stored import read_asked
 from sweep.sensitivity import morris, rank_correlations, sobol
 from sweep.sensitivity.sampled import sampled_axis
 from sweep.study import StoredStudy
@@ -145,6 +148,22 @@ def _trajectories(study: StoredStudy, choices: Choices) -> list[Planned]:
     return [Planned("", partial(draw_trajectories, trajectories_layout(study, where=choices.where)))]
 
 
+def _of_search(
+    kind: str, check: Callable[[StoredStudy], object], draw: Callable[[StoredStudy], Figure]
+) -> Callable[[StoredStudy, Choices], list[Planned]]:
+    """The plan of a figure of a whole search."""
+
+    def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+        check(study)
+        choice = {"metric": choices.metrics, "where": choices.where, "over half": choices.half}
+        if given := [name for name, value in choice.items() if value]:
+            what = "is of the whole search and its objectives"
+            raise StoreError(f"study {study.name}: {kind} {what}, and takes no {given[0]}")
+        return [Planned("", partial(draw, study))]
+
+    return plan
+
+
 KINDS: dict[str, Kind] = {
     "curves": Kind("each series metric against time, mean and band", ("by",), _curves),
     "scatter": Kind("a metric against each setting", ("by", "x"), _scatter),
@@ -154,6 +173,24 @@ KINDS: dict[str, Kind] = {
     "sensitivity": Kind("which sampled setting a metric depends on", (), _sensitivity),
     "coverage": Kind("visits of each pixel of the map", (), _coverage),
     "trajectories": Kind("flights of a few trials", (), _trajectories),
+    "history": Kind(
+        "the candidates of a search as they were asked", (), _of_search("history", read_asked, history_figure)
+    ),
+    "front": Kind(
+        "the front that a search has chosen, on held-out seeds",
+        (),
+        _of_search("front", partial(with_front, kind="front"), front_figure),
+    ),
+    "comparison": Kind(
+        "repetitions of a search against random searches",
+        (),
+        _of_search("comparison", with_repetitions, comparison_figure),
+    ),
+    "hypervolume": Kind(
+        "the hypervolume of a search by trials spent",
+        (),
+        _of_search("hypervolume", partial(with_front, kind="hypervolume"), hypervolume_figure),
+    ),
 }
 
 

@@ -53,10 +53,8 @@ def front_figure(study: StoredStudy) -> Figure:
 
     Raises StoreError where the study is no search, or has one objective.
     """
-    asked = read_asked(study)
+    asked = with_front(study, "front")
     wanted = objectives(asked)
-    if len(wanted) < 2:
-        raise StoreError(f"study {study.name}: a front needs two objectives and there is one; allowed: history")
     pairs = list(combinations(wanted, 2))
     with style.context(STYLE):
         figure = Figure(figsize=(5.4 if len(pairs) == 1 else 3.4 * len(pairs), 4.4))
@@ -70,6 +68,17 @@ def front_figure(study: StoredStudy) -> Figure:
             f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the search; {_held_out_note(asked)}",
         )
     return figure
+
+
+def with_front(study: StoredStudy, kind: str) -> Asked:
+    """What a search for several objectives has asked for, for a figure of this kind.
+
+    Raises StoreError where the study is no search, or has one objective.
+    """
+    asked = read_asked(study)
+    if len(objectives(asked)) < 2:
+        raise StoreError(f"study {study.name}: {kind} needs two objectives and there is one; allowed: history")
+    return asked
 
 
 def _history_panel(axes: Axes, asked: Asked, objective: Objective) -> None:

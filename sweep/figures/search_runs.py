@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from sweep.analysis import half_width, mean_interval
 from sweep.figures.pieces import legend, note, quantity
+from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.parquet import StoreError
 from sweep.search.objectives import Floats
@@ -25,9 +26,7 @@ def comparison_figure(study: StoredStudy) -> Figure:
     With several objectives it is the hypervolume. On the right are the held-out values, a point a run, with their
     means. Raises StoreError where the study is no search, or has no repetitions.
     """
-    asked = read_asked(study)
-    if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
-        raise StoreError(f"study {study.name}: has no repetitions; run it with --repetitions 10")
+    asked = with_repetitions(study)
     found = against_random(asked)
     judged = "winners" if len(objectives(asked)) == 1 else "fronts"
     with style.context(STYLE):
@@ -52,9 +51,7 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
 
     Raises StoreError where the study is no search, or has one objective.
     """
-    asked = read_asked(study)
-    if len(objectives(asked)) < 2:
-        raise StoreError(f"study {study.name}: hypervolume needs two objectives and there is one; allowed: history")
+    asked = with_front(study, "hypervolume")
     reference = reference_point(asked)
     with style.context(STYLE):
         figure = Figure(figsize=(6.0, 3.7))
@@ -74,10 +71,19 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
         table = best_so_far(asked, SEARCH, reference)
         axes.step(table["trials"], table["value"], where="post", color=GREY, linewidth=2.0, label="the search")
         axes.set(xlabel="trials spent", ylabel=_best_label(study, asked))
-        axes.set_ylim(bottom=0)
+        axes.set_xlim(left=0)
+        axes.set_ylim(0, max(1.05 * axes.dataLim.y1, np.finfo(float).tiny))
         legend(figure, axes)
         note(figure, f"{study.name}: {_runs_note(asked)}; on the seeds of the search, no intervals; {_point(asked)}")
     return figure
+
+
+def with_repetitions(study: StoredStudy) -> Asked:
+    """What a search with repetitions has asked for. Raises StoreError where the study is none."""
+    asked = read_asked(study)
+    if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
+        raise StoreError(f"study {study.name}: has no repetitions; run it with --repetitions 10")
+    return asked
 
 
 def _curves(asked: Asked, names: Sequence[str]) -> pd.DataFrame:
@@ -116,8 +122,8 @@ def _best_label(study: StoredStudy, asked: Asked) -> str:
 
 def _runs_note(asked: Asked) -> str:
     counts = [len(runs(asked, kind)) for kind in (REPETITION, RANDOM)]
-    budget = f"{asked.about['budget']:,} trials each"
-    return f"{counts[0]} repetitions and {counts[1]} random searches of {budget}" if counts[0] else budget
+    budget = f"{asked.about['budget']:,} trials"
+    return f"{counts[0]} repetitions and {counts[1]} random searches of {budget} each" if counts[0] else budget
 
 
 def _point(asked: Asked) -> str:

@@ -32,13 +32,13 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     blocks, trial_ids, and for those that are judged held_out. Raises StoreError where the study is no search, the
     storage cannot be written, or has a study of that name, which is left as it is.
     """
-    import optuna
-
     asked = read_asked(study)
     name = name or study.name
-    kinds = optuna.study.StudyDirection
-    directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in objectives(asked)]
     with quiet():
+        import optuna
+
+        kinds = optuna.study.StudyDirection
+        directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in objectives(asked)]
         trials = list(_trials(asked))
         with _storage(url) as storage:
             _check_free(storage, url, name)

@@ -160,7 +160,8 @@ def _references_text(found: Found) -> str:
         for row in rows:
             who, whom, what = str(row["candidate"]), str(row["reference"]), _named(found, str(row["objective"]))
             change = _interval(row["difference"], row["low"], row["high"])
-            table.add_row(who, whom, what, change, str(row["n"]), f"{row['variance_reduction']:.2g}")
+            saved = float(row["variance_reduction"])
+            table.add_row(who, whom, what, change, str(row["n"]), f"{saved:.2g}" if np.isfinite(saved) else "-")
         return _rendered(table) + (
             "\n95 % intervals that hold together, of n pairs of blocks; common seeds save so many times as many blocks."
         )
@@ -227,5 +228,6 @@ def _table(*columns: str) -> Table:
 
 def _rendered(table: Table) -> str:
     stream = StringIO()
-    Console(file=stream, width=WIDTH, highlight=False).print(table)
+    # Left to itself rich displays it at once in a notebook, and in bold type where FORCE_COLOR is set.
+    Console(file=stream, width=WIDTH, highlight=False, force_jupyter=False, force_terminal=False).print(table)
     return stream.getvalue().rstrip("\n")

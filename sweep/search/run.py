@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from sweep.custody import custody
 from sweep.document import SpecError
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Job
+from sweep.lock import Lock
 from sweep.provenance import provenance
 from sweep.result import Result
 from sweep.rows import Tables
@@ -43,23 +45,26 @@ def search(
     """Search, judge the best candidates on held-out seeds, and do the same for each repetition.
 
     What is stored below `results` is not run again, with `retry` only if it is done, so an interrupted search goes
-    the same way. `report` is called before the first trial, whenever trials have come back, and at the end. Raises
-    SpecError for a search that cannot be, StoreError where the store cannot be read or written, KeyboardInterrupt
-    after Ctrl-C with all finished trials stored.
+    the same way. Damaged parts are set aside first, and their trials run again. `report` is called before the first
+    trial, whenever trials have come back, and at the end. Raises SpecError for a search that cannot be, StoreError
+    where another process is at work on the study and where the store cannot be read or written, KeyboardInterrupt
+    after Ctrl-C, SIGTERM or SIGHUP with all finished trials stored.
     """
-    whole = _Whole(study, results, executor, repetitions, retry, report)
-    whole.run()
+    whole = _Whole(study, results, executor, repetitions, report)
+    with custody(whole.ledger.store) as whole.lock:
+        whole.run(retry=retry)
     return whole.progress
 
 
 class _Whole:
+    lock: Lock
+
     def __init__(
         self,
         study: Study,
         results: Path,
         executor: ExecutorFactory,
         repetitions: int,
-        retry: bool,
         report: Callable[[SearchProgress], None],
     ) -> None:
         self.study, self.results, self.report = study, results, report
@@ -70,15 +75,15 @@ class _Whole:
         self.references = [_reference(self.judging, name) for name in self.section.references]
         origin, columns = provenance(study), self.section.columns
         store = Store(results / study.name)
-        known = known_trials(store, columns, retry=retry)
-        self.ledger = Ledger(store, Tables(study, origin), executor, columns, known, self._note)
+        self.ledger = Ledger(store, Tables(study, origin), executor, columns, {}, self._note)
         blocks = {course.name: course.blocks for course in self.courses}
         self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
         most = len(self.courses) * self.section.budget + self.section.held_out_trials(repetitions)
         self.progress = SearchProgress(trials=most)
 
-    def run(self) -> None:
-        """Everything, one run after the other."""
+    def run(self, *, retry: bool) -> None:
+        """Everything, one run after the other, with the study's lock."""
+        self.ledger.known.update(known_trials(self.ledger.store, self.section.columns, retry=retry))
         self.report(self.progress)
         for course in self.courses:
             self._judge(self._search(course))
@@ -125,6 +130,7 @@ class _Whole:
     def _note(self, results: list[Result]) -> None:
         self.progress.statuses.update(result.status for result in results)
         self.progress.stored = len(self.ledger.reused)
+        self.lock.check()
         self.report(self.progress)
 
 

@@ -106,11 +106,11 @@ def options(name: str, search: Search) -> Options:
 
 def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
     """An optuna study in memory for these objectives, with the sampler `name` and its `seed` of 32 bits."""
-    import optuna
-
-    kinds = optuna.study.StudyDirection
-    directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in search.objectives]
     with quiet():
+        import optuna
+
+        kinds = optuna.study.StudyDirection
+        directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in search.objectives]
         sampler: BaseSampler = getattr(optuna.samplers, SAMPLERS[name][0])(seed=seed, **options(name, search))
         return optuna.create_study(directions=directions, sampler=sampler)
 
@@ -149,8 +149,11 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Optuna without its log lines and its remarks on options that are experimental."""
-    import optuna
+    """Optuna without its log lines and its remarks on options that are experimental; it is imported within."""
+    with warnings.catch_warnings():
+        # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody sees.
+        warnings.filterwarnings("ignore", "IProgress not found")
+        import optuna
 
     level = optuna.logging.get_verbosity()
     optuna.logging.set_verbosity(optuna.logging.ERROR)

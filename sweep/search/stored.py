@@ -110,7 +110,7 @@ class Sheet:
             [pa.array(column) for column in columns], COLUMNS.with_metadata({ABOUT: json.dumps(self.about)})
         )
         self.store.write_plan(self._plan(), asked)
-        (self.store.folder / "spec.yaml").write_text(self.study.text, encoding="utf-8")
+        self.store.write_spec(self.study.text)
 
     def _plan(self) -> pa.Table:
         search = section_of(self.study)
