@@ -23,6 +23,7 @@ P = ParamSpec("P")
 
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
+PATIENCE_SECONDS = 5.0
 PR_SET_PDEATHSIG = 1
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1" for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
@@ -85,7 +86,7 @@ class Loky:
 
     workers: int
     initializer: Callable[[], None] | None = None
-    _pool: Any = field(default=None, init=False, repr=False)
+    _pool: "_Pool | None" = field(default=None, init=False, repr=False)
     _missed: float | None = field(default=None, init=False, repr=False)
 
     def start(self) -> Executor:
@@ -95,7 +96,7 @@ class Loky:
             self._missed = None
             with _deaf():
                 # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
-                self._pool = ProcessPoolExecutor(
+                pool = ProcessPoolExecutor(
                     max_workers=self.workers,
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
@@ -103,36 +104,53 @@ class Loky:
                     env=ONE_THREAD,
                 )
                 signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # its tracker has lifted the mask
-                self._pool.submit(int)
-        pool: Executor = self._pool
-        return pool
+                pool.submit(int)
+            self._pool = _Pool(pool)
+        running: Executor = self._pool.pool
+        return running
 
     def stop(self) -> None:
-        pool = self._pool
-        if pool is not None:
-            # At once and first: an interrupt during the orderly shutdown then finds no process left.
-            _end(pool)
-            pool.shutdown(wait=True, kill_workers=True)
-            self._pool = None
+        if self._pool is None:
+            return
+        try:
+            self._pool.pool.shutdown(wait=False, kill_workers=True)
+            self._pool.manager.join(PATIENCE_SECONDS)
+        finally:  # an interrupt, or a pool that waits for a result in vain, leaves no process either
+            self._pool.end()
+            self._pool.manager.join()
+        self._pool = None
 
     def check(self) -> None:
         """End a pool that waits for the rest of a result whose sender was killed: it would wait for ever."""
-        if self._pool is None or all(process.exitcode is None for process in list(self._pool._processes.values())):
+        if self._pool is None or not self._pool.lacks_a_process():
             self._missed = None
         elif self._missed is None:
             self._missed = time.monotonic()
         elif time.monotonic() - self._missed > UNNOTICED_SECONDS:
-            _end(self._pool)
+            self._pool.end()
 
 
-def _end(pool: Any) -> None:
-    """Kill the pool's processes, and let its reader know that nothing will follow."""
-    for process in list(pool._processes.values()):
-        if process.exitcode is None:
-            with suppress(ProcessLookupError):
-                os.kill(process.pid, signal.SIGKILL)
-    if (writer := pool._result_queue._writer) is not None and not writer.closed:
-        writer.close()
+class _Pool:
+    """A running pool of loky's, and those of its parts that outlive its own references to them."""
+
+    def __init__(self, pool: Any) -> None:
+        self.pool = pool
+        self.manager: threading.Thread = pool._executor_manager_thread
+        self._processes = pool._processes
+        self._writer = pool._result_queue._writer
+
+    def lacks_a_process(self) -> bool:
+        """Whether a process is dead that the pool believes to be alive."""
+        return any(process.exitcode is not None for process in list(self._processes.values()))
+
+    def end(self) -> None:
+        """Kill the processes, and let the pool's reader know that nothing will follow."""
+        for process in list(self._processes.values()):
+            if process.exitcode is None:
+                with suppress(ProcessLookupError):
+                    os.kill(process.pid, signal.SIGKILL)
+        if not self._writer.closed:
+            self._writer.close()
 
 
 @contextmanager

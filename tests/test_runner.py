@@ -107,7 +107,7 @@ def test_closing_the_iterator_ends_the_workers_at_once() -> None:
         jobs, runner_jobs.nap, executor=executor, cost=runner_jobs.shortest_first, failed=runner_jobs.failed
     )
     next(batches)
-    workers = set(executor._pool._processes)
+    workers = set(executor.start()._processes)
     assert workers <= runner_jobs.processes_below(os.getpid()) - before
     start = time.monotonic()
     batches.close()

@@ -1,6 +1,7 @@
 """The command line. Data goes to stdout, progress and messages to stderr.
 
-Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec, 130 interrupted.
+Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec, 130 interrupted by
+Ctrl-C, SIGTERM or SIGHUP.
 Everything heavy is imported inside the commands, so that `sweep --help` answers at once.
 """
 
