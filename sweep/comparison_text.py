@@ -152,10 +152,12 @@ def _table(comparison: Comparison) -> Table:
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """A, B and their difference, to the decimal place of the second figure of its half width."""
+    """A, B and their difference, to the decimal place of the second figure of its half width; "-" is unknown."""
     half = (row["high"] - row["low"]) / 2
     if not half > 0.0 or math.isinf(half):
-        return brief(row["a"]), brief(row["b"]), f"{row['difference']:+.5g}" + (" ± 0" if half == 0.0 else "")
+        difference = "-" if math.isnan(row["difference"]) else f"{row['difference']:+.5g}"
+        a, b = ("-" if math.isnan(row[side]) else brief(row[side]) for side in ("a", "b"))
+        return a, b, difference + (" ± 0" if half == 0.0 else "")
     places = max(0, 1 - math.floor(math.log10(half)))
     return f"{row['a']:.{places}f}", f"{row['b']:.{places}f}", f"{row['difference']:+.{places}f} ± {half:.{places}f}"
 

@@ -19,7 +19,7 @@ from studies import SMALL, launched
 from sweep.analysis import equivalence, holm, independent_contrast, max_t, mean_estimate, paired_contrast
 from sweep.cli import main
 from sweep.comparison import Comparison, Method, compare_sides, judge
-from sweep.comparison_text import comparison_json
+from sweep.comparison_text import comparison_json, comparison_text
 from sweep.design import expand
 from sweep.figures import paired_effects
 from sweep.jobs import Jobs
@@ -275,6 +275,15 @@ def test_verdicts_with_a_margin() -> None:
     assert list(together["high"]) == pytest.approx(list(max_t(differences.T, 0.9).high))
     one_each = compare_sides(seeded([1]), seeded([1], "fixed: {drag: 0.3}"), ["speed"]).rows
     assert list(one_each["verdict"]) == ["too few values"]
+
+
+def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None:
+    sides = pair(2, 4)
+    one, other = with_speeds(sides[0], np.full((2, 4), np.nan)), with_speeds(sides[1], np.full((2, 4), np.nan))
+    comparison_text(compare_sides(one, other, ["speed"]))
+    printed = capsys.readouterr().out
+    assert "nan" not in printed
+    assert "too few values" in printed
 
 
 def test_what_else_differs_is_said() -> None:

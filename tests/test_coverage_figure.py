@@ -10,6 +10,7 @@ from studies import SMALL, launched
 from sweep.analysis import mean_interval
 from sweep.figures import coverage_figure
 from sweep.figures.pieces import estimated
+from sweep.figures.selection import select
 from sweep.parquet import StoreError
 
 
@@ -50,3 +51,25 @@ def test_obstacles_that_differ_between_trials_are_not_outlined_and_count_for_no_
     np.testing.assert_allclose(np.ma.filled(figure.axes[0].images[0].get_array(), 0.0), wanted)
     assert figure.axes[0].collections[0].get_paths() == []
     assert shown(figure).endswith("white: never visited; obstacles differ between trials")
+
+
+def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
+    part = select(study("covering")).restricted
+    lost = part.trials["cohesion_weight"] == 0.2
+    part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "timeout"))
+    figure = coverage_figure(part)
+    assert [len(axes.images) for axes in figure.axes[:2]] == [1, 0]
+    assert [text.get_text() for text in figure.axes[1].texts] == ["no trial done"]
+    assert titles(figure)[1] == "cohesion weight = 0.2"
+    assert "mean of 0 to 2 trials a panel" in shown(figure)
+    assert "2 of 4 trials not done" in shown(figure)
+
+
+def test_coverage_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
+    part = select(study("covering")).restricted
+    part.provenance = part.provenance | {"until": {"metric": "coverage", "confidence": 0.9, "nominal_confidence": 0.97}}
+    figure = coverage_figure(part)
+    values = part.trials["coverage"][part.trials["cohesion_weight"] == 0.1]
+    value, low, high, _ = mean_interval(values, 0.97)
+    assert f"coverage {estimated(value, low, high)} % CV" in titles(figure)[0]
+    assert "that of coverage, which chose the trials: repeated 90 %" in shown(figure)

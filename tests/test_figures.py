@@ -74,6 +74,20 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(study: St
     np.testing.assert_array_equal(drawn, table[["frame", "mean"]].to_numpy())
     said = "small: 2 to 3 trials a curve, mean with pointwise 95 % interval; 1 of 6 trials not done"
     assert plotted.shown(figure) == said
+    part.provenance = part.provenance | {"until": {"metric": "speed", "confidence": 0.95, "nominal_confidence": 0.98}}
+    said = "small: 2 to 3 trials a curve, mean with pointwise 95 % interval, which takes the numbers of trials as given"
+    assert plotted.shown(metric_curves(part, metrics=["speed"])).startswith(said)
+
+
+def test_a_panel_none_of_whose_trials_is_done_says_so_and_has_no_part_in_the_scale() -> None:
+    part = select(plotted.study("grid")).restricted
+    lost = part.trials["alignment_weight"] == 1
+    part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "failed"))
+    figure = metric_curves(part, "separation_weight", ["speed"], where={"borders": "torus"})
+    empty = [axes for axes in figure.axes if not axes.lines]
+    assert [text.get_text() for axes in empty for text in axes.texts] == ["no trial done"]
+    assert len(empty) == 1
+    assert len({axes.get_ylim() for axes in figure.axes if axes.lines}) == 1
 
 
 def test_what_is_no_line_is_a_panel_on_the_same_scale() -> None:

@@ -9,6 +9,7 @@ from plotted import study
 from sampled import axis, study_of
 from studies import IMPOSSIBLE, launched
 
+from sweep.analysis import mean_interval
 from sweep.figures.selection import select, where_of
 from sweep.parquet import StoreError
 
@@ -72,6 +73,18 @@ def test_trials_that_are_not_done_are_counted() -> None:
     made = study_of(axis("random", 5))
     made.trials.loc[:2, "status"] = "failed"
     assert select(made).about("{n} trials", [2]) == "made_up: 2 trials; 3 of 10 trials not done"
+
+
+def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
+    made = study_of(axis("random", 5), noise=lambda rng, shape: rng.normal(size=shape), replicates=4)
+    made.provenance["until"] = {"metric": "speed", "confidence": 0.9, "nominal_confidence": 0.97}
+    selection = select(made)
+    point, row = next(iter(selection.table(["speed"]).iterrows()))
+    _, low, high, _ = mean_interval(made.trials["speed"][made.trials["point"] == point], 0.97)
+    np.testing.assert_allclose(row[["speed_low", "speed_high"]].astype(float), [low, high])
+    said = selection.about("{n} trials", [4], "mean with 95 % interval", ["speed"])
+    assert said.endswith("4 trials, mean with 95 % interval; that of speed, which chose the trials: repeated 90 %")
+    assert "repeated" not in selection.about("{n} trials", [4], "mean with 95 % interval", ["dispersion"])
 
 
 @pytest.mark.parametrize(

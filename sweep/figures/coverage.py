@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
-from sweep.analysis import mean_interval
-from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of
+from sweep.analysis import CONFIDENCE, mean_interval
+from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of, without_trials
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
 from sweep.parquet import StoreError
@@ -32,7 +32,10 @@ class Coverage(NamedTuple):
 
 
 class Visits(NamedTuple):
-    """The mean visits of a point (rows, columns), NaN where every trial has an obstacle; whether all have the same."""
+    """The mean visits of a point (rows, columns), NaN where every trial has an obstacle; whether all have the same.
+
+    Without `trials`, as none is done, there is no pixel.
+    """
 
     mean: Floats
     same_obstacles: bool
@@ -42,8 +45,8 @@ class Visits(NamedTuple):
 def coverage_figure(study: StoredStudy, *, where: Mapping[str, object] | None = None) -> Figure:
     """The mean visits of each pixel at every point, on a common scale, and above each its coverage and CV, if recorded.
 
-    Obstacles are outlined where all trials of a point have the same. Raises StoreError where no heatmaps are stored
-    and for more than twelve points.
+    Obstacles are outlined where all trials of a point have the same; a point none of whose trials is done says so.
+    Raises StoreError where no heatmaps are stored and for more than twelve points.
     """
     return draw_coverage(coverage_layout(study, where=where))
 
@@ -63,7 +66,7 @@ def draw_coverage(layout: Coverage) -> Figure:
     visits = _visits(selection, facets)
     known = [one.mean[one.mean > 0.0] for one in visits]
     most = max((float(np.quantile(means, DARKEST)) for means in known if len(means)), default=1.0)
-    height = max(one.mean.shape[0] / one.mean.shape[1] for one in visits)
+    height = max(one.mean.shape[0] / one.mean.shape[1] for one in visits if one.trials)
     with style.context(STYLE):
         across = min(3, len(facets))
         down = -(-len(facets) // across)
@@ -71,8 +74,11 @@ def draw_coverage(layout: Coverage) -> Figure:
         figure = Figure(figsize=(width, 1.1 + down * (0.75 + height * (width - 1.6) / across)))
         panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for axes, facet, one in zip(tidy_grid(panels, len(facets)), facets, visits, strict=True):
-            image = _panel(axes, selection, one, most)
-            title_panel(axes, [*facet.title.split(", "), *_said(selection, facet)], across)
+            if one.trials:
+                image = _panel(axes, selection, one, most)
+            else:
+                without_trials(axes)
+            title_panel(axes, [*facet.title.split(", "), *(_said(selection, facet) if one.trials else [])], across)
         figure.colorbar(image, ax=list(panels.ravel()), label="mean visits a pixel", extend="max", shrink=0.9, pad=0.02)
         note(figure, _note(selection, visits))
     return figure
@@ -94,10 +100,8 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     wanted = pa.array([trial for trials in found for trial in trials], pa.string())
     stored = selection.study.store.read("heatmaps", trial_ids=wanted)
     place = {trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())}
-    if not all(trials and set(trials) <= place.keys() for trials in found):
-        raise StoreError(
-            f"study {selection.study.name}: a point has no heatmaps; retry its trials, or choose with where"
-        )
+    if not set(wanted.to_pylist()) <= place.keys():
+        raise StoreError(f"study {selection.study.name}: a trial that is done has no heatmap; choose with where")
     return [_mean([_counts(stored, place[trial]) for trial in trials], trials) for trials in found]
 
 
@@ -107,6 +111,8 @@ def _counts(stored: pa.Table, number: int) -> NDArray[np.int32]:
 
 
 def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
+    if not trials:
+        return Visits(np.full((0, 0), np.nan), True, trials)
     free = np.sum([one >= 0 for one in visits], axis=0)
     total = np.sum([np.maximum(one, 0) for one in visits], axis=0)
     mean = np.where(free > 0, total / np.maximum(free, 1), np.nan)
@@ -119,7 +125,8 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
     lines = []
     for metric in NAMED:
         if metric in selection.study.metrics:
-            value, low, high, _ = mean_interval(trials[metric].to_numpy(np.float64))
+            confidence = selection.study.repeated.get(metric, CONFIDENCE)
+            value, low, high, _ = mean_interval(trials[metric].to_numpy(np.float64), confidence)
             unit = units_of(selection.study).get(metric, "")
             lines.append(f"{metric.replace('coverage_cv', 'CV')} {estimated(value, low, high)} {unit}".rstrip())
     return lines
@@ -128,7 +135,8 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
 def _note(selection: Selection, visits: list[Visits]) -> str:
     counts = [len(one.trials) for one in visits]
     named = [name.replace("coverage_cv", "CV") for name in NAMED if name in selection.study.metrics]
-    interval = f", {' and '.join(named)} with 95 % interval" if named and max(counts) > 1 else ""
-    same = all(one.same_obstacles for one in visits)
+    interval = f"{' and '.join(named)} with 95 % interval" if named else ""
+    same = all(one.same_obstacles for one in visits if one.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
-    return selection.about(f"mean of {{n}} trials a panel{interval}; white: never visited; {obstacles}", counts)
+    said = selection.about("mean of {n} trials a panel", counts, interval, selection.study.metrics)
+    return f"{said}; white: never visited; {obstacles}"

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
-from sweep.figures.pieces import note, quantity, title_panel, words
+from sweep.figures.pieces import note, quantity, title_panel, without_trials, words
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import MOST_COLOURS, Facet, Selection, among, is_number, select
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
@@ -47,7 +47,8 @@ def metric_curves(
 
     All series metrics where `metrics` is empty. Without `by` it is the listed setting with the fewest values. More
     than seven values, up to 60, are a bar of colours where they are numbers. Other settings that vary are panels.
-    Raises StoreError where no series are stored, for names that the study does not have, for too many lines or panels.
+    A panel none of whose trials is done says so. Raises StoreError where no series are stored, for names that the study
+    does not have, for too many lines or panels.
     """
     return draw_curves(curves_layout(study, by, metrics, where=where))
 
@@ -127,7 +128,8 @@ def draw_curves(layout: Curves) -> Figure:
             title = quantity(selection.study, by)
             figure.legend(handles, labels, title=title, loc="outside upper center", ncols=len(labels))
         counts = selection.trials[selection.trials["status"] == "done"].groupby("point").size()
-        note(figure, selection.about("{n} trials a curve", counts, "mean with pointwise 95 % interval"))
+        given = ", which takes the numbers of trials as given" if selection.study.repeated else ""
+        note(figure, selection.about("{n} trials a curve", counts, f"mean with pointwise 95 % interval{given}"))
     return figure
 
 
@@ -145,7 +147,9 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
         axes.fill_between(curve["frame"], curve["low"], curve["high"], color=line.get_color(), alpha=0.2, lw=0)
     axes.set_xlabel("frame (steps)")
     axes.set_ylabel(quantity(selection.study, metric))
-    if np.nanmin(table["mean"]) >= 0.0:
+    if table.empty:
+        without_trials(axes)
+    elif table["mean"].min() >= 0.0:
         axes.set_ylim(bottom=0)
     axes.margins(x=0)
 
@@ -160,8 +164,9 @@ def _looks(layout: Curves, number: int) -> dict[str, Any]:
 
 def _one_scale(panels: Iterable[Axes]) -> None:
     """The same metric on the same scale."""
-    limits = np.array([axes.get_ylim() for axes in panels])
-    for axes in panels:
+    drawn = [axes for axes in panels if axes.lines]
+    limits = np.array([axes.get_ylim() for axes in drawn])
+    for axes in drawn:
         axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
 
 

@@ -217,7 +217,8 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     counts = np.concatenate([one.points[one.points > 0] for one in cells] or [np.zeros(1, np.int64)])
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
-        return layout.selection.about("one point a cell, {n} trials a point", trials, "mean with 95 % interval")
+        text = "one point a cell, {n} trials a point"
+        return layout.selection.about(text, trials, "mean with 95 % interval", [layout.metric])
     others = ", ".join(name.replace("_", " ") for name in layout.mixed)
     text = f"each cell the mean of {span(counts)} points{f', which differ in {others} too' if others else ''};"
     return layout.selection.about(

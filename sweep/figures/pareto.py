@@ -157,8 +157,9 @@ def _label(selection: Selection, one: Aim) -> str:
 
 
 def _note(layout: Pareto, table: pd.DataFrame) -> str:
-    first = layout.aims[0].metric
+    metrics = [one.metric for one in layout.aims]
     sizes = [len(facet.points) for facet in layout.facets]
     drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
     text = f"{span(sizes)} points a panel, {{n}} trials a point"
-    return layout.selection.about(text, table[f"{first}_n"], f"means with 95 % intervals{drawn}, each for itself")
+    interval = f"means with 95 % intervals{drawn}, each for itself"
+    return layout.selection.about(text, table[f"{metrics[0]}_n"], interval, metrics)

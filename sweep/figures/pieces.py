@@ -158,6 +158,12 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
     axes.set_title("\n".join(part for line in lines for part in wrap(line, letters)), fontsize=7.5)
 
 
+def without_trials(axes: Axes) -> None:
+    """A panel none of whose trials is done says that, in its middle, and has no axes."""
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, "no trial done", transform=axes.transAxes, ha="center", va="center", color=GREY)
+
+
 def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
     """The first `number` of a grid of panels that share their scales, labelled at its edges; the others are gone."""
     across = panels.shape[1]

@@ -167,4 +167,4 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     drawn = "mean with 95 % interval" if some else ""
     text = f"{span(sizes)} points a panel, {{n}} trials a point{'' if some else ', each the mean'}"
     said = "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points, with 95 % interval"
-    return selection.about(text, table[f"{metric}_n"], drawn) + (said if correlated else "")
+    return selection.about(text, table[f"{metric}_n"], drawn, [metric] if some else []) + (said if correlated else "")

@@ -70,8 +70,11 @@ class Selection:
         return part
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
-        """The settings of every point, by its id, and of each metric mean, _low, _high and _n; `not_done`."""
-        means = by_point(self.trials, ["point"], metrics).set_index("point")
+        """The settings of every point, by its id, and of each metric mean, _low, _high and _n; `not_done`.
+
+        The interval of a metric that decided how many trials a point has is the repeated one.
+        """
+        means = by_point(self.trials, ["point"], metrics, repeated=self.study.repeated).set_index("point")
         return self.points.join(means, how="left")
 
     def values(self, name: str) -> list[object]:
@@ -153,14 +156,18 @@ class Selection:
         listed = [f"{name}={_spelled(value)}" for name in names[:1] for value in self.values(name)[:1]]
         return f"for example {listed[0]}" if listed else "or fewer metrics"
 
-    def about(self, text: str, counts: Iterable[int], interval: str = "") -> str:
+    def about(self, text: str, counts: Iterable[int], interval: str = "", metrics: Sequence[str] = ()) -> str:
         """What a figure rests on: the study, where, `text` with {n}, the span of `counts` of trials; what is not done.
 
-        `interval` says which is drawn; there is none where no count is above one.
+        `interval` says which is drawn; there is none where no count is above one. Of the `metrics` whose interval it
+        is, one that decided how many trials a point has is named, as its interval is another.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:
             text, interval = text.replace("{n} trials", "{n} trial"), "no interval" if interval else ""
+        elif interval and (chosen := [metric for metric in metrics if metric in self.study.repeated]):
+            confidence = self.study.provenance["until"]["confidence"]
+            interval += f"; that of {chosen[0]}, which chose the trials: repeated {100 * confidence:g} %"
         text += f", {interval}" if interval else ""
         place = f", {named(self.where.items())}" if self.where else ""
         missing = f"; {self.not_done:,} of {self.planned:,} trials not done" if self.not_done else ""
