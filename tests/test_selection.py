@@ -92,6 +92,7 @@ def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() 
     [
         (["n=50"], {"n": 50.0}),
         (["map=empty,n=50"], {"map": "empty", "n": 50.0}),
+        (["minimum_image=True", "walls=no"], {"minimum_image": True, "walls": False}),
         (["minimum_image=true", "detail="], {"minimum_image": True, "detail": ""}),
     ],
 )

@@ -19,6 +19,7 @@ from sweep.analysis import agrees, by_point
 from sweep.figures.pieces import named, span, words
 from sweep.names import unknown
 from sweep.parquet import StoreError
+from sweep.sides import BOOLEANS
 from sweep.study import StoredStudy, details
 
 MOST_PANELS = 12
@@ -245,7 +246,7 @@ def _value(text: str) -> object:
     try:
         return float(text)
     except ValueError:
-        return {"true": True, "false": False, "yes": True, "no": False}.get(text, text)
+        return BOOLEANS.get(text.lower(), text)
 
 
 def _having(study: StoredStudy, points: pd.DataFrame, name: str, value: object) -> NDArray[np.bool_]:
