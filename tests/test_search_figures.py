@@ -81,6 +81,18 @@ def test_a_history_has_every_candidate_the_winner_by_then_and_what_is_held_out(d
     assert axes.get_ylabel() == "gain (%)\nmore is better"
 
 
+@pytest.mark.parametrize(("held_out", "beyond"), [(9.5, [2.75]), (1.5, None)])
+def test_no_held_out_interval_lies_beyond_the_worst_candidates(
+    drawn, held_out: float, beyond: list[float] | None
+) -> None:
+    """With four gains from 2 to 5 the axis has room for three of them, and for what is held out."""
+    parts = [candidate(k, 2.0 + k) for k in range(4)]
+    figure = drawn(history_figure, searched(*parts, judged(3, held_out)))
+    ends = [] if beyond is None else line(figure.axes[0], "worse than this")[1]
+    assert ends == (beyond or [])
+    assert ("worse than this" in labels(figure)) == (beyond is not None)
+
+
 def said(figure: Figure) -> str:
     return " ".join(figure.get_supxlabel().split())
 
@@ -143,6 +155,14 @@ def test_a_comparison_has_the_mean_best_so_far_and_a_point_a_run(drawn) -> None:
     assert line(left, "random search") == ([4.0, 8.0], [1.0, 5.0])
     assert [sorted(np.round(one.get_ydata(), 6)) for one in right.lines[::2]] == [[6.0, 7.0, 8.0], [4.0, 5.0, 6.0]]
     assert "3 repetitions and 3 random searches of 8 trials each; means with 95 % intervals over runs" in said(figure)
+    assert left.get_ylabel() == "best gain (%)"
+
+
+def test_a_comparison_names_the_statistic(drawn) -> None:
+    asked = repeated()
+    tail = Objective("gain", True, Statistic("quantile", 0.25))
+    asked.about["objectives"] = [tail.as_json()]
+    assert drawn(comparison_figure, asked).axes[0].get_ylabel() == "best quantile 0.25 of gain (%)"
 
 
 def test_several_objectives_are_compared_by_hypervolume(drawn) -> None:

@@ -89,7 +89,7 @@ def _history_panel(axes: Axes, asked: Asked, objective: Objective) -> None:
     alone = len(objectives(asked)) == 1
     complete = (table["blocks"] == table["blocks"].max()).to_numpy()
     feasible = table["feasible"].to_numpy()
-    edge = _edge(y[feasible], objective) if alone else np.nan
+    edge = _edge(y[feasible], objective, _held_out_bounds(asked)) if alone else np.nan
     beyond = y < edge if objective.maximize else y > edge
     most = f"{table['blocks'].max()} blocks"
     kinds = (
@@ -103,7 +103,7 @@ def _history_panel(axes: Axes, asked: Asked, objective: Objective) -> None:
     if beyond.any():
         marker = "v" if objective.maximize else "^"
         at = np.full(np.count_nonzero(beyond), edge)
-        axes.plot(x[beyond], at, marker, color=GREY, markersize=2.5, alpha=0.5, clip_on=False)
+        axes.plot(x[beyond], at, marker, color=GREY, markersize=2.5, alpha=0.5, clip_on=False, label="worse than this")
     if alone:
         best = best_so_far(asked)
         axes.step(best["trials"], best["value"], where="post", color=BLUE, linewidth=1.2, label="winner by then")
@@ -142,10 +142,25 @@ def _marks(axes: Axes, x: Floats, table: pd.DataFrame, look: tuple[str, str, str
     axes.plot(x, value, linestyle="none", marker=marker, color=colour, markersize=5, label=label)
 
 
-def _edge(values: Floats, objective: Objective) -> float:
-    """The worst value that is drawn where it is: so far from the best that `SHOWN` of the values are; NaN for none."""
-    known = values[np.isfinite(values)]
-    return float(np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)) if len(known) else np.nan
+def _held_out_bounds(asked: Asked) -> Floats:
+    """The held-out estimates that a history of one objective draws, and the ends of their intervals."""
+    tables = (winners(asked)[:1], references(asked))
+    return np.concatenate(
+        [table[[f"held_out{end}" for end in ("", "_low", "_high")]].to_numpy(float).ravel() for table in tables]
+    )
+
+
+def _edge(values: Floats, objective: Objective, held_out: Floats) -> float:
+    """The worst value that is drawn where it is; NaN for no values.
+
+    It is so far from the best that `SHOWN` of the values are, and at least as far as what is held out, so that
+    nothing lies beyond the candidates at the edge.
+    """
+    known, others = values[np.isfinite(values)], held_out[np.isfinite(held_out)]
+    if not len(known):
+        return np.nan
+    edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
+    return float(np.min([edge, *others]) if objective.maximize else np.max([edge, *others]))
 
 
 def _front_panel(axes: Axes, asked: Asked, pair: tuple[Objective, Objective], *, line: bool) -> None:
@@ -213,4 +228,5 @@ def _held_out_note(asked: Asked) -> str:
     blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     if blocks == 0:
         return "no held-out trials"
-    return f"{judged['candidate'].nunique()} held out, {blocks} blocks each, simultaneous 95 % intervals (Bonferroni)"
+    many = "1 block" if blocks == 1 else f"{blocks} blocks"
+    return f"{judged['candidate'].nunique()} held out, {many} each, simultaneous 95 % intervals (Bonferroni)"

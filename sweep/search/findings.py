@@ -90,7 +90,8 @@ def warnings(found: Found) -> list[str]:
     if judged == 0:
         said.append("No held-out trials have run: search estimates of the best are too good.")
     elif judged < FEWEST_BLOCKS:
-        said.append(f"There are {judged} held-out blocks only: their intervals are wide, or not to be trusted.")
+        only = "is 1 held-out block only" if judged == 1 else f"are {judged} held-out blocks only"
+        said.append(f"There {only}: intervals are wide, or not to be trusted.")
     else:
         said += [sentence for one in found.objectives if (sentence := thin_tail(one, judged))]
     missing = found.winners.drop_duplicates("candidate").set_index("candidate")["not_done"]
