@@ -300,6 +300,8 @@ def test_a_reference_that_cannot_be_is_said_before_any_work(tmp_path: Path) -> N
     with pytest.raises(SpecError, match=r'^spec.yaml:15: reference "usual" cannot be: spec.yaml:16: no point is left'):
         searched(spec, tmp_path)
     assert not list(tmp_path.iterdir())
+    with pytest.raises(SpecError, match='reference "usual" cannot be'):
+        make_search_plan(parse_spec(spec), 1)
 
 
 def test_a_small_space_is_asked_through_and_the_search_ends(tmp_path: Path) -> None:

@@ -72,6 +72,18 @@ def check_candidates(study: Study) -> None:
         raise failure
 
 
+def references(study: Study) -> list[Candidate]:
+    """The references of a study's search, in the order of its spec. Raises SpecError where one cannot be."""
+    return [_reference(study, name) for name in section_of(study).references]
+
+
+def _reference(study: Study, name: str) -> Candidate:
+    try:
+        return Candidate(study, section_of(study).references[name])
+    except SpecError as error:
+        raise study.document.error(("search", "references", name), f'reference "{name}" cannot be: {error}') from None
+
+
 def _probes(study: Study) -> Sequence[dict[str, Value]]:
     """Random settings of the parameters."""
     rng = np.random.default_rng(address(study.seed, "search", PROBE))

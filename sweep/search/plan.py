@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from sweep.cost import study_cost
 from sweep.design import expand
 from sweep.plan import duration, size
-from sweep.search.candidates import check_candidates, section_of
+from sweep.search.candidates import check_candidates, references, section_of
 from sweep.spec import Study
 
 
@@ -53,10 +53,11 @@ class SearchPlan:
 def make_search_plan(study: Study, workers: int) -> SearchPlan:
     """The plan of a search, with times for the preset's values of the parameters.
 
-    Raises SpecError where nothing that it could ask for is allowed.
+    Raises SpecError where nothing that it could ask for is allowed, and where a reference cannot be.
     """
     search = section_of(study)
     check_candidates(study)
+    references(study)
     scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
     seconds, size_bytes = study_cost(scenarios, expand(scenarios))
     held_out = search.held_out_trials(0)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sweep.custody import custody
-from sweep.document import SpecError
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Job
 from sweep.lock import Lock
@@ -17,6 +16,7 @@ from sweep.search.candidates import (
     Candidate,
     check_candidates,
     held_out,
+    references,
     repeated,
     section_of,
 )
@@ -72,7 +72,7 @@ class _Whole:
         self.courses = _courses(study, repetitions)
         check_candidates(study)
         self.judging = held_out(study)
-        self.references = [_reference(self.judging, name) for name in self.section.references]
+        self.references = references(self.judging)
         origin, columns = provenance(study), self.section.columns
         store = Store(results / study.name)
         self.ledger = Ledger(store, Tables(study, origin), executor, columns, {}, self._note)
@@ -148,13 +148,6 @@ def _courses(study: Study, repetitions: int) -> list[Course]:
         again = repeated(study, RANDOM, number)
         courses.append(Course(f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None))
     return courses
-
-
-def _reference(study: Study, name: str) -> Candidate:
-    try:
-        return Candidate(study, section_of(study).references[name])
-    except SpecError as error:
-        raise study.document.error(("search", "references", name), f'reference "{name}" cannot be: {error}') from None
 
 
 def _all_trials(candidate: Candidate) -> list[list[Job]]:
