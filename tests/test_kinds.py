@@ -109,9 +109,9 @@ def test_curves_that_need_panels_are_a_figure_a_metric() -> None:
 def test_the_sensitivity_of_some_points_is_of_these_alone() -> None:
     part = Choices(metrics=("speed",), where={"n": 6})
     ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], part).figures
-    assert "30 blocks of points, 60 trials;" in planned.draw().get_supxlabel()
+    assert "30 points, 60 trials;" in planned.draw().get_supxlabel()
     ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], part._replace(where=None)).figures
-    assert "30 blocks of points, 60 trials a panel;" in planned.draw().get_supxlabel()
+    assert "30 points, 60 trials a panel;" in planned.draw().get_supxlabel()
 
 
 def test_a_new_kind_is_one_entry(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

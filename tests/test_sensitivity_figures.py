@@ -51,4 +51,4 @@ def test_a_panel_each_for_the_values_of_other_axes(sizes: int) -> None:
     figure = sensitivity_figure(rank_correlations(study, "speed", resamples=20))
     figure.canvas.draw()
     assert [axes.get_title() for axes in figure.axes if axes.axison] == [f"n = {3 + place}" for place in range(sizes)]
-    assert "10 blocks of points, 20 trials a panel" in figure.get_supxlabel()
+    assert "10 points, 20 trials a panel" in figure.get_supxlabel()

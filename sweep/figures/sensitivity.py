@@ -107,7 +107,8 @@ def _quantity(table: pd.DataFrame) -> str:
 def _note(table: pd.DataFrame) -> str:
     """The study, how much it rests on, the kind of interval and of number."""
     each = " a panel" if len(list(_panels(table))) > 1 else ""
-    text = f"{table.attrs['study']}: {span(table['blocks'])} blocks of points"
+    unit = "points" if "spearman" in table else "blocks of points"
+    text = f"{table.attrs['study']}: {span(table['blocks'])} {unit}"
     if table["blocks_left_out"].any():
         text += f" ({span(table['blocks_left_out'])} more left out: no value)"
     text += f", {span(table['trials'])} trials{each};\n"
