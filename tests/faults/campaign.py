@@ -86,7 +86,9 @@ class Campaign:
         kills = self.random.choices([0, 1, 2], [4, 2, 5])[0]
         for _ in range(kills):
             self.kill_worker(process)
-        if not ended(process, self.random.uniform(0, LAUNCH_SECONDS)):
+        if self.random.random() < 0.6:
+            await_part(place / "results" / "faulty" / "parts", process)
+        if not ended(process, self.random.uniform(0, LAUNCH_SECONDS if kills == 0 else WORKER_SECONDS)):
             process.kill()
             self.counts["coordinator kills"] += 1
         code, said = process.wait(LAST_RESORT), (place / "errors.txt").read_text()
@@ -135,6 +137,13 @@ def ended(process: "subprocess.Popen[bytes]", seconds: float) -> bool:
     with suppress(subprocess.TimeoutExpired):
         process.wait(seconds)
     return process.returncode is not None
+
+
+def await_part(parts: Path, process: "subprocess.Popen[bytes]") -> None:
+    """Wait until a process has stored a part."""
+    before = set(parts.glob("*"))
+    while process.poll() is None and set(parts.glob("*")) <= before:
+        time.sleep(0.02)
 
 
 def workers(launcher: int) -> list[int]:

@@ -23,5 +23,6 @@ def test_many_studies_survive_hundreds_of_kills_and_truncations(
     wanted = {"coordinator kills": 200, "worker kills": 200, "truncations": 100}
     while any(campaign.counts[what] < number for what, number in wanted.items()):
         campaign.study(launches=8)
-    with capsys.disabled():
-        print("\nfault campaign:", ", ".join(f"{count} {what}" for what, count in sorted(campaign.counts.items())))
+        with capsys.disabled():
+            done = ", ".join(f"{count} {what}" for what, count in sorted(campaign.counts.items()))
+            print(f"\nfault campaign: {done}", flush=True)

@@ -74,7 +74,7 @@ def test_being_told_to_end_is_like_ctrl_c(number: signal.Signals, whole_group: b
         assert_no_orphans(process.pid, patience=5)
 
 
-@pytest.mark.parametrize("pause", [0.0, 0.1])
+@pytest.mark.parametrize("pause", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
     with started(driven("nap_or_hang"), HERE) as process:
         await_hanging(process)

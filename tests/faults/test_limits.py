@@ -43,6 +43,7 @@ def test_jobs_that_hang_are_ended_and_no_other_is_touched(loky: Loky) -> None:
     assert {pair for pair in results if pair[0] not in ended} == {pair for pair in SQUARES if pair[0] not in ended}
 
 
+@pytest.mark.slow
 def test_without_a_word_for_lateness_a_job_that_hangs_has_failed(loky: Loky) -> None:
     [(job, failure)] = runner_jobs.run_all([7], jobs.square_or_hang, loky, limits=Limits(deadline=0.5))
     assert (job, failure) == (7, Failure("did not return within 0.5 s, and was ended"))
@@ -60,6 +61,7 @@ def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(loky: Lok
     assert 600 < int(found[1]) < 1600
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:A worker stopped while some jobs were given:UserWarning")
 def test_a_job_is_not_blamed_for_the_memory_that_others_left(loky: Loky) -> None:
     limits = Limits(memory=600 * jobs.MEGABYTE)
