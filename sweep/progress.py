@@ -62,7 +62,9 @@ class ProgressBar:
         if not self.terminal and time.monotonic() - self.line_at > LINE_SECONDS:
             self.line_at = time.monotonic()
             settled = f", {_settled(progress)}" if progress.settled is not None else ""
-            self._line(f"{progress.stored + new:,} of {progress.trials:,} trials{settled}, {pace}")
+            self._line(
+                f"{progress.stored + new:,} of {progress.trials:,} trials{settled}" + (f", {pace}" if pace else "")
+            )
 
     def _pace(self, new: int) -> str:
         """Trials a second since the first ones came back: what is before that is compiling and starting."""

@@ -195,7 +195,7 @@ KINDS: dict[str, Kind] = {
 
 
 class Plot(NamedTuple):
-    """The figures to be drawn, each with its kind, and of each kind left out, why."""
+    """The figures to be drawn, each with its kind, and of the kinds left out, why."""
 
     figures: list[tuple[str, Planned]]
     left_out: list[str]
@@ -216,8 +216,10 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
         return Plot([(name, planned) for name in chosen for planned in KINDS[name].plan(study, choices)], [])
     why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
     here = re.compile(rf"study {re.escape(study.name)}:? ({'|'.join(KINDS)})? ?")
-    left_out = [f"{name}: {here.sub('', reason, count=1)}" for name, reason in why.items() if reason]
-    if len(left_out) == len(KINDS):
+    reasons = {name: here.sub("", reason, count=1) for name, reason in why.items() if reason}
+    names_of = {reason: [name for name in reasons if reasons[name] == reason] for reason in reasons.values()}
+    left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
+    if len(reasons) == len(KINDS):
         raise StoreError(f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}")
     fitting = [name for name, reason in why.items() if not reason]
     return Plot([(name, planned) for name in fitting for planned in KINDS[name].plan(study, choices)], left_out)
