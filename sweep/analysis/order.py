@@ -8,7 +8,6 @@ Student's of its pseudo-values (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 197
 """
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -16,25 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.intervals import Interval, mean_interval
+from sweep.analysis.steady import Study
 from sweep.names import unknown
 
 Floats = NDArray[np.float64]
-
-
-class Study(Protocol):
-    """What a table of order parameters needs of a stored study."""
-
-    @property
-    def trials(self) -> pd.DataFrame:
-        """One row a trial."""
-
-    @property
-    def series(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial."""
-
-    @property
-    def varied(self) -> list[str]:
-        """The settings that differ between points."""
 
 
 def susceptibility(samples: ArrayLike, n: int, confidence: float = CONFIDENCE) -> Interval:

@@ -52,7 +52,7 @@ class SteadyState:
 
 
 class Study(Protocol):
-    """What a table of steady states needs of a stored study."""
+    """What tables of series by point need of a stored study."""
 
     @property
     def trials(self) -> pd.DataFrame:
