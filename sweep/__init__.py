@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sweep.study import StoredStudy
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:
