@@ -8,10 +8,11 @@ from faults.campaign import Campaign
 
 
 def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
+    """The moments are drawn, so on another machine a launch may be over before its kill: then there is another one."""
     campaign = Campaign(tmp_path, seed=2)
-    campaign.study(launches=1)
-    assert campaign.counts["worker kills"] > 0
-    assert campaign.counts["coordinator kills"] == 1
+    while not (campaign.counts["worker kills"] and campaign.counts["coordinator kills"]):
+        assert campaign.counts["studies"] < 10
+        campaign.study(launches=1)
 
 
 @pytest.mark.slow

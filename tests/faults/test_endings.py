@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from runner_jobs import started
 
-from faults.campaign import SPEC, assert_no_orphans, session, workers
+from faults.campaign import SPEC, assert_no_orphans, workers
 from sweep.store import Store
 
 HERE = Path(__file__).parent.parent
@@ -102,7 +102,7 @@ def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -
         _, errors = process.communicate(timeout=30)
         assert process.returncode == 130
         assert errors.splitlines()[-1].startswith("interrupted; what is done is stored")
-        assert session(process.pid) == set()
-    assert len(Store(folder).all_parts()) == 2
+        assert_no_orphans(process.pid, patience=5)
+    assert len(Store(folder).all_parts()) >= 2
     assert list((folder / "writing").iterdir()) == []
     assert not (folder / "lock").exists()

@@ -35,11 +35,11 @@ def late(job: Any, error: str) -> tuple[Any, str]:
 
 def test_jobs_that_hang_are_ended_and_no_other_is_touched(loky: Loky) -> None:
     results = runner_jobs.run_all(
-        range(40), jobs.square_or_hang, loky, overdue=late, limits=Limits(deadline=1.0), chunk_seconds=0.5
+        range(40), jobs.square_or_hang, loky, overdue=late, limits=Limits(deadline=3.0), chunk_seconds=0.5
     )
     assert len(results) == 40
     ended = {job: value for job, value in results if job in (7, 11)}
-    assert ended == dict.fromkeys((7, 11), "late: did not return within 1 s, and was ended")
+    assert ended == dict.fromkeys((7, 11), "late: did not return within 3 s, and was ended")
     assert {pair for pair in results if pair[0] not in ended} == {pair for pair in SQUARES if pair[0] not in ended}
 
 
@@ -50,7 +50,7 @@ def test_without_a_word_for_lateness_a_job_that_hangs_has_failed(loky: Loky) -> 
 
 
 def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(loky: Loky) -> None:
-    """It takes 1 GB a second; the bound leaves a busy machine a second to look."""
+    """It takes 1 GB a second; the bound leaves a busy machine two seconds to look."""
     limit = 600 * jobs.MEGABYTE
     results = dict(runner_jobs.run_all(range(20), jobs.square_or_grow, loky, limits=Limits(memory=limit)))
     assert len(results) == 20
@@ -58,7 +58,7 @@ def test_a_job_that_takes_more_and_more_memory_is_ended_near_its_limit(loky: Lok
     assert results == {job: job * job for job in range(20) if job != 5}
     found = re.fullmatch(r"memory limit of 600 MiB: its worker held (\d+) MiB", failure.error)
     assert found is not None
-    assert 600 < int(found[1]) < 1600
+    assert 600 < int(found[1]) < 2600
 
 
 @pytest.mark.slow
@@ -85,11 +85,11 @@ def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(launch_module, "run", jobs.trial_or_hang)
-    monkeypatch.setattr(launch_module, "GRACE_SECONDS", 0.5)
+    monkeypatch.setattr(launch_module, "GRACE_SECONDS", 2.5)
     launch(parse_spec(SMALL + "time_limit: 0.5\n"), tmp_path, loky)
     trials = StoredStudy("small", tmp_path).trials
     assert list(trials["status"]) == ["timeout", "diverged", "diverged"] * 2
-    assert set(trials.loc[trials["status"] == "timeout", "error"]) == {"did not return within 1 s, and was ended"}
+    assert set(trials.loc[trials["status"] == "timeout", "error"]) == {"did not return within 3 s, and was ended"}
 
 
 def test_a_worker_killed_in_the_middle_of_a_result_does_not_hang_the_launch(loky: Loky, tmp_path: Path) -> None:
