@@ -12,26 +12,18 @@ import pyarrow as pa
 
 from kernels import KERNELS_SHA
 from sweep.axes import Axis
-from sweep.cost import job_seconds
+from sweep.batch import run_jobs
 from sweep.custody import custody
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Counts, Job, Jobs
 from sweep.lock import Lock
 from sweep.provenance import provenance
-from sweep.result import Result, failed, overdue, result_bytes
+from sweep.result import Result
 from sweep.rows import PROVENANCE, Tables
-from sweep.runner import drive
 from sweep.sequential import Until, look
 from sweep.spec import Study
 from sweep.store import Store
-from sweep.trial import run, warm
-from sweep.watch import Limits
-from sweep.writer import Writer
-
-GRACE_SECONDS = 10.0
-"""How much longer than its time limit a trial may take before it is ended from outside: it looks at the clock itself,
-between kernel calls, unless it hangs in one."""
 
 
 @dataclass
@@ -159,28 +151,6 @@ def _further(until: Until, store: Store, ids: list[str], trials: Counts) -> Coun
     known = dict(zip(*(column.to_pylist() for column in table.columns), strict=True))
     values = np.array([known[trial] for trial in ids], np.float64)
     return look(until, until.nominal, trials, values).further
-
-
-def run_jobs(
-    jobs: Sequence[Job],
-    store: Store,
-    tables: Tables,
-    executor: ExecutorFactory,
-    noted: Callable[[list[Result]], None] = lambda _results: None,
-) -> None:
-    """Run `jobs` and store their results; `noted` is told of each batch as it is stored.
-
-    Raises KeyboardInterrupt after Ctrl-C with all finished trials stored.
-    """
-    # Compiled here once, or four cold workers would each compile the same.
-    warm(jobs[0])
-    limit = jobs[0].time_limit
-    limits = Limits(deadline=None if limit is None else limit + GRACE_SECONDS)
-    batches = drive(jobs, run, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)
-    with Writer[Result](store, tables, size=result_bytes) as writer:
-        for results in batches:
-            writer.add(results)
-            noted(results)
 
 
 def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:

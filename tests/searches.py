@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.launch as launch_module
+import sweep.batch as batch_module
 from sweep.executors import ExecutorFactory, Serial
 from sweep.jobs import Job
 from sweep.result import Result
@@ -121,8 +121,8 @@ def replace_trials(monkeypatch: pytest.MonkeyPatch, run: Callable[[Job], Result]
         given.append(job)
         return run(job)
 
-    monkeypatch.setattr(launch_module, "run", noting)
-    monkeypatch.setattr(launch_module, "warm", lambda _job: None)
+    monkeypatch.setattr(batch_module, "run", noting)
+    monkeypatch.setattr(batch_module, "warm", lambda _job: None)
     return given
 
 

@@ -11,7 +11,7 @@ from specs import short, short_study
 from studies import IMPOSSIBLE, SMALL, launched, relaunch
 from test_launch import interrupting_after, same
 
-import sweep.launch as launch_module
+import sweep.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.analysis import by_point, mean_interval
 from sweep.design import expand
@@ -84,7 +84,7 @@ def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(launch_module, "run", interrupting_after(stop_after))
+        patch.setattr(batch_module, "run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(GROWING, tmp_path)
     assert "not yet" in set(StoredStudy("small", tmp_path).stopping["why"])
@@ -141,7 +141,7 @@ def test_trials_that_failed_are_no_values_and_a_retry_makes_up_for_them(
         return failed(job, "lost") if job.replicate < {first: 2, second: 1}.get(job.point, 0) else run(job)
 
     with monkeypatch.context() as patch:
-        patch.setattr(launch_module, "run", failing)
+        patch.setattr(batch_module, "run", failing)
         relaunch(GROWING, tmp_path)
     stopping = StoredStudy("small", tmp_path).stopping.set_index("point")
     assert tuple(stopping.loc[first, ["n", "values", "why"]]) == (3, 1, "too few values")

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sweep.batch import run_jobs
 from sweep.executors import ExecutorFactory
 from sweep.jobs import Job
-from sweep.launch import run_jobs
 from sweep.result import Result
 from sweep.rows import Tables, trial_metrics
 from sweep.search.objectives import Floats

@@ -10,7 +10,7 @@ import pytest
 import runner_jobs
 from studies import SMALL
 
-import sweep.launch as launch_module
+import sweep.batch as batch_module
 from faults import jobs
 from sweep.executors import Loky, Serial
 from sweep.launch import launch
@@ -84,8 +84,8 @@ def test_this_process_is_not_ended_for_its_own_jobs() -> None:
 def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(launch_module, "run", jobs.trial_or_hang)
-    monkeypatch.setattr(launch_module, "GRACE_SECONDS", 2.5)
+    monkeypatch.setattr(batch_module, "run", jobs.trial_or_hang)
+    monkeypatch.setattr(batch_module, "GRACE_SECONDS", 2.5)
     launch(parse_spec(SMALL + "time_limit: 0.5\n"), tmp_path, loky)
     trials = StoredStudy("small", tmp_path).trials
     assert list(trials["status"]) == ["timeout", "diverged", "diverged"] * 2
