@@ -14,11 +14,12 @@ from itertools import repeat
 from typing import Literal, overload
 
 import numpy as np
+import pyarrow as pa
 from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
 from sweep.design import Design
-from sweep.fields import Column, Value, preset_settings
+from sweep.fields import Value, preset_settings
 from sweep.maps import Obstacles, OwnMap
 from sweep.seeds import address, point_words
 from sweep.spec import Record, Streams, Study
@@ -27,6 +28,8 @@ Purpose = Literal["start", "world", "noise"]
 Counts = NDArray[np.int64]
 
 NO_MAPS: Mapping[str, OwnMap] = {}
+BLOCK = 20_000
+"""Points whose ids are made at once: of a million, the texts that are hashed would take a gigabyte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,35 +122,49 @@ class Jobs(Sequence[Job]):
         point = int(np.searchsorted(self._ends, place, side="right"))
         return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
-    def table(self) -> dict[str, Column]:
+    def table(self) -> pa.Table:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
-        most = range(int(self.trials.max()))
-        endings, seeds = [self._ending(replicate) for replicate in most], [self._seed(replicate) for replicate in most]
-        numbers = self.trials.tolist()
-        ids = [
-            self._trial_id(point, ending)
-            for point, number in zip(self.points, numbers, strict=True)
-            for ending in endings[:number]
-        ]
-        replicates = np.arange(len(self)) - np.repeat(self._ends - self.trials, self.trials)
-        return {
-            "trial_id": np.array(ids, dtype=np.object_),
-            "point": np.repeat(np.array(self.points, dtype=np.object_), self.trials),
-            "replicate": replicates,
-            "seed": np.array(seeds)[replicates],
-        }
+        blocks = range(0, self.design.n_points, BLOCK)
+        owner = np.repeat(np.arange(self.design.n_points), self.trials)
+        replicate = np.arange(len(self)) - np.repeat(self._ends - self.trials, self.trials)
+        seeds = self.study.seeds
+        return pa.table(
+            {
+                "trial_id": pa.chunked_array([self._trial_ids(first, first + BLOCK) for first in blocks], pa.string()),
+                "point": pa.array(self._points, pa.binary()).cast(pa.string()).take(pa.array(owner)),
+                "replicate": replicate,
+                "seed": np.full(len(self), self.study.seed) if seeds is None else np.array(seeds)[replicate],
+            }
+        )
 
-    @cached_property
+    @property
     def points(self) -> list[str]:
         """The ids of all points, in their order."""
+        return [point.decode() for point in self._points.tolist()]
+
+    @cached_property
+    def _points(self) -> NDArray[np.bytes_]:
+        # As texts of Python's they would take four times the memory.
         return _point_ids(self.study, self.design)
 
+    def _trial_ids(self, first: int, last: int) -> pa.Array:
+        """The ids of the trials of some points."""
+        points, numbers = self._points[first:last].tolist(), self.trials[first:last].tolist()
+        return pa.array(
+            [
+                self._trial_id(point.decode(), self._ending(replicate))
+                for point, number in zip(points, numbers, strict=True)
+                for replicate in range(number)
+            ],
+            pa.string(),
+        )
+
     def _job(self, point: int, replicate: int) -> Job:
-        study, settings = self.study, self.design.settings(point)
+        study, settings, name = self.study, self.design.settings(point), self._points[point].decode()
         own = study.maps.get(str(settings["map"]))
         return Job(
-            trial_id=self._trial_id(self.points[point], self._ending(replicate)),
-            point=self.points[point],
+            trial_id=self._trial_id(name, self._ending(replicate)),
+            point=name,
             replicate=replicate,
             seed=self._seed(replicate),
             literal=study.seeds is not None,
@@ -174,13 +191,19 @@ class Jobs(Sequence[Job]):
         return digest.hexdigest()[:24]
 
 
-def _point_ids(study: Study, design: Design) -> list[str]:
+def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
     """`point_id` of every point, from the same text put together column by column, which is much faster."""
+    blocks = range(0, design.n_points, BLOCK)
+    ids = [_point_ids_between(study, design, first, min(first + BLOCK, design.n_points)) for first in blocks]
+    return np.concatenate([np.array(block, "S16") for block in ids])
+
+
+def _point_ids_between(study: Study, design: Design, first: int, last: int) -> list[str]:
     preset, columns = preset_settings(study.model, study.preset), design.columns
-    members: list[Iterable[str]] = [repeat("", design.n_points)]
+    members: list[Iterable[str]] = [repeat("", last - first)]
     for name in sorted(preset):
         if name in columns:
-            members.append(_members(name, columns[name].tolist(), preset[name], study.maps))
+            members.append(_members(name, columns[name][first:last].tolist(), preset[name], study.maps))
         elif design.base[name] != preset[name]:
             members.append(repeat(_members(name, [design.base[name]], preset[name], study.maps)[0]))
     head = json.dumps([study.model, study.preset], separators=(",", ":"))[:-1] + ",{"

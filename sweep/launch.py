@@ -9,6 +9,7 @@ from typing import overload
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from kernels import KERNELS_SHA
 from sweep.axes import Axis
@@ -22,6 +23,7 @@ from sweep.provenance import provenance
 from sweep.result import Result
 from sweep.rows import PROVENANCE, Tables
 from sweep.sequential import Until, look
+from sweep.shares import Share
 from sweep.spec import Study
 from sweep.store import Store
 
@@ -30,8 +32,9 @@ from sweep.store import Store
 class Progress:
     """How far a launch is: trials of the plan, those stored before, and the new ones by status.
 
-    Where a rule decides how many trials a point gets, `settled` of the `points` have had the last of theirs, and the
-    plan grows to `most` trials at most; `settled` is None where their number is fixed.
+    Of a share of a study, only the trials in it count. Where a rule decides how many trials a point gets, `settled` of
+    the `points` have had the last of theirs, and the plan grows to `most` trials at most; `settled` is None where their
+    number is fixed.
     """
 
     points: int = 0
@@ -55,7 +58,7 @@ class Progress:
 class _Some(Sequence[Job]):
     """Jobs at some indices, made when asked for."""
 
-    def __init__(self, jobs: Jobs, indices: Sequence[int]) -> None:
+    def __init__(self, jobs: Jobs, indices: Counts) -> None:
         self.jobs, self.indices = jobs, indices
 
     def __len__(self) -> int:
@@ -67,8 +70,8 @@ class _Some(Sequence[Job]):
     def __getitem__(self, index: slice) -> list[Job]: ...
     def __getitem__(self, index: int | slice) -> Job | list[Job]:
         if isinstance(index, slice):
-            return [self.jobs[place] for place in self.indices[index]]
-        return self.jobs[self.indices[index]]
+            return [self.jobs[place] for place in self.indices[index].tolist()]
+        return self.jobs[int(self.indices[index])]
 
 
 def launch(
@@ -77,6 +80,7 @@ def launch(
     executor: ExecutorFactory,
     *,
     retry: bool = False,
+    share: Share | None = None,
     report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
     """Run the trials of `study` that its store below `results` lacks, and with `retry` those not done.
@@ -84,60 +88,95 @@ def launch(
     The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. Where a rule says how many
     trials a point gets, all open points are looked at together, and the plan lists what the looks so far have asked
     for: they see the stored values of the trials in the plan, so that neither the order of work nor an interruption
-    matters. Damaged parts are set aside first, and their trials run again. `report` is called before trials run, after
-    each batch and at the end. Raises SpecError for a design that cannot be, StoreError where another process is
-    launching the study and where the store cannot be read or written, KeyboardInterrupt after Ctrl-C, SIGTERM or
-    SIGHUP with all finished trials stored.
+    matters. With a `share`, only the trials in it are run, while other launches may run the others. Damaged parts are
+    set aside first, and their trials run again. `report` is called before trials run, after each batch and at the end.
+    Raises SpecError for a design that cannot be, or be shared; StoreError where another process is launching the study
+    and where the store cannot be read or written; KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP with all finished
+    trials stored.
     """
     if study.search:
         raise study.document.error(("search",), 'this study is a search: run it with "sweep search"')
+    if share and study.until:
+        message = "what trials follow depends on all that are stored: this study cannot be launched in shares"
+        raise study.document.error(("replicates", "until"), message)
     design, store = expand(study), Store(results / study.name)
     with custody(store) as lock:
-        return _launch(study, design, store, executor, retry, lock, report)
+        return _Launch(study, design, store, executor, lock, report, share, retry).run()
 
 
-def _launch(
-    study: Study,
-    design: Design,
-    store: Store,
-    executor: ExecutorFactory,
-    retry: bool,
-    lock: Lock,
-    report: Callable[[Progress], None],
-) -> Progress:
-    origin, stored = provenance(study), store.trial_ids()
-    kept = {trial for trial, status in stored.items() if not (retry and status != "done")}
-    progress = Progress(design.n_points, design.n_points * study.trials_per_point, 0 if study.until else None)
+@dataclass
+class _Launch:
+    """One launch; `failed` are those of its trials that were not done, which it does not try again."""
 
-    def note(results: list[Result]) -> None:
-        kept.update(result.job.trial_id for result in results)
-        progress.statuses.update(result.status for result in results)
-        lock.check()
-        report(progress)
+    study: Study
+    design: Design
+    store: Store
+    executor: ExecutorFactory
+    lock: Lock
+    report: Callable[[Progress], None]
+    share: Share | None
+    retry: bool
+    failed: set[str] = field(default_factory=set)
 
-    trials, settled = np.full(design.n_points, study.until.least if study.until else study.trials_per_point), False
-    while not settled:
-        jobs = Jobs(study, design, KERNELS_SHA, trials)
-        plan = plan_table(study, design, jobs, origin)
-        ids = plan["trial_id"].to_pylist()
-        missing = _Some(jobs, [index for index, trial in enumerate(ids) if trial not in kept])
-        progress.trials, progress.stored = len(ids), len(ids) - len(missing) - progress.statuses.total()
-        progress.apart = len(stored.keys() - set(ids))
+    def run(self) -> Progress:
+        study, n_points = self.study, self.design.n_points
+        self.progress = Progress(n_points, n_points * study.trials_per_point, 0 if study.until else None)
+        self.origin = provenance(study)
+        trials, settled = np.full(n_points, study.until.least if study.until else study.trials_per_point), False
+        while not settled:
+            ids = self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
+            if study.until is None:
+                break
+            further = _further(study.until, self.store, ids, trials)
+            self.progress.settled = int((further == trials).sum())
+            trials, settled = further, self.progress.settled == n_points
+        if self.progress.statuses:
+            self.store.compact()
+        self.report(self.progress)
+        return self.progress
+
+    def _run_plan(self, jobs: Jobs) -> pa.ChunkedArray:
+        """Run what is missing of a plan and return the ids of its trials."""
+        plan, stored = plan_table(self.study, self.design, jobs, self.origin), _statuses(self.store)
+        ids = plan["trial_id"]
+        missing = _Some(jobs, self._missing(ids, stored))
+        self.progress.apart = len(stored) - _count(pc.is_in(stored["trial_id"], value_set=ids.combine_chunks()))
+        _publish(self.study, self.store, plan)
+        del plan, stored
         if missing:
-            _publish(study, store, plan)
-            report(progress)
-            run_jobs(missing, store, Tables(study, origin), executor, note)
-        if study.until is None:
-            break
-        further = _further(study.until, store, ids, trials)
-        progress.settled = int((further == trials).sum())
-        trials, settled = further, progress.settled == design.n_points
-    if not missing:
-        _publish(study, store, plan)
-    if progress.statuses:
-        store.compact()
-    report(progress)
-    return progress
+            self.report(self.progress)
+            run_jobs(missing, self.store, Tables(self.study, self.origin), self.executor, self._note)
+        return ids
+
+    def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
+        """The places in the plan of the trials to run; takes note of how many are stored."""
+        kept = stored["trial_id"]
+        if self.retry:
+            tried = pc.is_in(kept, value_set=pa.array(self.failed, pa.string()))
+            kept = kept.filter(pc.or_(pc.equal(stored["status"], "done"), tried))
+        ours = np.ones(len(ids), np.bool_)
+        if self.share:
+            ours = np.concatenate([self.share.has(chunk.to_pylist()) for chunk in ids.chunks])
+        missing = np.flatnonzero(ours & ~pc.is_in(ids, value_set=kept.combine_chunks()).to_numpy())
+        self.progress.trials = int(ours.sum())
+        self.progress.stored = self.progress.trials - len(missing) - self.progress.statuses.total()
+        return missing
+
+    def _note(self, results: list[Result]) -> None:
+        self.failed.update(result.job.trial_id for result in results if result.status != "done")
+        self.progress.statuses.update(result.status for result in results)
+        self.lock.check()
+        self.report(self.progress)
+
+
+def _statuses(store: Store) -> pa.Table:
+    """The status of every stored trial."""
+    types = pa.schema({"trial_id": pa.string(), "status": pa.string()})
+    return store.read("trials", columns=["trial_id", "status"]).cast(types)
+
+
+def _count(mask: pa.ChunkedArray) -> int:
+    return int(pc.sum(mask, min_count=0).as_py())
 
 
 def _publish(study: Study, store: Store, plan: pa.Table) -> None:
@@ -145,11 +184,12 @@ def _publish(study: Study, store: Store, plan: pa.Table) -> None:
     store.write_spec(study.text)
 
 
-def _further(until: Until, store: Store, ids: list[str], trials: Counts) -> Counts:
+def _further(until: Until, store: Store, ids: pa.ChunkedArray, trials: Counts) -> Counts:
     """How many trials each point gets from now on, all those in the plan being stored."""
-    table = store.read("trials", trial_ids=pa.array(ids), columns=["trial_id", until.metric])
-    known = dict(zip(*(column.to_pylist() for column in table.columns), strict=True))
-    values = np.array([known[trial] for trial in ids], np.float64)
+    wanted = ids.combine_chunks()
+    table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
+    place = pc.index_in(wanted, value_set=table["trial_id"].combine_chunks())
+    values = table[until.metric].cast(pa.float64()).take(place).to_numpy()
     return look(until, until.nominal, trials, values).further
 
 
@@ -159,7 +199,9 @@ def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, objec
     The metadata adds their names, what each axis samples or ablates, the spec's maps, and by which rule trials are
     added.
     """
-    table = pa.table(jobs.table() | {name: np.repeat(column, jobs.trials) for name, column in design.columns.items()})
+    table = jobs.table()
+    for name, column in design.columns.items():
+        table = table.append_column(name, pa.array(np.repeat(column, jobs.trials)))
     about = origin | {
         "varied": list(design.columns),
         "record": list(study.record.metrics),

@@ -32,7 +32,7 @@ def words(job: Job) -> dict[str, list[int]]:
 
 
 def ids(**keys: object) -> set[str]:
-    return set(jobs_of(study_of(**keys)).table()["trial_id"])
+    return set(jobs_of(study_of(**keys)).table()["trial_id"].to_pylist())
 
 
 def test_jobs_go_point_by_point() -> None:
@@ -49,13 +49,13 @@ def test_jobs_go_point_by_point() -> None:
 def test_table_agrees_with_jobs(spec: str) -> None:
     jobs = jobs_of(parse_spec(spec))
     table = jobs.table()
-    assert {len(column) for column in table.values()} == {len(jobs)}
+    assert len(table) == len(jobs)
+    rows = table.to_pylist()
     for index in range(0, len(jobs), len(jobs) // 97):
         job = jobs[index]
-        row = {name: column[index] for name, column in table.items()}
-        assert row == {name: getattr(job, name) for name in row}
+        assert rows[index] == {name: getattr(job, name) for name in table.column_names}
         assert job.point == point_id(job.model, job.preset, job.settings)
-    assert len(set(table["trial_id"])) == len(jobs)
+    assert len({row["trial_id"] for row in rows}) == len(jobs)
 
 
 def test_point_id_is_the_hash_of_what_differs_from_the_preset() -> None:
@@ -92,10 +92,16 @@ def test_a_longer_study_keeps_its_trials() -> None:
     assert old == ids(sweep={"j": {"zip": {"n": [1, 2]}}}, require=["n < 3"], study="another")
 
 
+def test_ids_are_the_same_however_many_points_are_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = jobs_of(parse_spec(GAINS)).table()
+    monkeypatch.setattr("sweep.jobs.BLOCK", 7)
+    assert jobs_of(parse_spec(GAINS)).table().equals(whole)
+
+
 def test_listed_seeds_may_be_reordered_and_extended() -> None:
     old = jobs_of(study_of(seeds=[27, 729]))
     new = jobs_of(study_of(seeds=[729, 4913, 27]))
-    assert set(old.table()["trial_id"]) < set(new.table()["trial_id"])
+    assert set(old.table()["trial_id"].to_pylist()) < set(new.table()["trial_id"].to_pylist())
     assert words(old[0]) == words(new[2])
     assert (old[0].seed, old[0].literal, old[1].replicate) == (27, True, 1)
 
@@ -123,7 +129,7 @@ def test_what_could_change_a_number_makes_other_trials(keys: dict[str, object]) 
 def test_other_kernels_make_other_trials_of_the_same_points() -> None:
     one, other = jobs_of(study_of(), "one"), jobs_of(study_of(), "other")
     assert one.points == other.points
-    assert not set(one.table()["trial_id"]) & set(other.table()["trial_id"])
+    assert not set(one.table()["trial_id"].to_pylist()) & set(other.table()["trial_id"].to_pylist())
 
 
 def test_trials_that_keep_no_trajectory_are_what_they_were_before_one_could() -> None:

@@ -174,7 +174,7 @@ def test_jobs_with_a_number_for_each_point_are_those_of_a_fixed_number() -> None
     assert [job.replicate for job in jobs] == [0, 1, 0, 1, 2, 3]
     assert all(job == every[job.point, job.replicate] for job in jobs)
     table = jobs.table()
-    assert [list(table[name]) for name in ("trial_id", "point", "replicate", "seed")] == [
+    assert [table[name].to_pylist() for name in ("trial_id", "point", "replicate", "seed")] == [
         [getattr(job, name) for job in jobs] for name in ("trial_id", "point", "replicate", "seed")
     ]
     assert jobs[-1] == jobs[5]

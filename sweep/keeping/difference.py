@@ -112,7 +112,7 @@ def _side(one: Study | StoredStudy) -> Side:
         message = "a search asks for its trials as it goes: what it would add is not known before"
         raise one.document.error(("search",), message)
     table = Jobs(one, expand(one), KERNELS_SHA).table()
-    trials, points = (pa.array(table[name], pa.string()) for name in ("trial_id", "point"))
+    trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
     return Side(str(one.path), one.name, one.until is not None, _values(one.document), KERNELS_SHA, trials, points)
 
 
