@@ -8,6 +8,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
@@ -25,6 +26,7 @@ ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
 TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
+PROBES = 20
 PAIR_METRICS = {
     *("nearest_neighbour_distance", "flock_count", "largest_flock", "largest_flock_share", "boids_lost"),
     *("elongation", "neighbours_ahead", "potential", "flock_potential"),
@@ -64,6 +66,35 @@ def trial_bytes(settings: dict[str, Value], record: Record) -> float:
         pixels = float(settings["width"]) * float(settings["height"]) / float(settings["pixel"]) ** 2
         size += HEATMAP_PIXEL_BYTES * pixels
     return size
+
+
+def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
+    """The estimated seconds of a trial at each point, shape (n_points,).
+
+    Points that differ in nothing that matters are estimated together, since a design may have millions.
+    """
+
+    def estimate(point: int) -> float:
+        return trial_seconds(study.model, design.settings(point), study.record)
+
+    matters = [column for name, column in design.columns.items() if _matters(study, design, name)]
+    if not matters:
+        return np.full(design.n_points, estimate(0))
+    _, first, which = np.unique(np.column_stack(matters), axis=0, return_index=True, return_inverse=True)
+    return np.array([estimate(point) for point in first.tolist()])[which.ravel()]
+
+
+def _matters(study: Study, design: Design, name: str) -> bool:
+    """Whether a field that varies changes the estimate, as far as its ends show at a few points."""
+    column = design.columns[name]
+    if column.dtype == object:
+        return False
+    ends = column.min().item(), column.max().item()
+    probes = np.unique(np.linspace(0, design.n_points - 1, PROBES).astype(int)).tolist()
+    return any(
+        len({trial_seconds(study.model, one | {name: end}, study.record) for end in ends}) > 1
+        for one in map(design.settings, probes)
+    )
 
 
 def study_cost(study: Study, design: Design) -> tuple[float, float]:

@@ -29,7 +29,7 @@ Counts = NDArray[np.int64]
 
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points whose ids are made at once: of a million, the texts that are hashed would take a gigabyte."""
+"""Points, or trials, whose ids are made at once: of a million, what Python needs for the texts would take a gigabyte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,14 +124,14 @@ class Jobs(Sequence[Job]):
 
     def table(self) -> pa.Table:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
-        blocks = range(0, self.design.n_points, BLOCK)
-        owner = np.repeat(np.arange(self.design.n_points), self.trials)
+        point = np.repeat(np.arange(self.design.n_points), self.trials)
         replicate = np.arange(len(self)) - np.repeat(self._ends - self.trials, self.trials)
+        blocks = [slice(first, first + BLOCK) for first in range(0, len(self), BLOCK)]
         seeds = self.study.seeds
         return pa.table(
             {
-                "trial_id": pa.chunked_array([self._trial_ids(first, first + BLOCK) for first in blocks], pa.string()),
-                "point": pa.array(self._points, pa.binary()).cast(pa.string()).take(pa.array(owner)),
+                "trial_id": pa.chunked_array([self._trial_ids(point[block], replicate[block]) for block in blocks]),
+                "point": pa.array(self._points, pa.binary()).cast(pa.string()).take(pa.array(point)),
                 "replicate": replicate,
                 "seed": np.full(len(self), self.study.seed) if seeds is None else np.array(seeds)[replicate],
             }
@@ -147,17 +147,11 @@ class Jobs(Sequence[Job]):
         # As texts of Python's they would take four times the memory.
         return _point_ids(self.study, self.design)
 
-    def _trial_ids(self, first: int, last: int) -> pa.Array:
-        """The ids of the trials of some points."""
-        points, numbers = self._points[first:last].tolist(), self.trials[first:last].tolist()
-        return pa.array(
-            [
-                self._trial_id(point.decode(), self._ending(replicate))
-                for point, number in zip(points, numbers, strict=True)
-                for replicate in range(number)
-            ],
-            pa.string(),
-        )
+    def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
+        """The ids of some trials, of which these are the places of the points and the replicates."""
+        names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
+        ids = [self._trial_id(name.decode(), self._ending(number)) for name, number in names]
+        return pa.array(ids, pa.string())
 
     def _job(self, point: int, replicate: int) -> Job:
         study, settings, name = self.study, self.design.settings(point), self._points[point].decode()

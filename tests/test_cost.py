@@ -6,7 +6,7 @@ import pytest
 from studies import COVERING, SMALL
 
 from kernels.models import MODELS
-from sweep.cost import study_cost, trial_bytes, trial_seconds
+from sweep.cost import point_seconds, study_cost, trial_bytes, trial_seconds
 from sweep.design import expand
 from sweep.plan import duration, make_plan, size
 from sweep.spec import Record, parse_spec
@@ -35,6 +35,18 @@ def test_a_study_costs_the_sum_of_its_trials() -> None:
     design = expand(study)
     each = [trial_seconds(study.model, design.settings(point), study.record) for point in range(2)]
     assert study_cost(study, design)[0] == pytest.approx(3 * sum(each))
+
+
+@pytest.mark.parametrize(
+    "axes", ["n: [10, 1000]", "cohesion_range: [20, 400], update: [sequential, synchronous]", "drag: [0, 0.1]"]
+)
+def test_the_estimate_of_every_point_is_that_of_its_settings(axes: str) -> None:
+    study = parse_spec(
+        SMALL.replace("separation_weight: [0.5, 1]", f"gain: {{zip: {{{axes}}}}}").replace("n: 12, ", "")
+    )
+    design = expand(study)
+    each = [trial_seconds(study.model, design.settings(point), study.record) for point in range(design.n_points)]
+    assert point_seconds(study, design).tolist() == each
 
 
 def test_a_plan_says_what_is_rejected_and_how_long_it_takes() -> None:
