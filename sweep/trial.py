@@ -5,6 +5,7 @@ Pure: the result depends on the job alone, reads and writes nothing, and takes o
 
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -37,6 +38,7 @@ from sweep.fields import fields, settings_tuple
 from sweep.jobs import Job, literal_seed, stream
 from sweep.maps import Obstacles
 from sweep.result import Result
+from sweep.state import State, Taken, changing, check, joined
 
 BOID_STEPS_A_CALL = 200_000
 """About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
@@ -45,6 +47,11 @@ MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
 def run(job: Job) -> Result:
     """The result of `job`. An exception becomes a result with status failed and the traceback as its error."""
+    return attempt(simulate, job)
+
+
+def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
+    """The result that `simulate` gives of `job`, or the failed one that an exception becomes."""
     began = time.perf_counter()
     try:
         return simulate(job)
@@ -58,16 +65,11 @@ def simulate(job: Job) -> Result:
     return Simulation(job).result(began)
 
 
-class Taken(NamedTuple):
-    """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x, y, vx and vy (F, 4, N)."""
-
-    steps: NDArray[np.int64]
-    values: NDArray[np.float64]
-    bodies: NDArray[np.float64]
-
-
 class Simulation:
-    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own."""
+    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own.
+
+    `taken` are the frames so far of `result`.
+    """
 
     def __init__(self, job: Job) -> None:
         known = fields(job.model)
@@ -91,10 +93,15 @@ class Simulation:
         note_start(self.flock, self.world, self.record.watch)
         keep_frame(self.flock, self.record)
         self.step = 0
+        self.taken: list[Taken] = []
 
     @property
     def steps_left(self) -> int:
         return self.schedule.steps - self.step
+
+    @property
+    def steps_a_call(self) -> int:
+        return max(1, BOID_STEPS_A_CALL // self.schedule.n)
 
     def advance(self, steps: int) -> bool:
         """Take up to `steps` steps, no more than there is room for frames; False where the state is not finite.
@@ -107,9 +114,12 @@ class Simulation:
         grid = self.work.grid
         room = grid.members.shape[1]
         if going and grid.full[0] and room > 0:
-            reach = self.model.interaction_range(self.params)
-            self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, 2 * room))
+            self._rebuild_grid(2 * room)
         return going
+
+    def _rebuild_grid(self, room: int) -> None:
+        reach = self.model.interaction_range(self.params)
+        self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, room))
 
     def _room(self) -> int:
         """The steps for which there is room to record frames, the one of the last step included."""
@@ -127,20 +137,40 @@ class Simulation:
         bodies = self.record.frames.bodies[:filled, :4, :wanted]
         return Taken(self.record.frames.step[:filled].copy(), values, bodies.copy())
 
-    def result(self, began: float) -> Result:
-        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began."""
-        steps_a_call = max(1, BOID_STEPS_A_CALL // self.schedule.n)
-        blocks = [self.take_frames()]
+    def state(self) -> State:
+        """The state between two calls, all frames being taken; its arrays are those in use."""
+        parts = {"flock": self.flock, "work": self.work, "record": self.record}
+        fixed = self.place, self.work.grid, self.record.frames, self.record.coverage.stamp
+        return State(changing(parts, fixed), dict(self.rng.bit_generator.state), self.work.grid.members.shape[1])
+
+    def restore(self, state: State) -> None:
+        """Go on from the `state` of a simulation of the same job, with its arrays. Raises ValueError if it is none."""
+        check(state, self.schedule.n, self.schedule.steps)
+        self.rng.bit_generator.state = state.generator
+        for name, array in self.state().arrays.items():
+            array[...] = state.arrays[name]
+        self._rebuild_grid(state.room)
+        self.step = int(self.record.progress[0])
+
+    def result(self, began: float, between: Callable[[float], None] | None = None) -> Result:
+        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began.
+
+        `between` is called after each kernel call but the last, all frames being taken, with the seconds so far.
+        """
         limit = self.job.time_limit
         status = "done"
+        self.taken.append(self.take_frames())
         while self.steps_left > 0 and status == "done":
-            if not self.advance(steps_a_call):
+            if not self.advance(self.steps_a_call):
                 status = "diverged"
-            elif self.steps_left > 0 and limit is not None and time.perf_counter() - began > limit:
-                status = "timeout"
-            blocks.append(self.take_frames())
-        steps, values, bodies = zip(*blocks, strict=True)
-        return self._summary(status, Taken(np.concatenate(steps), np.hstack(values), np.concatenate(bodies)), began)
+            self.taken.append(self.take_frames())
+            if status == "done" and self.steps_left > 0:
+                seconds = time.perf_counter() - began
+                if limit is not None and seconds > limit:
+                    status = "timeout"
+                elif between is not None:
+                    between(seconds)
+        return self._summary(status, joined(self.taken), began)
 
     def _summary(self, status: str, taken: Taken, began: float) -> Result:
         wanted, done = self.job.record, status == "done"
