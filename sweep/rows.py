@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -99,8 +100,7 @@ class Tables:
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
         """`trials`, and `series`, `heatmaps` and `trajectories` where the study records them."""
-        rows = [trial_row(self.study.name, result) for result in results]
-        tables = {"trials": pa.Table.from_pylist(rows, self.trials)}
+        tables = {"trials": self._trials(results)}
         if self.study.record.series:
             tables["series"] = self._series([result for result in results if result.frames is not None])
         if self.study.record.heatmaps:
@@ -108,6 +108,14 @@ class Tables:
         if self.study.record.trajectories:
             tables["trajectories"] = self._trajectories([one for one in results if one.trajectory is not None])
         return tables
+
+    def _trials(self, results: Sequence[Result]) -> pa.Table:
+        nulls, cells = dict.fromkeys(self.trials.names), itemgetter(*self.trials.names)
+        rows = (cells(nulls | trial_row(self.study.name, result)) for result in results)
+        columns = [
+            pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), self.trials.types, strict=True)
+        ]
+        return pa.Table.from_arrays(columns, schema=self.trials)
 
     def _series(self, results: Sequence[Result]) -> pa.Table:
         columns = _ids_and_frames(results)
