@@ -11,23 +11,27 @@ class Chunks:
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are scaled by the measured
     pace. No chunk is more than a third of one worker's share of what is left, so that the workers finish
-    together. Estimates are clipped to COST_RANGE, in seconds.
+    together; how many there are may change. Estimates are clipped to COST_RANGE, in seconds.
     """
 
-    def __init__(self, costs: Iterable[float], count: int, *, workers: int, seconds: float) -> None:
+    def __init__(self, costs: Iterable[float], count: int, *, seconds: float) -> None:
         import numpy as np
 
         self._costs = np.clip(np.fromiter(costs, float, count), *COST_RANGE)
         self._order = np.argsort(-self._costs, kind="stable")
         self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
         self._seconds = seconds
-        self._share = 1 / (3 * workers)
         self._first = 0
         self._pace: float | None = None
 
-    def take(self) -> list[int]:
-        """The next chunk of indices; empty when every index has been dealt out."""
-        stop = self._first + self._size(len(self._order) - self._first)
+    @property
+    def left(self) -> int:
+        """How many jobs have not been dealt out."""
+        return len(self._order) - self._first
+
+    def take(self, workers: int) -> list[int]:
+        """The next chunk of indices for one of so many workers; empty when every index has been dealt out."""
+        stop = self._first + self._size(self.left, 1 / (3 * workers))
         indices: list[int] = self._order[self._first : stop].tolist()
         self._first = stop
         return indices
@@ -37,11 +41,11 @@ class Chunks:
         pace = max(seconds, COST_RANGE[0]) / float(self._costs[indices].sum())
         self._pace = pace if self._pace is None else (self._pace * pace) ** 0.5
 
-    def _size(self, left: int) -> int:
+    def _size(self, left: int, share: float) -> int:
         if self._pace is None:
             return min(left, 1)
         start, end = float(self._through[self._first]), float(self._through[-1])
-        budget = min(self._seconds / self._pace, (end - start) * self._share)
+        budget = min(self._seconds / self._pace, (end - start) * share)
         by_time = int(self._through.searchsorted(start + budget, side="right")) - 1 - self._first
-        by_count = min(MAX_CHUNK_JOBS, int(left * self._share))
+        by_count = min(MAX_CHUNK_JOBS, int(left * share))
         return min(left, max(1, min(by_time, by_count)))

@@ -1,6 +1,6 @@
-"""The engines that run jobs: in this process, or in worker processes on this machine.
+"""The engines that run jobs: in this process, or in worker processes on this machine; `sweep.cluster` has another.
 
-An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`.
+An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who keeps the limits of a job.
 """
 
 import ctypes
@@ -10,13 +10,16 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 from sweep.interrupts import SIGNALS
+
+if TYPE_CHECKING:
+    from sweep.watch import Limits, Watching
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -34,12 +37,32 @@ class WorkersError(RuntimeError):
     """No worker process can be given a job, or watched: none stays alive, or `run` cannot be sent to it."""
 
 
+class NotYetError(Exception):
+    """There is no executor now, but there may be one soon: ask again."""
+
+
+class ConnectionLostError(BrokenExecutor):
+    """What became of a chunk is not known, as the way to its worker was cut: no job is to blame."""
+
+
+class WorkerDiedError(Exception):
+    """A chunk is lost, and others are not: `times` worker processes ended while they were at it, perhaps none."""
+
+    def __init__(self, times: int, words: str) -> None:
+        super().__init__(words)
+        self.times = times
+
+
 class ExecutorFactory(Protocol):
     """What the drive loop asks of an engine.
 
-    `start` returns the running executor, a new one if there is none; `stop` ends it at once, running chunks
-    included, and returns when its processes are gone. `check` is called while nothing comes back, and breaks an
-    executor that has not noticed that it is broken. All may be called repeatedly.
+    `workers` is how many jobs can run at once, now. `start` returns the running executor, a new one if there is none,
+    or raises NotYetError; `stop` ends it at once, running chunks included as far as they can be, and returns when its
+    processes are gone. `check` is called while nothing comes back, and breaks an executor that has not noticed that it
+    is broken. `watch` keeps limits of jobs. All may be called repeatedly.
+
+    A future fails with a BrokenExecutor where its executor and all that is in flight are lost, with anything else
+    where only its chunk is.
     """
 
     @property
@@ -50,6 +73,8 @@ class ExecutorFactory(Protocol):
     def stop(self) -> None: ...
 
     def check(self) -> None: ...
+
+    def watch(self, limits: "Limits") -> "Watching": ...
 
 
 class _InProcess(Executor):
@@ -73,6 +98,12 @@ class Serial:
 
     def check(self) -> None:
         """Nothing can be lost within one process."""
+
+    def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
+        """No limit can be kept from within the process."""
+        from sweep.watch import Watch
+
+        return Watch()
 
 
 @dataclass
@@ -128,6 +159,12 @@ class Loky:
             self._missed = time.monotonic()
         elif time.monotonic() - self._missed > UNNOTICED_SECONDS:
             self._pool.end()
+
+    def watch(self, limits: "Limits") -> "Watching":
+        """A thread of this process that ends its child processes."""
+        from sweep.watch import Watch
+
+        return Watch(limits, 2 * self.workers)
 
 
 class _Pool:

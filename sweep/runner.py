@@ -1,39 +1,38 @@
 """One drive loop over `concurrent.futures.Executor`: jobs in, results out, none lost and none twice.
 
 The loop knows nothing of what a job is. It sends chunks of about a second of work, longest jobs first, keeps
-a bounded number of them in flight, and yields each chunk's results as soon as they are back. When a worker
-process dies, the jobs that were in flight are suspects: they run one at a time with nothing else in flight,
-so that a job which kills its worker convicts itself and every other one is delivered. A worker that is ended
-because its job is beyond a limit (`sweep.watch`) makes no suspects: it is known which job that was. The order
-of the results depends on timing and must not matter to anyone.
+a bounded number of them in flight, and yields each chunk's results as soon as they are back. When a pool breaks
+because a worker process died, the jobs that were in flight are suspects: they run one at a time with nothing else in
+flight, so that a job which kills its worker convicts itself and every other one is delivered. Where only a chunk is
+lost and its pool goes on, as on a cluster, its jobs go singly among all others, and one that is lost again and again
+convicts itself. A worker that is ended because its job is beyond a limit (`sweep.watch`) makes no suspects: it is known
+which job that was; nor does a connection that is cut. The order of the results depends on timing and must not matter
+to anyone.
+
+Each chunk carries the fingerprint of this process: a worker of other code or other libraries refuses it.
 """
 
 import time
-import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
 from typing import Generic, NamedTuple, TypeVar
 
+from sweep import fingerprint
 from sweep.chunks import Chunks
-from sweep.executors import ExecutorFactory, WorkersError
+from sweep.executors import ConnectionLostError, ExecutorFactory, NotYetError, WorkerDiedError, WorkersError
 from sweep.interrupts import HeldInterrupt
-from sweep.watch import Limits, Seat, Verdict, Watch
+from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watching
+from sweep.worker import Failure, Outcomes, run_chunk
 
 J = TypeVar("J")
 R = TypeVar("R")
+T = TypeVar("T")
 
 MAX_ATTEMPTS = 3
 POLL_SECONDS = 0.2
-NO_LIMITS = Limits()
-
-
-@dataclass(frozen=True)
-class Failure:
-    """What became of a job that never returned: `error` is a traceback or one sentence."""
-
-    error: str
 
 
 def drive(
@@ -53,34 +52,40 @@ def drive(
     ratios matter much. `failed` makes the result of a job that raised (given the traceback) or that ended its
     worker process MAX_ATTEMPTS times while running alone. `run` and the jobs are pickled.
 
-    `limits` hold for each job in a worker process on this machine. The worker of a job beyond one is ended; jobs
+    `limits` hold for each job as far as the engine can keep them. The worker of a job beyond one is ended; jobs
     lost with it run again. The result of a job that took too long is made by `overdue` (default: by `failed`), that
     of one which took too much memory, and did so again when running alone, by `failed`.
 
     Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's handling of a batch: the
     workers are ended, what had finished is yielded, then KeyboardInterrupt is raised. A second Ctrl-C is
     raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `sweep.interrupts` has made them so. Closing the
-    iterator early also ends the workers. Raises WorkersError when no worker can be given a job.
+    iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
+    code than this process, with what had finished yielded before.
     """
-    chunks = Chunks(map(cost, jobs), len(jobs), workers=executor.workers, seconds=chunk_seconds)
-    with HeldInterrupt() as interrupt, Watch(limits, 2 * executor.workers) as watch:
-        loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch)
+    chunks = Chunks(map(cost, jobs), len(jobs), seconds=chunk_seconds)
+    with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
+        loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt)
         try:
             while not interrupt.asked and loop.refill():
                 yield from loop.finished()
+            if not interrupt.asked:
+                return
+        except WorkersError:
+            executor.stop()
+            yield from loop.salvaged()
+            raise
         except BaseException:
             executor.stop()
             raise
-        if interrupt.asked:
-            executor.stop()
-            yield from loop.salvaged()
-            raise KeyboardInterrupt
+        executor.stop()
+        yield from loop.salvaged()
+        raise KeyboardInterrupt
 
 
 class _Chunk(NamedTuple):
     indices: list[int]
     alone: bool
-    seat: Seat | None
+    place: Place | None
 
 
 @dataclass
@@ -93,37 +98,44 @@ class _Loop(Generic[J, R]):
     failed: Callable[[J, str], R]
     overdue: Callable[[J, str], R]
     chunks: Chunks
-    watch: Watch
+    watch: Watching
+    interrupt: HeldInterrupt
     pool: Executor | None = None
-    in_flight: dict[Future[tuple[list[R | Failure], float]], _Chunk] = field(default_factory=dict)
+    in_flight: dict[Future[Outcomes[R]], _Chunk] = field(default_factory=dict)
+    back: SimpleQueue[Future[Outcomes[R]]] = field(default_factory=SimpleQueue)
     again: deque[list[int]] = field(default_factory=deque)
     suspects: deque[int] = field(default_factory=deque)
     attempts: Counter[int] = field(default_factory=Counter)
 
     def refill(self) -> bool:
-        """Submit what may run now; False when nothing is left to wait for."""
+        """Submit what may run now; False when nothing is left to do."""
+        if not (self.in_flight or self.suspects or self.again or self.chunks.left):
+            return False
+        if self.pool is None and not self._start():
+            time.sleep(POLL_SECONDS)
+            return True
         if self.suspects and not self.in_flight:
             self._submit([self.suspects[0]], alone=True)
-        while not self.suspects and len(self.in_flight) < 2 * self.executor.workers:
-            indices = self.again.popleft() if self.again else self.chunks.take()
+        workers = max(1, self.executor.workers)
+        while self.pool is not None and not self.suspects and len(self.in_flight) < 2 * workers:
+            indices = self.again.popleft() if self.again else self.chunks.take(workers)
             if not indices:
                 break
             self._submit(indices, alone=False)
-            if self.pool is None:
-                break
-        return bool(self.in_flight)
+        return True
 
     def finished(self) -> Iterator[list[R]]:
         """The results of the chunks that are back; waits at most POLL_SECONDS for the first of them."""
-        done, _ = wait(self.in_flight, timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
+        done = self._arrived()
         if not done:
             self.executor.check()
-        if any(isinstance(future.exception(), BrokenExecutor) for future in done):
+        if any(isinstance(_error(future), BrokenExecutor) for future in done):
             self._drop_pool()  # with it all chunks in flight are over
-            done = {future for future in self.in_flight if future.done()}
-        for future in [future for future in self.in_flight if future in done]:
-            chunk = self.in_flight.pop(future)
-            verdict, error = self.watch.leave(chunk.seat), future.exception()
+            done = [future for future in self.in_flight if future.done()]
+        for future in done:
+            if (chunk := self.in_flight.pop(future, None)) is None:
+                continue
+            verdict, error = self.watch.leave(chunk.place), _error(future)
             results = self._results(chunk, future) if error is None else self._judged(chunk, error, verdict)
             if results:
                 yield results
@@ -131,24 +143,43 @@ class _Loop(Generic[J, R]):
     def salvaged(self) -> Iterator[list[R]]:
         """The results of the chunks that were back when the executor was stopped."""
         for future, chunk in self.in_flight.items():
-            if future.done() and future.exception() is None:
+            if future.done() and _error(future) is None and not isinstance(future.result(), str):
                 yield self._results(chunk, future)
 
-    def _submit(self, indices: list[int], *, alone: bool) -> None:
-        if self.pool is None:
-            self.pool = _started(self.executor, self.run)
-            self.watch.ended = False
-        seat = self.watch.take()
+    def _arrived(self) -> list[Future[Outcomes[R]]]:
+        if not self.in_flight:
+            return []
+        arrived = []
         try:
-            future = self.pool.submit(_run_chunk, self.run, [self.jobs[index] for index in indices], seat)
+            arrived.append(self.back.get(timeout=POLL_SECONDS))
+            while True:
+                arrived.append(self.back.get_nowait())
+        except Empty:
+            return arrived
+
+    def _start(self) -> bool:
+        """Whether there is a pool now; when it is new, nothing is in flight."""
+        self.pool = _started(self.executor, self.run, self.interrupt)
+        self.watch.ended = False
+        return self.pool is not None
+
+    def _submit(self, indices: list[int], *, alone: bool) -> None:
+        assert self.pool is not None
+        place, jobs = self.watch.take(), [self.jobs[index] for index in indices]
+        try:
+            future = self.pool.submit(run_chunk, self.run, jobs, place, fingerprint.fingerprint())
         except Exception as error:  # the pool broke, or was shut down, since it was last used
             future = Future()
             future.set_exception(error)
             self._drop_pool()
-        self.in_flight[future] = _Chunk(indices, alone, seat)
+        self.in_flight[future] = _Chunk(indices, alone, place)
+        future.add_done_callback(self.back.put)
 
-    def _results(self, chunk: _Chunk, future: Future[tuple[list[R | Failure], float]]) -> list[R]:
-        outcomes, seconds = future.result()
+    def _results(self, chunk: _Chunk, future: Future[Outcomes[R]]) -> list[R]:
+        answer = future.result()
+        if isinstance(answer, str):
+            raise WorkersError(_refused(answer))
+        outcomes, seconds = answer
         if chunk.alone:
             self.suspects.popleft()
         else:
@@ -162,16 +193,24 @@ class _Loop(Generic[J, R]):
         """What is known for certain of the jobs of a chunk that is lost; all others get another turn."""
         if verdict is not None:
             return self._ended(chunk, verdict)
-        if self.watch.ended and isinstance(error, BrokenExecutor):
+        if isinstance(error, ConnectionLostError) or (self.watch.ended and isinstance(error, BrokenExecutor)):
             return self._innocent(chunk)
-        if not chunk.alone:
+        if not chunk.alone and isinstance(error, BrokenExecutor):
             self.suspects.extend(chunk.indices)
             return []
-        index = self.suspects[0]
-        self.attempts[index] += 1
-        if self.attempts[index] < MAX_ATTEMPTS:
+        if len(chunk.indices) > 1:
+            self.again.extend([index] for index in chunk.indices)
             return []
-        self.suspects.popleft()
+        return self._tried(chunk, error)
+
+    def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
+        """The result of a job that was lost as a chunk of its own, once it was so MAX_ATTEMPTS times."""
+        [index] = chunk.indices
+        self.attempts[index] += error.times if isinstance(error, WorkerDiedError) else 1
+        if self.attempts[index] < MAX_ATTEMPTS:
+            return self._innocent(chunk)
+        if chunk.alone:
+            self.suspects.popleft()
         return [self.failed(self.jobs[index], _verdict(error))]
 
     def _ended(self, chunk: _Chunk, verdict: Verdict) -> list[R]:
@@ -197,32 +236,41 @@ class _Loop(Generic[J, R]):
         self.pool = None
 
 
-def _started(executor: ExecutorFactory, run: Callable[[J], R]) -> Executor:
+def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt) -> Executor | None:
     """A pool that has answered: without this, workers that cannot start would convict every job."""
     failure: Exception | None = None
     for _ in range(MAX_ATTEMPTS):
         try:
             pool = executor.start()
-            pool.submit(_run_chunk, run, []).result()
-            return pool
+            answer = pool.submit(run_chunk, run, [], None, fingerprint.fingerprint())
+            while not wait([answer], POLL_SECONDS).done:
+                if interrupt.asked:
+                    return None
+                executor.check()
+            refusal = answer.result()
+        except NotYetError:
+            return None
+        except WorkersError:
+            raise
         except Exception as error:
             executor.stop()
             failure = error
+        else:
+            if isinstance(refusal, str):
+                raise WorkersError(_refused(refusal))
+            return pool
+    if edited := fingerprint.edited():
+        raise WorkersError(_refused(f"other code in {edited}"))
     raise WorkersError(f"no worker process can be given a job: {failure}") from failure
 
 
-def _run_chunk(run: Callable[[J], R], jobs: Sequence[J], seat: Seat | None = None) -> tuple[list[R | Failure], float]:
-    """Run in a worker: the outcome of each job, and the wall seconds they took together."""
-    start = time.perf_counter()
-    outcomes = [_attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))]
-    return outcomes, time.perf_counter() - start
+def _error(future: Future[T]) -> BaseException | None:
+    return ConnectionLostError("cancelled") if future.cancelled() else future.exception()
 
 
-def _attempt(run: Callable[[J], R], job: J) -> R | Failure:
-    try:
-        return run(job)
-    except (Exception, SystemExit):
-        return Failure(traceback.format_exc())
+def _refused(differences: str) -> str:
+    changed = "the code or its libraries are not what they were when this launch began"
+    return f"{changed}: {differences}; what is done is stored: launch again to go on with what is there now"
 
 
 def _verdict(error: BaseException) -> str:

@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from types import TracebackType
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 from sweep.executors import WorkersError
 
@@ -47,6 +47,35 @@ class Verdict(NamedTuple):
     error: str
 
 
+NO_LIMITS = Limits()
+
+
+class Place(Protocol):
+    """What goes to a worker with a chunk, so that the job that it is at can be known from outside."""
+
+    def noting(self, jobs: Sequence[J]) -> Iterator[J]: ...
+
+
+class Watching(Protocol):
+    """Keeps limits of jobs while it is entered.
+
+    Each chunk in flight may have a place; when it is over, `leave` says what was decided about one of its jobs.
+    `ended` says whether a worker has been ended and its whole pool with it; the caller takes it back.
+    """
+
+    ended: bool
+
+    def __enter__(self) -> "Watching": ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def take(self) -> Place | None: ...
+
+    def leave(self, place: Place | None) -> Verdict | None: ...
+
+
 class Seat(NamedTuple):
     """The place of one chunk on the board, as the worker that runs it needs to know it."""
 
@@ -73,7 +102,7 @@ class Watch:
     Only child processes of this one are ended, so that jobs run in this process, or on other machines, know no limit.
     """
 
-    def __init__(self, limits: Limits, seats: int) -> None:
+    def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
         """Whether a worker has been ended; the caller takes it back when it has new workers."""
@@ -84,7 +113,7 @@ class Watch:
         self._thread = threading.Thread(target=self._keep_looking, name="limits", daemon=True)
 
     def __enter__(self) -> "Watch":
-        if self.limits != Limits():
+        if self.limits != NO_LIMITS:
             try:
                 self._file = tempfile.NamedTemporaryFile(prefix="sweep-limits-")
                 self._file.write(bytes(8 * NOTES * len(self._free)))
@@ -98,14 +127,14 @@ class Watch:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.limits != Limits():
+        if self.limits != NO_LIMITS:
             self._over.set()
             self._thread.join()
             self._file.close()
 
     def take(self) -> Seat | None:
         """A seat for a chunk about to be sent; None without limits, or where all are taken."""
-        if self.limits == Limits() or not self._free:
+        if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
             number = self._free.pop()
@@ -113,13 +142,13 @@ class Watch:
             self._verdicts[number] = None
         return Seat(self._file.name, number)
 
-    def leave(self, seat: Seat | None) -> Verdict | None:
+    def leave(self, place: Place | None) -> Verdict | None:
         """Give the seat of a chunk back that is over; what was decided about one of its jobs."""
-        if seat is None:
+        if not isinstance(place, Seat):
             return None
         with self._lock:
-            self._free.append(seat.number)
-            return self._verdicts.pop(seat.number)
+            self._free.append(place.number)
+            return self._verdicts.pop(place.number)
 
     def _keep_looking(self) -> None:
         while not self._over.wait(LOOK_SECONDS):

@@ -192,12 +192,12 @@ def test_a_second_interrupt_is_raised_on_the_spot() -> None:
 
 def deal(costs: list[float], workers: int, seconds: float, pace: float) -> list[list[int]]:
     """Take every chunk, each taking `pace` times its estimate and seen before the next is dealt."""
-    chunks = Chunks(costs, len(costs), workers=workers, seconds=seconds)
+    chunks = Chunks(costs, len(costs), seconds=seconds)
     dealt = []
-    while chunk := chunks.take():
+    while chunk := chunks.take(workers):
         dealt.append(chunk)
         chunks.observe(chunk, pace * sum(costs[index] for index in chunk))
-    assert chunks.take() == []
+    assert chunks.take(workers) == []
     return dealt
 
 
@@ -227,12 +227,12 @@ def test_chunks_have_at_most_a_thousand_jobs() -> None:
 
 
 def test_one_slow_first_chunk_is_soon_forgotten() -> None:
-    chunks = Chunks([0.02] * 10_000, 10_000, workers=2, seconds=1.0)
-    chunks.observe(chunks.take(), 3.0)
+    chunks = Chunks([0.02] * 10_000, 10_000, seconds=1.0)
+    chunks.observe(chunks.take(2), 3.0)
     for _ in range(8):
-        chunk = chunks.take()
+        chunk = chunks.take(2)
         chunks.observe(chunk, 0.02 * len(chunk))
-    assert 40 <= len(chunks.take()) <= 55
+    assert 40 <= len(chunks.take(2)) <= 55
 
 
 @pytest.mark.parametrize("workers", [2, 8])
@@ -241,9 +241,9 @@ def test_workers_finish_together(workers: int, seed: int) -> None:
     """Dealing to simulated workers wastes under 4 % of the time, with estimates wrong by half either way."""
     costs = runner_jobs.spread_costs(seed, 4000)
     truth = [cost * (0.5 + (index % 5) / 4) for index, cost in enumerate(costs)]
-    chunks = Chunks(costs, len(costs), workers=workers, seconds=1.0)
+    chunks = Chunks(costs, len(costs), seconds=1.0)
     free = [0.0] * workers
-    while chunk := chunks.take():
+    while chunk := chunks.take(workers):
         seconds = sum(truth[index] for index in chunk)
         chunks.observe(chunk, seconds)
         heapq.heapreplace(free, free[0] + seconds)
@@ -252,6 +252,6 @@ def test_workers_finish_together(workers: int, seed: int) -> None:
 
 def test_a_million_jobs_are_ordered_in_seconds() -> None:
     start = time.perf_counter()
-    chunks = Chunks((index % 7 for index in range(1_000_000)), 1_000_000, workers=2, seconds=1.0)
-    chunks.take()
+    chunks = Chunks((index % 7 for index in range(1_000_000)), 1_000_000, seconds=1.0)
+    chunks.take(2)
     assert time.perf_counter() - start < 5
