@@ -114,10 +114,11 @@ class Simulation:
         grid = self.work.grid
         room = grid.members.shape[1]
         if going and grid.full[0] and room > 0:
-            self._rebuild_grid(2 * room)
+            self.rebuild_grid(2 * room)
         return going
 
-    def _rebuild_grid(self, room: int) -> None:
+    def rebuild_grid(self, room: int) -> None:
+        """Enter the flock, which may be anywhere, into a grid with this `room`, see kernels.neighbours.build_grid."""
         reach = self.model.interaction_range(self.params)
         self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, room))
 
@@ -149,7 +150,7 @@ class Simulation:
         self.rng.bit_generator.state = state.generator
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
-        self._rebuild_grid(state.room)
+        self.rebuild_grid(state.room)
         self.step = int(self.record.progress[0])
 
     def result(self, began: float, between: Callable[[float], None] | None = None) -> Result:
