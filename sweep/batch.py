@@ -1,17 +1,23 @@
-"""Run a batch of trials in workers and store what comes back."""
+"""Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so."""
 
-from collections.abc import Callable, Sequence
+import logging
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
 
 from sweep.cost import job_seconds
 from sweep.executors import ExecutorFactory
+from sweep.failures import Failures
 from sweep.jobs import Job
-from sweep.result import Result, failed, overdue, result_bytes
+from sweep.result import Result, after, failed, overdue, result_bytes
 from sweep.rows import Tables
 from sweep.runner import drive
+from sweep.spec import Study
 from sweep.store import Store
 from sweep.trial import run, warm
 from sweep.watch import Limits
 from sweep.writer import Writer
+
+LOG = logging.getLogger("sweep")
 
 GRACE_SECONDS = 10.0
 """How much longer than its time limit a trial may take before it is ended from outside: it looks at the clock itself,
@@ -19,22 +25,50 @@ between kernel calls, unless it hangs in one."""
 
 
 def run_jobs(
+    study: Study,
     jobs: Sequence[Job],
     store: Store,
     tables: Tables,
     executor: ExecutorFactory,
+    failures: Failures,
     noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
-    """Run `jobs` and store their results; `noted` is told of each batch as it is stored.
+    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each batch as it is stored.
 
-    Raises KeyboardInterrupt after Ctrl-C with all finished trials stored.
+    Trials that fail run again, where the spec says so, after all others; only what became of them at last is stored.
+    Raises FailedTrialsError where more trials of the study have failed than may, by what `failures` knows from before
+    or as soon as it is known, and KeyboardInterrupt after Ctrl-C, both with all finished trials stored.
     """
+    failures.check()
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    limit = jobs[0].time_limit
-    limits = Limits(deadline=None if limit is None else limit + GRACE_SECONDS)
-    batches = drive(jobs, run, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)
-    with Writer[Result](store, tables, size=result_bytes) as writer:
+    outcomes = closing(_outcomes(study, jobs, executor))
+    with Writer[Result](store, tables, size=result_bytes) as writer, outcomes as batches:
         for results in batches:
             writer.add(results)
             noted(results)
+            failures.note(results)
+
+
+def _outcomes(study: Study, jobs: Sequence[Job], executor: ExecutorFactory) -> Generator[list[Result], None, None]:
+    """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
+    rounds = 1 + study.policy.retries
+    for attempt in range(1, rounds):
+        again: list[Job] = []
+        for results in _driven(study, jobs, executor):
+            again += [result.job for result in results if result.has_failed]
+            yield [result for result in results if not result.has_failed]
+        if not again:
+            return
+        tried = f"attempt {attempt + 1} of {rounds}"
+        LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
+        jobs = again
+    for results in _driven(study, jobs, executor):
+        yield [after(rounds, result) for result in results]
+
+
+def _driven(study: Study, jobs: Sequence[Job], executor: ExecutorFactory) -> Iterator[list[Result]]:
+    """What becomes of each job in one attempt."""
+    limit = study.time_limit
+    limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
+    return drive(jobs, run, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)

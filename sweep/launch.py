@@ -17,6 +17,7 @@ from sweep.batch import run_jobs
 from sweep.custody import custody
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
+from sweep.failures import Failures, failed_among
 from sweep.jobs import Counts, Job, Jobs
 from sweep.lock import Lock
 from sweep.provenance import provenance
@@ -91,8 +92,8 @@ def launch(
     matters. With a `share`, only the trials in it are run, while other launches may run the others. Damaged parts are
     set aside first, and their trials run again. `report` is called before trials run, after each batch and at the end.
     Raises SpecError for a design that cannot be, or be shared; StoreError where another process is launching the study
-    and where the store cannot be read or written; KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP with all finished
-    trials stored.
+    and where the store cannot be read or written; FailedTrialsError where more trials have failed than the spec allows,
+    and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials stored.
     """
     if study.search:
         raise study.document.error(("search",), 'this study is a search: run it with "sweep search"')
@@ -121,6 +122,7 @@ class _Launch:
     def run(self) -> Progress:
         study, n_points = self.study, self.design.n_points
         self.progress = Progress(n_points, n_points * study.trials_per_point, 0 if study.until else None)
+        self.failures = Failures(study, self.store, self.progress.most)
         self.origin = provenance(study)
         trials, settled = np.full(n_points, study.until.least if study.until else study.trials_per_point), False
         while not settled:
@@ -141,11 +143,14 @@ class _Launch:
         ids = plan["trial_id"]
         missing = _Some(jobs, self._missing(ids, stored))
         self.progress.apart = len(stored) - _count(pc.is_in(stored["trial_id"], value_set=ids.combine_chunks()))
+        if not self.retry:
+            self.failures.note_stored(failed_among(stored, ids))
         _publish(self.study, self.store, plan)
         del plan, stored
         if missing:
             self.report(self.progress)
-            run_jobs(missing, self.store, Tables(self.study, self.origin), self.executor, self._note)
+            tables = Tables(self.study, self.origin)
+            run_jobs(self.study, missing, self.store, tables, self.executor, self.failures, self._note)
         return ids
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:

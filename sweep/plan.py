@@ -31,6 +31,7 @@ class Plan:
     result_bytes: float
     notes: tuple[str, ...]
     until: dict[str, object] | None = None
+    on_error: str = ""
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -47,6 +48,7 @@ class Plan:
         ]
         lines += [f'rejected   {one.count:,} points by "{one.expression}"' for one in self.rejected]
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
+        lines += [f"on error   {self.on_error}"] if self.on_error else []
         lines += [
             f"CPU time   {about} {duration(self.cpu_seconds)}",
             f"wall time  {about} {duration(self.wall_seconds)} with {self.workers} workers",
@@ -85,6 +87,7 @@ def make_plan(study: Study, workers: int) -> Plan:
         result_bytes=size_bytes,
         notes=tuple(note for axis in study.axes for note in axis.notes),
         until=study.until.as_json() if study.until else None,
+        on_error=study.policy.in_words(design.n_points * study.trials_per_point),
     )
 
 

@@ -1,11 +1,14 @@
 """What a trial gave, as plain values."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.jobs import Job
+
+FAILED = ("failed", "timeout")
+"""The statuses of trials that did not get to an end; a diverged one did, and that is what the model gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,10 @@ class Result:
     heatmap: NDArray[np.int32] | None = None
     trajectory: NDArray[np.float64] | None = None
 
+    @property
+    def has_failed(self) -> bool:
+        return self.status in FAILED
+
 
 def failed(job: Job, error: str) -> Result:
     """The result of a job that never returned one."""
@@ -39,6 +46,13 @@ def failed(job: Job, error: str) -> Result:
 def overdue(job: Job, error: str) -> Result:
     """The result of a job that was ended because it did not return in time."""
     return Result(job, "timeout", 0.0, error=error)
+
+
+def after(attempts: int, result: Result) -> Result:
+    """The result of a trial that was tried so often; the error of one that failed again says so."""
+    if attempts == 1 or not result.has_failed:
+        return result
+    return replace(result, error=f"after {attempts} attempts: {result.error}")
 
 
 def result_bytes(result: Result) -> int:

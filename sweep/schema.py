@@ -15,6 +15,7 @@ from sweep.blocks import MOST_LEVELS, OPTIONS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
 from sweep.maps import MAP_NAME, MOST_LENGTH
+from sweep.policy import policy_rules, policy_schema
 from sweep.replication import replicates_schema
 from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
 from sweep.search.schema import model_schema, search_schema
@@ -35,6 +36,7 @@ def json_schema() -> Schema:
         **_mapping(properties, REQUIRED),
         "oneOf": [{"required": ["replicates"]}, {"required": ["seeds"]}],
         "not": {"required": ["sweep", "search"]},
+        **policy_rules(),
         "allOf": [
             {
                 "if": {"properties": {"model": {"const": model}}, "required": ["model"]},
@@ -81,6 +83,7 @@ def _properties() -> Schema:
         },
         "record": _record(),
         "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "seconds a trial may take"},
+        **policy_schema(),
     }
 
 

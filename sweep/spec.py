@@ -16,6 +16,8 @@ from sweep.document import Document, Entry, Place
 from sweep.expressions import Expression
 from sweep.fields import Field, Value, study_fields
 from sweep.maps import OwnMap, read_maps
+from sweep.policy import KEYS as POLICY_KEYS
+from sweep.policy import Policy, read_policy
 from sweep.recorded import check_metric, metric_of
 from sweep.replication import read_replication
 from sweep.search.section import Search, read_search
@@ -31,7 +33,7 @@ KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
     *("maps", "fixed", "sweep", "search", "derive", "require", "replicates", "seeds", "streams", "record"),
-    "time_limit",
+    *("time_limit", *POLICY_KEYS),
 )
 
 
@@ -59,7 +61,7 @@ class Streams:
 class Study:
     """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
 
-    `maps` are those of the spec's own.
+    `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
     One of `replicates` (trials a point), `seeds` (one literal seed a trial) and `until` (a rule) is given.
     """
 
@@ -78,6 +80,7 @@ class Study:
     streams: Streams
     record: Record
     time_limit: float | None
+    policy: Policy
     until: Until | None = None
     search: Search | None = None
 
@@ -169,6 +172,7 @@ def _study(root: Entry) -> Study:
         streams=_streams(root.get("streams"), Streams(noise="common") if search else Streams()),
         record=record,
         time_limit=_time_limit(root.get("time_limit")),
+        policy=read_policy(root),
         until=replication.until,
         search=search,
     )

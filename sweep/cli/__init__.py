@@ -12,10 +12,12 @@ from sweep.cli import running, reading, keeping, catalogue  # noqa: F401  # isor
 from sweep.cli.app import app, stop
 
 INTERRUPTED = 130
+ENDINGS = {"SpecError": 2, "StoreError": 2, "WorkersError": 2, "FailedTrialsError": 1}
+"""The exit codes of errors that a user can mend, by name: importing them would take a while."""
 
 
 def main() -> None:
-    """The `sweep` command: errors that a user can mend become one line and exit code 2."""
+    """The `sweep` command: errors that a user can mend become one line and an exit code."""
     try:
         app()
     except (KeyboardInterrupt, SystemExit) as ending:
@@ -27,6 +29,7 @@ def main() -> None:
         # The reader of our output has seen enough; Python would complain once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
-        if type(error).__name__ not in ("SpecError", "StoreError", "WorkersError"):
+        code = ENDINGS.get(type(error).__name__)
+        if code is None:
             raise
-        stop(str(error), 2)
+        stop(str(error), code)

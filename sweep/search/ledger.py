@@ -1,17 +1,19 @@
 """What is known of trials: those in the store, and those that run now because they are not."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from sweep.batch import run_jobs
 from sweep.executors import ExecutorFactory
+from sweep.failures import Failures
 from sweep.jobs import Job
-from sweep.result import Result
+from sweep.result import FAILED, Result
 from sweep.rows import Tables, trial_metrics
 from sweep.search.objectives import Floats
+from sweep.spec import Study
 from sweep.store import Store
 
 Known = dict[str, tuple[float, ...] | None]
@@ -22,28 +24,35 @@ Known = dict[str, tuple[float, ...] | None]
 class Ledger:
     """Trials by id: asked for what it lacks, it runs that and stores it; `noted` is told of results as they come.
 
-    `reused` are the trials that were asked for and known from before.
+    `failed` are the trials stored as failed that it does not run again, `reused` those that were asked for and known
+    from before.
     """
 
+    study: Study
     store: Store
     tables: Tables
     executor: ExecutorFactory
     columns: Sequence[str]
     known: Known
     noted: Callable[[list[Result]], None]
+    failures: Failures
+    failed: Set[str] = frozenset()
     reused: set[str] = field(default_factory=set)
     ran: set[str] = field(default_factory=set)
 
     def run(self, jobs: Iterable[Job]) -> bool:
         """Have the results of these jobs; whether any of them ran now.
 
-        Raises KeyboardInterrupt after Ctrl-C with all finished trials stored.
+        Raises FailedTrialsError where more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C,
+        both with all finished trials stored.
         """
         wanted = {job.trial_id: job for job in jobs}
         missing = {trial: job for trial, job in wanted.items() if trial not in self.known}
         self.reused |= wanted.keys() - missing.keys() - self.ran
+        self.failures.note_stored(self.failed & wanted.keys())
         if missing:
-            run_jobs(list(missing.values()), self.store, self.tables, self.executor, self._note)
+            jobs = list(missing.values())
+            run_jobs(self.study, jobs, self.store, self.tables, self.executor, self.failures, self._note)
         return bool(missing)
 
     def values(self, trials: Sequence[Sequence[str]]) -> dict[str, Floats] | None:
@@ -67,6 +76,11 @@ def known_trials(store: Store, columns: Sequence[str], *, retry: bool) -> Known:
     present = [name for name in ("trial_id", "status", *columns) if name in table.column_names]
     rows = table.select(present).to_pylist() if table.num_rows else []
     return {row["trial_id"]: _row(row["status"], row, columns) for row in rows if row["status"] == "done" or not retry}
+
+
+def failed_trials(store: Store) -> set[str]:
+    """The trials stored as failed. Raises StoreError where they cannot be read."""
+    return {trial for trial, status in store.trial_ids().items() if status in FAILED}
 
 
 def _row(status: str, values: Mapping[str, float | None], columns: Sequence[str]) -> tuple[float, ...] | None:

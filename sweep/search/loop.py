@@ -62,7 +62,10 @@ class Entrant:
 
 @dataclass(eq=False)
 class Run:
-    """A run on its way. `batches` yields the candidates of each batch; `rejected` and `repeated` count others."""
+    """A run on its way. `batches` yields the candidates of each batch; `rejected` and `repeated` count others.
+
+    `asked` are the candidates of the batches before, `racing` those of the one at work.
+    """
 
     course: Course
     ledger: Ledger
@@ -71,6 +74,7 @@ class Run:
     number: int = 0
     idle: int = 0
     asked: list[Entrant] = field(default_factory=list)
+    racing: list[Entrant] = field(default_factory=list)
     spent: set[str] = field(default_factory=set)
     seen: dict[tuple[str, ...], Entrant] = field(default_factory=dict)
     proposed: set[tuple[Value, ...]] = field(default_factory=set)
@@ -143,7 +147,7 @@ class Run:
         search, course = section_of(self.course.study), self.course
         race = Race(search.objectives, search.constraints, course.level, course.blocks) if course.level else None
         earlier = [asked.samples for asked in self.asked if asked.samples]
-        running, ran, had = fresh, False, 0
+        self.racing, running, ran, had = fresh, fresh, False, 0
         for rung in course.rungs():
             allowed = self._allot(running, had, rung)
             ran |= self.ledger.run(job for asked in running for block in asked.trials[had:] for job in block)

@@ -29,6 +29,7 @@ class SearchPlan:
     wall_seconds: float
     workers: int
     result_bytes: float
+    on_error: str
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -43,6 +44,7 @@ class SearchPlan:
             f"search     {self.sampler} over {', '.join(self.parameters)}",
             f"candidates in batches of {self.batch:,}, each with at most {self.blocks:,} trials{scenarios}",
             f"trials     at most {self.trials:,}, of which {self.held_out_trials:,} on held-out seeds",
+            *([f"on error   {self.on_error}"] if self.on_error else []),
             f"CPU time   at most about {duration(self.cpu_seconds)}",
             f"wall time  at most about {duration(self.wall_seconds)} with {self.workers} workers",
             f"results    at most about {size(self.result_bytes)}",
@@ -79,4 +81,5 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         wall_seconds=seconds * share / workers,
         workers=workers,
         result_bytes=size_bytes * share,
+        on_error=study.policy.in_words(trials),
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from sweep.custody import custody
 from sweep.executors import ExecutorFactory
+from sweep.failures import FailedTrialsError, Failures
 from sweep.jobs import Job
 from sweep.lock import Lock
 from sweep.provenance import provenance
@@ -20,8 +21,8 @@ from sweep.search.candidates import (
     repeated,
     section_of,
 )
-from sweep.search.ledger import Ledger, known_trials
-from sweep.search.loop import Course, Run
+from sweep.search.ledger import Ledger, failed_trials, known_trials
+from sweep.search.loop import Course, Entrant, Run
 from sweep.search.outcome import HELD_OUT, REFERENCES, SEARCH, candidates, chosen
 from sweep.search.progress import SearchProgress
 from sweep.search.stored import Sheet, about_search, read_asked
@@ -47,8 +48,9 @@ def search(
     What is stored below `results` is not run again, with `retry` only if it is done, so an interrupted search goes
     the same way. Damaged parts are set aside first, and their trials run again. `report` is called before the first
     trial, whenever trials have come back, and at the end. Raises SpecError for a search that cannot be, StoreError
-    where another process is at work on the study and where the store cannot be read or written, KeyboardInterrupt
-    after Ctrl-C, SIGTERM or SIGHUP with all finished trials stored.
+    where another process is at work on the study and where the store cannot be read or written, FailedTrialsError
+    where more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with
+    all finished trials stored.
     """
     whole = _Whole(study, results, executor, repetitions, report)
     with custody(whole.ledger.store) as whole.lock:
@@ -75,15 +77,17 @@ class _Whole:
         self.references = references(self.judging)
         origin, columns = provenance(study), self.section.columns
         store = Store(results / study.name)
-        self.ledger = Ledger(store, Tables(study, origin), executor, columns, {}, self._note)
         blocks = {course.name: course.blocks for course in self.courses}
         self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
         most = len(self.courses) * self.section.budget + self.section.held_out_trials(repetitions)
         self.progress = SearchProgress(trials=most)
+        failures = Failures(study, store, most)
+        self.ledger = Ledger(study, store, Tables(study, origin), executor, columns, {}, self._note, failures)
 
     def run(self, *, retry: bool) -> None:
         """Everything, one run after the other, with the study's lock."""
         self.ledger.known.update(known_trials(self.ledger.store, self.section.columns, retry=retry))
+        self.ledger.failed = set() if retry else failed_trials(self.ledger.store)
         self.report(self.progress)
         for course in self.courses:
             self._judge(self._search(course))
@@ -96,15 +100,23 @@ class _Whole:
 
     def _search(self, course: Course) -> Run:
         run = Run(course, self.ledger)
-        for entrants, ran in run.batches():
-            for entrant in entrants:
-                self.sheet.add(course.name, SEARCH, entrant.number, entrant.batch, entrant.trials)
-            self._count(run)
-            if ran:
-                self.sheet.write()
+        try:
+            for entrants, ran in run.batches():
+                self._add(course, entrants)
+                self._count(run)
+                if ran:
+                    self.sheet.write()
+        except FailedTrialsError:  # whose trial must be in a plan, or it could not be replayed
+            self._add(course, run.racing)
+            self.sheet.write()
+            raise
         self._count(run)
         self.sheet.write()
         return run
+
+    def _add(self, course: Course, entrants: list[Entrant]) -> None:
+        for entrant in entrants:
+            self.sheet.add(course.name, SEARCH, entrant.number, entrant.batch, entrant.trials)
 
     def _count(self, run: Run) -> None:
         self.sheet.about["rejected"][run.course.name] = run.rejected
