@@ -10,9 +10,9 @@ import builders
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from commands import sweep
 from PIL import Image
 from studies import SMALL, launched
-from test_cli import SWEEP
 
 import sweep.keeping.video as video
 from sweep.keeping.animation import Scene, frames_apart, write_animation, write_picture
@@ -203,12 +203,12 @@ def test_a_mistake_is_said_before_any_work(study: StoredStudy, trial: str, wante
 
 def test_the_command_writes_all_of_it(study: StoredStudy, trial: str, tmp_path: Path) -> None:
     options = ["--trajectory", "a.parquet", "--animate", "a.gif", "--frame", "4", "a.png", "--every", "2"]
-    command = [*SWEEP, "replay", "small", trial, *options, "--results", str(study.store.folder.parent)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    command = ["replay", "small", trial, *options, "--results", str(study.store.folder.parent)]
+    done = sweep(tmp_path, *command)
     assert done.returncode == 0, done.stderr
     assert "equal to what is stored, to the last bit: trials, series, trajectories" in done.stdout
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.parquet", "a.png"]
     assert pq.read_table(tmp_path / "a.parquet")["frame"].to_pylist() == [0, 2, 4, 6, 8, 9]
-    again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    again = sweep(tmp_path, *command)
     assert again.returncode == 2
     assert again.stderr == "a.parquet: exists already; --force replaces it\n"

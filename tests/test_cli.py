@@ -1,4 +1,4 @@
-"""The command line as a user meets it: in a process of its own, with good and bad input."""
+"""The command line as a user meets it, with good and bad input."""
 
 import json
 import os
@@ -12,17 +12,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from commands import SWEEP, sweep
+from commands import started as finished
 from runner_jobs import is_busy_worker, processes_below, started
 from studies import IMPOSSIBLE, SMALL, launched
 
 from sweep.cli import app
-
-SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
-
-
-def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The finished command, run in `folder`."""
-    return subprocess.run([*SWEEP, *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a spec that has been launched by the command."""
     folder = tmp_path_factory.mktemp("user")
     (folder / "spec.yaml").write_text(SMALL)
-    done = sweep(folder, "launch", "spec.yaml", "--workers", "2")
+    done = finished(folder, "launch", "spec.yaml", "--workers", "2")
     assert done.returncode == 0, done.stderr
     assert "6 new trials (6 done)" in done.stderr
     assert done.stdout == ""
@@ -65,13 +60,13 @@ def test_plan_counts_without_running(folder: Path) -> None:
     done = sweep(folder, "plan", "spec.yaml", "--json")
     plan = json.loads(done.stdout)
     assert (plan["points"], plan["trials"], plan["varied"]) == (2, 6, ["separation_weight"])
-    text = sweep(folder, "plan", "spec.yaml").stdout
+    text = finished(folder, "plan", "spec.yaml").stdout
     assert "trials     6 (3 a point)" in text
 
 
 def test_a_bad_spec_is_one_line_exit_code_2_and_nothing_written(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL.replace("speed", "spead"))
-    done = sweep(tmp_path, "launch", "spec.yaml")
+    done = finished(tmp_path, "launch", "spec.yaml")
     assert done.returncode == 2
     assert done.stderr.startswith('spec.yaml:10: unknown metric "spead"; did you mean "speed"?')
     assert done.stderr.count("\n") == 1
@@ -142,7 +137,7 @@ def test_failed_trials_make_exit_code_1_and_show_how_to_replay(tmp_path: Path) -
     status = sweep(tmp_path, "status", "small").stdout
     command = re.search(r"sweep (replay small \w+)", status)
     assert command is not None
-    replayed = sweep(tmp_path, *command[1].split())
+    replayed = finished(tmp_path, *command[1].split())
     assert replayed.returncode == 1
     assert "no free place for a boid" in replayed.stderr
 

@@ -1,14 +1,13 @@
 """What a change of a spec does is told exactly: the same as a launch of it finds."""
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
+from commands import sweep
 from searches import TINY
 from studies import SMALL, launched, relaunch
-from test_cli import SWEEP
 
 import sweep.keeping.difference as difference_module
 from sweep.document import SpecError
@@ -121,9 +120,7 @@ def test_a_hundred_thousand_points_are_compared_by_their_ids() -> None:
 
 
 def diff(folder: Path, *arguments: str) -> Any:
-    return subprocess.run(
-        [*SWEEP, "diff", *arguments], cwd=folder, capture_output=True, text=True, timeout=60, check=False
-    )
+    return sweep(folder, "diff", *arguments)
 
 
 def test_the_command_takes_one_spec_or_two(tmp_path: Path) -> None:

@@ -13,9 +13,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import xarray as xr
+from commands import sweep
 from pyarrow import csv
 from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
-from test_cli import SWEEP
 
 import sweep.keeping.exporting as exporting
 import sweep.keeping.netcdf as netcdf
@@ -247,10 +247,10 @@ def test_without_its_packages_netcdf_says_what_to_install(
 
 
 def test_the_command_prints_the_checksum(study: StoredStudy, tmp_path: Path) -> None:
-    command = [*SWEEP, "export", "covering", "--to", "speed.csv", "--results", str(study.store.folder.parent)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    command = ["export", "covering", "--to", "speed.csv", "--results", str(study.store.folder.parent)]
+    done = sweep(tmp_path, *command)
     assert done.returncode == 0, done.stderr
     assert done.stdout == (tmp_path / "speed.csv.sha256").read_text()
-    again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    again = sweep(tmp_path, *command)
     assert again.returncode == 2
     assert again.stderr == "speed.csv: exists already; --force replaces it\n"

@@ -1,10 +1,9 @@
 """Reproductions from end to end: a tiny folder of experiments, run, drawn and judged."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from commands import sweep
 from PIL import Image
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
@@ -137,11 +136,6 @@ def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
     assert reproduced(tmp_path, only=("other",)).verdicts["reproduced"] == 1
 
 
-def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from sweep.cli import main; main()", "reproduce", *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
-
-
 def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     experiments(tmp_path)
     (tmp_path / "results" / "scorecard.html").mkdir(parents=True)
@@ -151,13 +145,13 @@ def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
 
 def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     experiments(tmp_path)
-    fine = sweep(tmp_path, "--workers", "1", "--scale", "quick")
+    fine = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick")
     assert fine.returncode == 0, fine.stderr
     assert "claims: 1 not testable as published, 1 reproduced" in fine.stderr
     experiments(tmp_path, figures=FIGURES.replace("return metric_curves", "raise RuntimeError(studies)  #"))
-    assert sweep(tmp_path, "--workers", "1", "--scale", "quick").returncode == 1
+    assert sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick").returncode == 1
     experiments(tmp_path, PUBLISHED.replace("mean: speed,", "mean: sped,"))
-    bad = sweep(tmp_path)
+    bad = sweep(tmp_path, "reproduce")
     assert bad.returncode == 2
     assert bad.stderr.startswith('tiny/published.yaml:12: unknown recorded series "sped"')
     assert not (tmp_path / "results" / "tiny").exists()

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from commands import sweep
 from searches import (
     ANALYTIC,
     TINY,
@@ -21,7 +22,6 @@ from searches import (
     searched,
     true_coverage,
 )
-from test_cli import sweep
 
 from sweep.document import SpecError
 from sweep.executors import Loky, Serial

@@ -5,7 +5,6 @@ import json
 import os
 import pickle
 import struct
-import subprocess
 import zlib
 from pathlib import Path
 
@@ -13,9 +12,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from commands import sweep
 from specs import short
 from studies import SMALL, launched, relaunch
-from test_cli import SWEEP
 
 import kernels
 import sweep.images as images
@@ -322,7 +321,7 @@ def test_an_image_file_that_is_too_large_is_not_opened(tmp_path: Path) -> None:
 
 def test_a_message_does_not_steer_the_terminal(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(short('fixed: {"\\e[2J\\e]0;mine\\a": 1}'))
-    done = subprocess.run([*SWEEP, "plan", "spec.yaml"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = sweep(tmp_path, "plan", "spec.yaml")
     assert done.returncode == 2
     assert r"\x1b[2J\x1b]0;mine\x07" in done.stderr
     assert "\x1b" not in done.stderr

@@ -1,7 +1,6 @@
 """Verification finds every changed bit, in every table, and says what it rests on."""
 
 import re
-import subprocess
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from commands import sweep
 from studies import COVERING, IMPOSSIBLE, SMALL, launched
-from test_cli import SWEEP
 
 import sweep.keeping.verify as verify_module
 from sweep.executors import Loky, Serial
@@ -217,12 +216,12 @@ def test_the_bound_is_that_of_clopper_and_pearson() -> None:
 
 def test_the_command_says_it_and_its_exit_code_too(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path / "results")
-    command = [*SWEEP, "verify", "small", "--fraction", "1", "--workers", "1"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    command = ["verify", "small", "--fraction", "1", "--workers", "1"]
+    done = sweep(tmp_path, *command)
     assert done.returncode == 0, done.stderr
     assert "small: 0 of 6 trials compared" in done.stderr
     assert "result     6 of 6 the same" in done.stdout
     rewrite(study, "trials", "speed", next_float)
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = sweep(tmp_path, *command)
     assert done.returncode == 1
     assert "trials.speed" in done.stdout
