@@ -1,0 +1,180 @@
+"""The two files of a checkpoint: the state of a trial, replaced each time, and its frames, to which new ones are added.
+
+    boidsweep checkpoint 1 8f3a02c1                          the format, and the CRC of all that follows
+    {"trial_id": ..., "step": 120000, "arrays": ..., ...}    a header in JSON
+    ...                                                      the bytes of the arrays, one after the other
+
+The frames lie in records of one size, in a file of which the header says how many count, and their CRC: what a writer
+added and did not live to declare is cut off by the next. Nothing read decides about a type or a size in memory: the
+arrays must be those that the trial at hand has. The same bits are promised for the same code, libraries and processor,
+so that a checkpoint of others is refused.
+"""
+
+import json
+import os
+import platform
+import secrets
+import zlib
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sweep.fingerprint import fingerprint, refusal
+from sweep.provenance import cpu_name
+from sweep.state import State, Taken
+
+FORMAT = 1
+MOST_HEADER = 2**20
+
+FrameType = np.dtype[np.void]
+
+
+class Saved(NamedTuple):
+    """A state, the seconds that the trial had taken until then, and the number and CRC of its frames."""
+
+    state: State
+    seconds: float
+    frames: int = 0
+    crc: int = 0
+
+
+def write_state(path: Path, trial_id: str, saved: Saved) -> None:
+    """Replace a checkpoint in one step; afterwards the disk holds it. Raises OSError."""
+    state = saved.state
+    header = {
+        "trial_id": trial_id,
+        "step": int(state.arrays["record.progress"][0]),
+        "seconds": saved.seconds,
+        "frames": saved.frames,
+        "crc": saved.crc,
+        "generator": state.generator,
+        "room": state.room,
+        "arrays": _shapes(state),
+        "code": fingerprint(),
+        "machine": _machine(),
+    }
+    arrays = (array.tobytes() for array in state.arrays.values())
+    content = b"".join([json.dumps(header).encode(), b"\n", *arrays])
+    new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
+    try:
+        with new.open("xb") as file:
+            file.write(_first_line(content))
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        new.replace(path)
+    finally:
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
+
+
+def read_state(path: Path, trial_id: str, own: State) -> Saved:
+    """The checkpoint of a trial whose state at its start is `own`.
+
+    Raises ValueError with what is wrong where it cannot be used, OSError where it cannot be read, and whatever its
+    header provokes where somebody has made one up.
+    """
+    if path.stat().st_size > MOST_HEADER + sum(array.nbytes for array in own.arrays.values()):
+        raise ValueError("is larger than it can be")
+    first, _, content = path.read_bytes().partition(b"\n")
+    _check_first_line(first + b"\n", content)
+    header, _, values = content.partition(b"\n")
+    about = json.loads(header)
+    if about["trial_id"] != trial_id:
+        raise ValueError("is of another trial")
+    if differing := refusal(about["code"]):
+        raise ValueError(f"was written by other code: {differing}")
+    if about["machine"] != _machine():
+        raise ValueError("was written on another kind of machine, which may round otherwise")
+    if about["arrays"] != _shapes(own):
+        raise ValueError("has other arrays than the trial")
+    state = State(_split(values, own), about["generator"], int(about["room"]))
+    return Saved(state, float(about["seconds"]), int(about["frames"]), int(about["crc"]))
+
+
+def frame_type(metrics: int, bodies: int) -> FrameType:
+    """The record of one frame: its step, its metrics, and x, y, vx and vy of `bodies` boids."""
+    return np.dtype([("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))])
+
+
+def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int) -> tuple[int, int]:
+    """Write frames behind the first `frames` that lie in a file, whose CRC is `crc`; both for all of them.
+
+    Afterwards the disk holds them. Raises OSError, also where the file is a link.
+    """
+    with os.fdopen(_cut(path, frames * kind.itemsize), "r+b") as file:
+        file.seek(0, os.SEEK_END)
+        for block in blocks:
+            rows = np.empty(len(block.steps), kind)
+            rows["step"], rows["values"], rows["bodies"] = block.steps, block.values.T, block.bodies
+            content = rows.tobytes()
+            file.write(content)
+            frames, crc = frames + len(rows), zlib.crc32(content, crc)
+        file.flush()
+        os.fsync(file.fileno())
+    return frames, crc
+
+
+def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
+    """Leave only the first `frames`, where the rest could not be written. Raises OSError, also for a link."""
+    os.close(_cut(path, frames * kind.itemsize))
+
+
+def _cut(path: Path, size: int) -> int:
+    """A descriptor of the file, which has no more than `size` bytes."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+    os.ftruncate(descriptor, size)
+    return descriptor
+
+
+def read_frames(path: Path, kind: FrameType, saved: Saved) -> Taken:
+    """The frames that a checkpoint declares. Raises ValueError where they are not what was written, or OSError."""
+    size = saved.frames * kind.itemsize
+    if not 0 <= size <= path.stat().st_size:
+        raise ValueError("has fewer frames than it says")
+    with path.open("rb") as file:
+        content = file.read(size)
+    if zlib.crc32(content) != saved.crc:
+        raise ValueError("has damaged frames")
+    rows = np.frombuffer(content, kind)
+    return Taken(rows["step"].copy(), np.ascontiguousarray(rows["values"].T), rows["bodies"].copy())
+
+
+def _first_line(content: bytes) -> bytes:
+    return f"boidsweep checkpoint {FORMAT} {zlib.crc32(content):08x}\n".encode()
+
+
+def _check_first_line(line: bytes, content: bytes) -> None:
+    words = line.split()
+    if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
+        raise ValueError("is not a checkpoint, or is damaged")
+    if words[2] != b"%d" % FORMAT:
+        raise ValueError(f"is of a format that this version does not know; it knows {FORMAT}")
+    if line != _first_line(content):
+        raise ValueError("is damaged")
+
+
+def _shapes(state: State) -> dict[str, Any]:
+    """The type and the shape of every array."""
+    return {name: [array.dtype.str, *array.shape] for name, array in state.arrays.items()}
+
+
+def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
+    """The arrays that lie in `values` one after the other, of the types and shapes of `own`."""
+    if len(values) != sum(array.nbytes for array in own.arrays.values()):
+        raise ValueError("is damaged")
+    found, start = {}, 0
+    for name, array in own.arrays.items():
+        found[name] = np.frombuffer(values, array.dtype, array.size, start).reshape(array.shape)
+        start += array.nbytes
+    return found
+
+
+@cache
+def _machine() -> list[str]:
+    """What the last bit of a number may depend on beside the code: the processor and the mathematics library."""
+    return [cpu_name(), platform.machine(), *platform.libc_ver()]

@@ -1,0 +1,415 @@
+"""A trial that goes on from a checkpoint has the bits of an undisturbed one; what is not a good one is not used."""
+
+import json
+import logging
+import os
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from itertools import product
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import builders
+import numpy as np
+import pytest
+from test_trial import flown, in_another_process, small
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from sweep import checkpoint, checkpoint_file, trial
+from sweep.checkpoint import Checkpointed, discard, present
+from sweep.jobs import Job
+from sweep.result import Result
+from sweep.trial import Simulation, run
+
+TRIAL = "0123456789abcdef01234567"
+
+
+class Killed(BaseException):
+    """Stands for the end of the worker: nobody handles it, and nothing is tidied up."""
+
+
+@pytest.fixture(autouse=True)
+def _short_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many kernel calls a trial, and a checkpoint after every one."""
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 3)
+    monkeypatch.setattr(checkpoint, "TIMES_LONGER", 0.0)
+
+
+def named(a_job: Job) -> Job:
+    return replace(a_job, trial_id=TRIAL)
+
+
+def numbers(result: Result) -> dict[str, Any]:
+    """Every bit of a result but the seconds it took."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.dtype.str, value.shape, value.tobytes()
+        return {name: plain(member) for name, member in value.items()} if isinstance(value, dict) else repr(value)
+
+    return {field.name: plain(getattr(result, field.name)) for field in fields(Result) if field.name != "seconds"}
+
+
+def killed_after(calls: int, a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run a trial whose worker dies after so many kernel calls, each followed by a checkpoint."""
+    look, left = checkpoint._Checkpoint.look, iter(range(calls - 1))
+
+    def looking(self: Any, seconds: float) -> None:
+        look(self, seconds)
+        if next(left, None) is None:
+            raise Killed
+
+    with monkeypatch.context() as patched:
+        patched.setattr(checkpoint._Checkpoint, "look", looking)
+        with pytest.raises(Killed):
+            Checkpointed(folder, 0.0)(a_job)
+
+
+def step_of(folder: Path) -> int:
+    """The step of the only checkpoint there is, as its header has it."""
+    [path] = folder.glob("*.state")
+    return int(json.loads(path.read_bytes().split(b"\n")[1])["step"])
+
+
+def resumed(a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Result:
+    """The result of a trial, which must go on from the step of its checkpoint and no other."""
+    step, began = step_of(folder), []
+    result_of = Simulation.result
+
+    def noting(self: Simulation, *arguments: Any) -> Result:
+        began.append(self.step)
+        return result_of(self, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Simulation, "result", noting)
+        result = Checkpointed(folder, 1e9)(a_job)
+    assert began == [step]
+    assert step > 0
+    return result
+
+
+def jobs_of(model: str) -> Iterator[Job]:
+    """Each preset with every update and kind of borders, every map, and the start of a published program."""
+    for preset, update, borders in product(MODELS[model].presets, builders.UPDATES, builders.BORDERS):
+        yield small(model, preset=preset, update=update, **borders)
+    for name in builders.maps_of(model):
+        size = builders.map_size(model, name)
+        yield builders.job(model, metrics=("coverage", "escapes"), series=("speed",), map=name, **size, n=12, steps=20)
+    yield small(model, seed=2**40, literal=True, replicate=3, start_draws="python_random", every=7)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_trial_goes_on_from_any_call_to_the_same_bits(
+    model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Twice, once with and once without its trajectory, by way of files; where to is drawn."""
+    random = Random(model)
+    for number, a_job in enumerate(map(named, jobs_of(model))):
+        wanted = flown(a_job) if number % 2 else a_job
+        monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * random.randint(1, 4))
+        monkeypatch.setattr(trial, "FRAME_BYTES", random.choice([1, 5000, 10**6]))
+        folder = tmp_path / str(number)
+        for _ in range(2):
+            killed_after(random.randint(1, 2), wanted, folder, monkeypatch)
+        assert numbers(resumed(wanted, folder, monkeypatch)) == numbers(run(wanted)), wanted
+
+
+def plain_job(**changes: Any) -> Job:
+    """A trial with noise, of twenty steps in seven calls."""
+    return named(small("aziel_chen2025", **changes))
+
+
+def broken_off(folder: Path, monkeypatch: pytest.MonkeyPatch, a_job: Job | None = None) -> Path:
+    """The state of a trial that was killed after two of its calls."""
+    killed_after(2, a_job or plain_job(), folder, monkeypatch)
+    return folder / f"{TRIAL}.state"
+
+
+def test_a_trial_goes_on_in_another_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    a_job = flown(plain_job())
+    broken_off(tmp_path, monkeypatch, a_job)
+    code = (
+        "import test_checkpoint as t, pathlib\n"
+        "t.trial.BOID_STEPS_A_CALL = 36\n"
+        f"result = t.Checkpointed(pathlib.Path({str(tmp_path)!r}), 1e9)(t.flown(t.plain_job()))\n"
+        "print(t.zlib.crc32(repr(t.numbers(result)).encode()))"
+    )
+    assert int(in_another_process(code)) == zlib.crc32(repr(numbers(run(a_job))).encode())
+    assert [path.name for path in tmp_path.glob("*.state")] == [f"{TRIAL}.state"]
+
+
+def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A flock too large for lists of everyone, which gathers until those it has overflow."""
+    a_job = named(builders.job("aziel_chen2025", n=300, steps=24, cohesion_weight=0.2, cohesion_range=150, fov=360))
+    rooms = []
+
+    def gathered(self: Simulation, *arguments: Any) -> Result:
+        x, y = (400 + (place - 400) * 0.1 for place in (self.flock.x, self.flock.y))
+        if self.step == 0:
+            builders.place(self, x, y, self.flock.vx, self.flock.vy)
+        rooms.append(self.work.grid.members.shape[1])
+        return result_of(self, *arguments)
+
+    result_of = Simulation.result
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 300 * 4)
+    monkeypatch.setattr(Simulation, "result", gathered)
+    killed_after(3, a_job, tmp_path, monkeypatch)
+    assert numbers(resumed(a_job, tmp_path, monkeypatch)) == numbers(run(a_job))
+    assert rooms[1] > rooms[0] == rooms[2]
+
+
+def test_a_trial_of_one_call_touches_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20)
+    monkeypatch.setattr(checkpoint, "_Checkpoint", None)
+    assert numbers(Checkpointed(tmp_path, 0.0)(plain_job())) == numbers(run(plain_job()))
+
+
+def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After so many seconds since the last one began, and not before 100 times what that took."""
+    written = []
+    monkeypatch.setattr(checkpoint._Checkpoint, "_write", lambda _self, seconds: written.append(seconds))
+    one = checkpoint._Checkpoint(tmp_path, Simulation(plain_job()), 60.0)
+    for seconds in range(1, 200):
+        one.look(float(seconds))
+    assert written == [60.0, 121.0, 182.0]
+    monkeypatch.setattr(checkpoint, "TIMES_LONGER", 1e12)
+    one.look(1000.0)
+    one.look(1e5)
+    assert written[3:] == [1000.0]
+
+
+def test_the_seconds_of_all_attempts_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = broken_off(tmp_path, monkeypatch)
+    change(path, seconds=5000.0)
+    result = Checkpointed(tmp_path, 1e9)(plain_job())
+    assert 5000.0 < result.seconds < 6000.0
+    discard(tmp_path, {TRIAL})
+    broken_off(tmp_path, monkeypatch)
+    change(path, seconds=5000.0)
+    late = Checkpointed(tmp_path, 1e9)(replace(plain_job(), time_limit=4000.0))
+    assert (late.status, late.step) == ("timeout", 9)
+
+
+def change(path: Path, **header: Any) -> None:
+    """Write other values into the header of a checkpoint, and its checksum so that they are believed."""
+    _, about, arrays = path.read_bytes().split(b"\n", 2)
+    content = json.dumps(json.loads(about) | header).encode() + b"\n" + arrays
+    path.write_bytes(b"boidsweep checkpoint 1 %08x\n" % zlib.crc32(content) + content)
+
+
+def put(path: Path, name: str, value: int) -> None:
+    """Write a number of 8 bytes at the beginning of an array, and the checksum so that it is believed."""
+    content = path.read_bytes().split(b"\n", 1)[1]
+    header, arrays = content.split(b"\n", 1)
+    start = 0
+    for array, (kind, *shape) in json.loads(header)["arrays"].items():
+        if array == name:
+            break
+        start += int(np.dtype(kind).itemsize * np.prod(shape))
+    content = header + b"\n" + arrays[:start] + value.to_bytes(8, "little") + arrays[start + 8 :]
+    path.write_bytes(b"boidsweep checkpoint 1 %08x\n" % zlib.crc32(content) + content)
+
+
+def flip(path: Path) -> None:
+    """Each file has its own place, drawn."""
+    content = bytearray(path.read_bytes())
+    place = Random(path.suffix).randrange(len(content))
+    content[place] ^= 1 << (place % 8)
+    path.write_bytes(content)
+
+
+def frames_of(path: Path) -> Path:
+    return path.with_suffix(".frames")
+
+
+NAN = int.from_bytes(np.float64(np.nan).tobytes(), "little")
+WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
+    "empty": (lambda path: os.truncate(path, 0), "is not a checkpoint"),
+    "half": (lambda path: os.truncate(path, path.stat().st_size // 2), "is damaged"),
+    "flipped": (flip, "is damaged"),
+    "long": (lambda path: os.truncate(path, 2**22), "is larger than it can be"),
+    "something else": (lambda path: path.write_bytes(b"PK\x03\x04" * 100), "is not a checkpoint"),
+    "too new": (
+        lambda path: path.write_bytes(path.read_bytes().replace(b"checkpoint 1", b"checkpoint 2", 1)),
+        "is of a format that this version does not know; it knows 1",
+    ),
+    "another trial's": (lambda path: change(path, trial_id="another"), "is of another trial"),
+    "another numpy's": (
+        lambda path: change(path, code=json.dumps(json.loads(checkpoint_file.fingerprint()) | {"numpy": "9.9"})),
+        "was written by other code: numpy 9.9",
+    ),
+    "another processor's": (lambda path: change(path, machine=["an abacus"]), "on another kind of machine"),
+    "another shape": (lambda path: change(path, arrays={"flock.x": ["<f8", 10**12]}), "has other arrays"),
+    "no generator": (lambda path: change(path, generator={}), "begins anew"),
+    "another generator": (lambda path: change(path, generator={"bit_generator": "MT19937"}), "begins anew"),
+    "room below zero": (lambda path: change(path, room=-5), "begins anew"),
+    "a list": (lambda path: change(path, code=[1]), "begins anew"),
+    "not finite": (lambda path: put(path, "flock.x", NAN), "no trial is ever in this state"),
+    "a step too far": (lambda path: put(path, "record.progress", 10**15), "no trial is ever in this state"),
+    "an index too large": (lambda path: put(path, "record.watch.order", 2**40), "no trial is ever in this state"),
+    "frames gone": (lambda path: frames_of(path).unlink(), "No such file"),
+    "frames cut": (lambda path: os.truncate(frames_of(path), 10), "has fewer frames than it says"),
+    "frames flipped": (lambda path: flip(frames_of(path)), "has damaged frames"),
+    "frames below zero": (lambda path: change(path, frames=-1), "has fewer frames than it says"),
+    "frames beyond": (lambda path: change(path, frames=10**30), "has fewer frames than it says"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_checkpoint_that_is_not_good_is_said_and_not_used(
+    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = broken_off(tmp_path, monkeypatch)
+    spoil, message = WRONG[what]
+    spoil(path)
+    with caplog.at_level(logging.WARNING, "sweep"):
+        result = Checkpointed(tmp_path, 1e9)(plain_job())
+    [record] = caplog.records
+    assert message in record.message
+    assert record.message.endswith("the trial begins anew")
+    assert numbers(result) == numbers(run(plain_job()))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_any_flipped_bit_of_a_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, own = broken_off(tmp_path, monkeypatch), Simulation(plain_job()).state()
+    whole, random = path.read_bytes(), Random(1)
+    for place in (0, 21, 23, 30, 40, *(random.randrange(len(whole)) for _ in range(100))):
+        content = bytearray(whole)
+        content[place] ^= 1 << random.randrange(8)
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"damaged|format"):
+            checkpoint_file.read_state(path, TRIAL, own)
+
+
+def test_what_was_added_to_the_frames_and_never_declared_is_cut_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = broken_off(tmp_path, monkeypatch)
+    size = frames_of(path).stat().st_size
+    with frames_of(path).open("ab") as file:
+        file.write(b"x" * 1000)
+    killed_after(1, plain_job(), tmp_path, monkeypatch)
+    assert frames_of(path).stat().st_size == size * 10 // 7
+    assert numbers(resumed(plain_job(), tmp_path, monkeypatch)) == numbers(run(plain_job()))
+
+
+def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    broken_off(tmp_path, monkeypatch)
+
+    def dying(*_: object) -> None:
+        raise Killed
+
+    monkeypatch.setattr(Simulation, "restore", dying)
+    for number in (1, 2):
+        with pytest.raises(Killed):
+            Checkpointed(tmp_path, 1e9)(plain_job())
+        assert sorted(path.suffix for path in tmp_path.iterdir()) == [".frames", f".tried-{number}"]
+    with caplog.at_level(logging.WARNING, "sweep"):
+        assert numbers(Checkpointed(tmp_path, 1e9)(plain_job())) == numbers(run(plain_job()))
+    assert "ended its worker twice on going on from its checkpoint; begins anew" in caplog.text
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_being_killed_again_and_again_later_loses_no_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = broken_off(tmp_path, monkeypatch, flown(plain_job()))
+    before, look = path.read_bytes(), checkpoint._Checkpoint.look
+
+    def looking(self: Any, seconds: float) -> None:
+        look(self, seconds)
+        raise Killed
+
+    for _ in range(4):
+        with monkeypatch.context() as patched:
+            patched.setattr(checkpoint._Checkpoint, "look", looking)
+            with pytest.raises(Killed):
+                Checkpointed(tmp_path, 1e9)(flown(plain_job()))
+        assert path.read_bytes() == before
+    assert numbers(resumed(flown(plain_job()), tmp_path, monkeypatch)) == numbers(run(flown(plain_job())))
+
+
+def test_a_trial_that_raises_leaves_no_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_off(tmp_path, monkeypatch)
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("the metric of this test is broken")
+
+    monkeypatch.setitem(METRICS, "speed", METRICS["speed"]._replace(measure=broken))
+    monkeypatch.setattr(checkpoint._Checkpoint, "resume", lambda _self: 0.0)
+    result = Checkpointed(tmp_path, 1e9)(plain_job())
+    assert (result.status, list(tmp_path.iterdir())) == ("failed", [])
+
+
+def no_folder(folder: Path, _monkeypatch: pytest.MonkeyPatch) -> Path:
+    return folder / "no" / "checkpoints"
+
+
+def a_link(folder: Path, _monkeypatch: pytest.MonkeyPatch) -> Path:
+    (folder / "elsewhere").mkdir()
+    (folder / "checkpoints").symlink_to(folder / "elsewhere")
+    return folder / "checkpoints"
+
+
+def linked_frames(folder: Path, _monkeypatch: pytest.MonkeyPatch) -> Path:
+    (folder / "precious").write_text("precious")
+    (folder / "checkpoints").mkdir()
+    (folder / "checkpoints" / f"{TRIAL}.frames").symlink_to(folder / "precious")
+    return folder / "checkpoints"
+
+
+def full_disk(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    def failing(_descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", failing)
+    return folder / "checkpoints"
+
+
+@pytest.mark.parametrize("hindrance", [no_folder, a_link, linked_frames, full_disk])
+def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
+    hindrance: Callable[[Path, pytest.MonkeyPatch], Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    folder = hindrance(tmp_path, monkeypatch)
+    with caplog.at_level(logging.WARNING, "sweep"):
+        results = [Checkpointed(folder, 0.0)(plain_job(seed=seed)) for seed in (1, 2)]
+    assert [numbers(result) for result in results] == [numbers(run(plain_job(seed=seed))) for seed in (1, 2)]
+    [record] = caplog.records
+    assert "no checkpoint can be written (" in record.message
+    assert not list(tmp_path.glob("elsewhere/*"))
+    assert not (tmp_path / "no").exists()
+    if hindrance is linked_frames:
+        assert (tmp_path / "precious").read_text() == "precious"
+
+
+def test_checkpoints_are_listed_and_deleted_by_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "checkpoints"
+    folder.mkdir()
+    assert present(folder) == present(tmp_path / "none") == set()
+    others = ["a" * 24 + ".state", "a" * 24 + ".frames", "b" * 24 + ".tried-1", "b" * 24 + ".frames"]
+    for name in others:
+        (folder / name).touch()
+    broken_off(folder, monkeypatch)
+    assert present(folder) == {TRIAL, "a" * 24, "b" * 24}
+    discard(folder, {TRIAL})
+    assert sorted(path.name for path in folder.iterdir()) == sorted(others)
+    discard(folder, {"a" * 24, "b" * 24})
+    assert not folder.exists()
+    discard(folder, {TRIAL})
+
+
+def test_folders_that_are_links_are_left_alone(tmp_path: Path) -> None:
+    folder = a_link(tmp_path, pytest.MonkeyPatch())
+    (tmp_path / "elsewhere" / f"{TRIAL}.state").touch()
+    assert present(folder) == set()
+    discard(folder, {TRIAL})
+    assert (tmp_path / "elsewhere" / f"{TRIAL}.state").exists()
