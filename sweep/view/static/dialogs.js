@@ -1,0 +1,120 @@
+// What opens on demand: the copied spec, files to take away, the keys, and which metrics are plotted.
+
+import { button, make, spaced } from "./dom.js";
+
+const KEYS = [
+  ["Space", "run or pause"],
+  [".", "one step"],
+  ["R", "reset: the same seed from step 0"],
+  ["1 to 9, then + or −", "choose a weight and change it"],
+  ["V, D, B, G", "tools: select, disc, box, goal"],
+  ["Click, [ or ]", "select a boid, or the one before or after"],
+  ["Arrow keys", "move the selected obstacle; with Shift, resize it; without one, move the view"],
+  ["Delete", "remove the selected obstacle"],
+  ["Ctrl Z", "undo a change of the obstacles"],
+  ["Wheel, Page Up, Page Down", "zoom; F shows the whole world"],
+  ["C", "copy as spec"],
+  ["Esc", "let go of what is selected"],
+];
+
+export function download(name, mime, bytes) {
+  const address = URL.createObjectURL(new Blob([bytes], { type: mime }));
+  make("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10000);
+}
+
+export const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+
+function dialog(root, title, ...children) {
+  const close = button("remove", "Close", () => box.close(), "", { className: "quiet" });
+  const heading = make("h2", { textContent: title });
+  const box = make("dialog", { "aria-label": title }, make("header", {}, heading, close), ...children);
+  box.addEventListener("click", (event) => event.target === box && box.close());
+  root.append(box);
+  return box;
+}
+
+export class SpecDialog {
+  constructor(root) {
+    this.text = make("textarea", { readOnly: true, spellcheck: false, rows: 18, "aria-label": "spec.yaml" });
+    this.note = make("p", { role: "status" });
+    const copy = button("copy", "Copy", () => this.copy(), "Copy", { className: "primary" });
+    const save = button("save", "Save as spec.yaml", () => download("spec.yaml", "text/yaml", this.text.value), "Save as spec.yaml");
+    this.box = dialog(root, "This state as a spec", this.note, this.text, make("footer", {}, copy, save));
+  }
+
+  show({ yaml, exact, note }) {
+    this.text.value = yaml;
+    this.words = exact ? "sweep launch of it gives the very frames that you see." : note;
+    if (!this.box.open) this.box.showModal();
+    this.text.scrollTop = 0;
+    this.copy();
+  }
+
+  async copy() {
+    try {
+      await navigator.clipboard.writeText(this.text.value);
+      this.note.textContent = `Copied to the clipboard. ${this.words}`;
+    } catch {
+      this.text.select();
+      this.note.textContent = `Select the text and copy it. ${this.words}`;
+    }
+  }
+}
+
+export function keysDialog(root) {
+  const rows = KEYS.map(([keys, words]) => make("tr", {}, make("th", { scope: "row", textContent: keys }), make("td", { textContent: words })));
+  return dialog(root, "Keys", make("table", {}, make("tbody", {}, ...rows)));
+}
+
+export class MetricsDialog {
+  constructor(root, chosen) {
+    this.list = make("div", { className: "choices" });
+    this.box = dialog(root, "Which metrics are plotted", this.list);
+    this.chosen = chosen;
+  }
+
+  show(metrics, plots) {
+    const rows = metrics.map(({ name, text }) => {
+      const input = make("input", { type: "checkbox", value: name, checked: plots.includes(name) });
+      const words = make("span", {}, make("b", { textContent: spaced(name) }), ` ${text}`);
+      return make("label", {}, input, words);
+    });
+    this.list.replaceChildren(...rows);
+    this.list.onchange = () => this.chosen([...this.list.querySelectorAll("input:checked")].map((input) => input.value));
+    this.box.showModal();
+  }
+}
+
+// A button that opens a list of commands below it.
+export class Menu {
+  constructor(label, picture, commands) {
+    this.items = commands.map(([words, hint, act]) => {
+      const item = make("button", { type: "button", role: "menuitem", tabIndex: -1 }, make("b", { textContent: words }), make("small", { textContent: hint }));
+      item.addEventListener("click", () => this.toggle(false) ?? act());
+      return item;
+    });
+    this.list = make("div", { className: "menu", role: "menu", hidden: true, "aria-label": label }, ...this.items);
+    this.opener = button(picture, label, () => this.toggle(this.list.hidden), label, { "aria-haspopup": "menu", "aria-expanded": "false" });
+    this.element = make("div", { className: "opens" }, this.opener, this.list);
+    this.element.addEventListener("keydown", (event) => this.key(event));
+    this.element.addEventListener("focusout", (event) => !this.element.contains(event.relatedTarget) && this.toggle(false, false));
+  }
+
+  toggle(open, focus = true) {
+    this.list.hidden = !open;
+    this.opener.setAttribute("aria-expanded", String(open));
+    if (focus) (open ? this.items[0] : this.opener).focus();
+  }
+
+  key(event) {
+    if (this.list.hidden) return;
+    const place = this.items.indexOf(document.activeElement);
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step) this.items.at((place + step) % this.items.length).focus();
+    else if (event.key === "Escape") this.toggle(false);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}

@@ -1,0 +1,82 @@
+// Frames as the server packs them, and colours that stay with a flock while it lives.
+
+const MAGIC = 0x31465342; // "BSF1"
+const FLOCKS = 1;
+const ACCELERATIONS = 2;
+const COVERAGE = 4;
+const ALONE = 65535;
+export const OBSTACLE_PIXEL = 255;
+
+const padded = (bytes) => (bytes + 3) & ~3;
+
+// x and y are 16 bits across `box`, headings 8 bits of a turn; sections that were not sent are null. Accelerations are
+// those of each rule in turn: all ax, then all ay.
+export function decode(data) {
+  const buffer = data instanceof ArrayBuffer ? data : data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
+  const view = new DataView(buffer);
+  if (view.getUint32(0, true) !== MAGIC) throw new Error("not a frame");
+  const [flags, step, n] = [4, 8, 12].map((at) => view.getUint32(at, true));
+  const box = [16, 20, 24, 28].map((at) => view.getFloat32(at, true));
+  const frame = { step, n, box, flocks: null, accelerations: null, rules: 0, coverage: null };
+  let at = 32;
+  const take = (type, count) => {
+    const values = new type(buffer, at, count);
+    at += values.byteLength;
+    return values;
+  };
+  frame.x = take(Uint16Array, n);
+  frame.y = take(Uint16Array, n);
+  frame.heading = take(Uint8Array, n);
+  at = padded(at);
+  if (flags & FLOCKS) {
+    frame.flocks = take(Uint16Array, n);
+    at = padded(at);
+  }
+  if (flags & ACCELERATIONS) {
+    [frame.rules] = take(Uint32Array, 1);
+    frame.accelerations = take(Float32Array, frame.rules * n * 2);
+  }
+  if (flags & COVERAGE) {
+    const [rows, columns] = take(Uint32Array, 2);
+    frame.coverage = { rows, columns, visits: take(Uint8Array, rows * columns) };
+  }
+  return frame;
+}
+
+export const placeX = (frame, i) => frame.box[0] + (frame.x[i] / 65535) * (frame.box[2] - frame.box[0]);
+export const placeY = (frame, i) => frame.box[1] + (frame.y[i] / 65535) * (frame.box[3] - frame.box[1]);
+
+// A flock takes the colour that most of its boids had, the larger flocks first; a boid alone has none (-1).
+export class FlockColours {
+  constructor(colours) {
+    this.colours = colours;
+    this.ofBoid = new Int16Array(0);
+  }
+
+  assign(flocks) {
+    const n = flocks.length;
+    const before = this.ofBoid.length === n ? this.ofBoid : new Int16Array(n).fill(-1);
+    const votes = new Map();
+    for (let i = 0; i < n; i++) {
+      let vote = votes.get(flocks[i]);
+      if (!vote) votes.set(flocks[i], (vote = { size: 0, counts: new Uint32Array(this.colours) }));
+      vote.size++;
+      if (before[i] >= 0) vote.counts[before[i]]++;
+    }
+    const chosen = new Map();
+    const used = new Uint32Array(this.colours);
+    for (const [flock, vote] of [...votes].sort((a, b) => b[1].size - a[1].size)) {
+      const colour = flock === ALONE ? -1 : this.choose(vote.counts, used);
+      if (colour >= 0) used[colour]++;
+      chosen.set(flock, colour);
+    }
+    this.ofBoid = Int16Array.from(flocks, (flock) => chosen.get(flock));
+    return this.ofBoid;
+  }
+
+  choose(counts, used) {
+    const most = counts.indexOf(Math.max(...counts));
+    const least = used.indexOf(Math.min(...used));
+    return counts[most] > 0 && (used[most] === 0 || used[least] > 0) ? most : least;
+  }
+}

@@ -1,0 +1,135 @@
+// Metrics against the step, each in a small canvas, with what was published as dashed lines.
+
+import { button, make, short, spaced, unitText } from "./dom.js";
+
+const MOST = 3000;
+const EDGE = { left: 4, right: 4, top: 8, bottom: 15 };
+
+export class Plot {
+  constructor(metric, settings, remove, fixed = false) {
+    this.metric = metric;
+    this.steps = [];
+    this.values = [];
+    this.now = null;
+    this.canvas = make("canvas", { role: "img", tabIndex: -1 });
+    this.value = make("output", { className: "reading" });
+    const close = fixed ? null : button("remove", `Remove the plot of ${spaced(metric.name)}`, remove, "", { className: "quiet" });
+    const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
+    this.line = make("p", { className: "published" });
+    const unit = make("span", { className: "unit", textContent: unitText(metric.unit) });
+    this.element = make("figure", { className: "plot" }, make("header", {}, title, this.value, unit, ...(close ? [close] : [])));
+    this.element.append(this.canvas, this.line);
+    this.publish(settings);
+  }
+
+  // What a document says for the very settings on the screen.
+  publish(settings) {
+    const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
+    this.published = (this.metric.published ?? []).filter((one) => typeof one.value === "number" && suits(one));
+    const words = this.published.map((one) => `${short(one.value)}${one.where ? ` (${one.where})` : ""}`);
+    this.line.textContent = words.length ? `published: ${words.join("; ")}` : "";
+  }
+
+  clear() {
+    [this.steps, this.values] = [[], []];
+  }
+
+  add(steps, values) {
+    while (this.steps.length && this.steps.at(-1) >= steps[0]) {
+      this.steps.pop();
+      this.values.pop();
+    }
+    for (let i = 0; i < steps.length; i++) {
+      this.steps.push(steps[i]);
+      this.values.push(values[i]);
+    }
+    if (this.steps.length <= MOST) return;
+    const kept = (_, i) => i % 2 === 0 || i === this.steps.length - 1;
+    [this.steps, this.values] = [this.steps.filter(kept), this.values.filter(kept)];
+  }
+
+  // The value at `step`, which in a replay is not the last one.
+  at(step) {
+    let i = this.steps.length - 1;
+    while (i > 0 && this.steps[i] > step) i--;
+    return this.values[i];
+  }
+
+  draw(step, colours) {
+    const { canvas } = this;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (!width) return;
+    const ratio = devicePixelRatio || 1;
+    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const area = { left: EDGE.left, right: width - EDGE.right, top: EDGE.top, bottom: height - EDGE.bottom };
+    this.drawIn(context, area, step, colours);
+    this.tell(step);
+  }
+
+  drawIn(context, area, step, colours) {
+    const { low, high } = this.bounds();
+    const [first, last] = [this.steps[0] ?? 0, Math.max(this.steps.at(-1) ?? 1, (this.steps[0] ?? 0) + 1)];
+    const across = (one) => area.left + ((one - first) / (last - first)) * (area.right - area.left);
+    const along = (value) => area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
+    context.lineWidth = 1;
+    context.strokeStyle = colours.border;
+    for (const y of [area.top, area.bottom]) this.level(context, area, y);
+    context.strokeStyle = colours.published;
+    context.lineWidth = 1.5;
+    context.setLineDash([5, 3]);
+    for (const { value } of this.published) this.level(context, area, along(value));
+    context.setLineDash([]);
+    context.strokeStyle = colours.boid;
+    this.trace(context, across, along);
+    if (step < last) {
+      context.fillStyle = colours.chosen;
+      context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
+    }
+    context.fillStyle = colours.muted;
+    context.font = "11px system-ui, sans-serif";
+    context.fillText(short(low, 3), area.left, area.bottom + 12);
+    context.fillText(short(high, 3), area.left + 1, area.top + 10);
+    context.textAlign = "right";
+    context.fillText(`step ${last}`, area.right, area.bottom + 12);
+    context.textAlign = "left";
+  }
+
+  level(context, area, y) {
+    context.beginPath();
+    context.moveTo(area.left, y);
+    context.lineTo(area.right, y);
+    context.stroke();
+  }
+
+  trace(context, across, along) {
+    context.beginPath();
+    let joined = false; // a value that is missing leaves a gap
+    for (let i = 0; i < this.steps.length; i++) {
+      const [x, y] = [across(this.steps[i]), along(this.values[i])];
+      if (joined) context.lineTo(x, y);
+      else context.moveTo(x, y);
+      joined = this.values[i] !== null && this.values[i + 1] !== null;
+    }
+    context.stroke();
+  }
+
+  bounds() {
+    const known = [...this.values.filter((value) => value !== null), ...this.published.map(({ value }) => value)];
+    if (!known.length) return { low: 0, high: 1 };
+    const [least, most] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
+    return { low: least >= 0 ? Math.max(0, least - room) : least - room, high: most + room };
+  }
+
+  tell(step) {
+    const { metric, published } = this;
+    this.value.textContent = short(this.at(step) ?? null);
+    const known = published.length ? `; published ${published.map(({ value }) => short(value)).join(", ")}` : "";
+    const label = `${spaced(metric.name)}: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
+    if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
+  }
+}

@@ -1,0 +1,462 @@
+// The whole view: built once in an element, then kept like what the other side of a transport says.
+
+import { button, make, setIcon, short, spaced, unitText } from "./dom.js";
+import { Stage } from "./stage.js";
+import { Hand } from "./pointer.js";
+import { Plot } from "./plots.js";
+import { Field, Tip } from "./fields.js";
+import { BoidCard, ObstacleList, Overlays } from "./lists.js";
+import { bytesOf, download, keysDialog, Menu, MetricsDialog, SpecDialog } from "./dialogs.js";
+
+const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000, 0];
+const TOOLS = { select: ["V", "Select and move"], disc: ["D", "Draw a disc"], rectangle: ["B", "Draw a box"], goal: ["G", "Set the goal"] };
+const FILES = [
+  ["png", "PNG", "this frame as pixels"],
+  ["svg", "SVG", "this frame as lines"],
+  ["gif", "GIF", "the run so far, plays anywhere"],
+  ["mp4", "MP4", "the run so far, as a film"],
+  ["html", "HTML", "the run so far, to open from disk"],
+];
+const OPEN = ["schedule", "parameters"];
+const SEED = { name: "seed", kind: "int", text: "the same seed gives the same run", unit: "", slider: null, low: 0 };
+let mounts = 0;
+
+class View {
+  constructor(element, transport, { page, shortcuts }) {
+    Object.assign(this, { transport, page: page ?? crypto.randomUUID(), controls: null, state: null, rules: [], plots: new Map() });
+    this.prefix = `boidsweep-${++mounts}`;
+    this.counts = { drawn: 0, received: 0, since: performance.now() };
+    this.fields = new Map();
+    this.opened = new Map(OPEN.map((name) => [name, true]));
+    this.root = make("div", { className: "boidsweep" });
+    element.append(this.root);
+    this.send = (message) => transport.send(message);
+    this.build();
+    this.tip = new Tip(this.root);
+    this.keys = (event) => this.key(event);
+    this.keysFrom = shortcuts ?? this.root;
+    this.keysFrom.addEventListener("keydown", this.keys);
+    this.timer = setInterval(() => this.tick(), 500);
+    Object.assign(transport, { onmessage: (message) => this.receive(message), onopen: () => this.opening(), onclose: (words) => this.lost(words) });
+    if (transport.start) transport.start();
+    else this.opening();
+  }
+
+  unmount() {
+    clearInterval(this.timer);
+    this.keysFrom.removeEventListener("keydown", this.keys);
+    this.stage.stop();
+    this.transport.close();
+    this.root.remove();
+  }
+
+  build() {
+    this.pickers = make("div", { className: "pickers" });
+    const act = (picture, words, message) => button(picture, words, message, words);
+    this.copy = button("copy", "Copy as spec", () => this.send({ type: "spec" }), "Copy as spec", { className: "primary" });
+    this.files = new Menu("Export", "save", FILES.map(([kind, name, hint]) => [name, hint, () => this.export(kind)]));
+    const help = act("keys", "Keys", () => this.help.showModal());
+    const brand = make("div", { className: "brand" }, make("i", { "aria-hidden": "true" }), make("span", { textContent: "boidsweep" }));
+    const actions = make("div", { className: "row" }, this.copy, this.files.element, help);
+    this.canvas = make("canvas", { tabIndex: 0, role: "application", "aria-label": "the swarm" });
+    const picture = make("section", { className: "picture", "aria-label": "picture" }, this.canvas);
+    const left = make("aside", { className: "watch", "aria-label": "overlays and metrics" });
+    const right = make("aside", { className: "settings", "aria-label": "settings" });
+    const top = make("header", { className: "top" }, brand, this.pickers, actions);
+    this.root.append(make("div", { className: "layout" }, top, picture, this.buildRun(), right, left, this.buildStatus()));
+    this.stage = new Stage(this.canvas, (frame) => this.drawn(frame));
+    this.hand = new Hand(this.stage, this.send, () => this.showHand());
+    picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
+    picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
+    this.buildWatch(left);
+    this.buildSettings(right);
+    this.spec = new SpecDialog(this.root);
+    this.help = keysDialog(this.root);
+    this.choice = new MetricsDialog(this.root, (names) => this.send({ type: "metrics", names }));
+  }
+
+  buildTools() {
+    const tools = Object.entries(TOOLS).map(([name, [key, words]]) => {
+      const one = button(name, `${words} (${key})`, () => this.hand.use(name), "", { "aria-pressed": "false" });
+      one.dataset.tool = name;
+      return one;
+    });
+    this.tools = make("div", { className: "tools", role: "toolbar", "aria-label": "tools" }, ...tools);
+    return this.tools;
+  }
+
+  buildFit() {
+    const world = button("world", "Show the whole world (F)", () => this.fit("world"));
+    const boids = button("flock", "Follow the boids", () => this.fit(this.stage.fit === "boids" ? "world" : "boids"), "", { "aria-pressed": "false" });
+    this.follow = boids;
+    return make("div", { className: "tools right", role: "toolbar", "aria-label": "view" }, world, boids);
+  }
+
+  buildRun() {
+    this.back = button("reset", "Reset: the same seed from step 0 (R)", () => this.send({ type: "reset" }));
+    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", { className: "primary going" });
+    this.single = button("step", "One step (.)", () => this.send({ type: "step", count: 1 }));
+    this.bar = make("progress", { "aria-label": "steps done", max: 1, value: 0 });
+    this.scrub = make("input", { type: "range", hidden: true, "aria-label": "step" });
+    this.scrub.addEventListener("input", () => this.send({ type: "seek", frame: Number(this.scrub.value) }));
+    this.clock = make("output", { className: "clock" });
+    const options = SPEEDS.map((speed) => make("option", { value: speed, textContent: speed ? `${speed} steps/s` : "as fast as it goes" }));
+    this.speed = make("select", { "aria-label": "speed" }, ...options);
+    this.speed.addEventListener("change", () => this.send({ type: "speed", steps_per_second: Number(this.speed.value) }));
+    return make("section", { className: "run", "aria-label": "run" }, this.back, this.going, this.single, this.bar, this.scrub, this.clock, this.speed);
+  }
+
+  buildStatus() {
+    this.exact = make("span", { className: "exact", role: "status" });
+    this.rates = make("span", { className: "rates" });
+    this.words = make("span", { className: "words" });
+    return make("footer", { className: "status" }, this.exact, this.words, this.rates);
+  }
+
+  buildWatch(left) {
+    this.overlays = new Overlays(this.stage, () => this.overlaid());
+    this.boid = new BoidCard(this.send, this.stage);
+    const choose = button("chart", "Choose metrics", () => this.choice.show(this.controls.metrics, this.state.plots), "choose", { className: "quiet" });
+    this.chart = make("div", { className: "plots" });
+    const metrics = make("section", { "aria-label": "metrics" }, make("div", { className: "row" }, make("h2", { textContent: "Metrics" }), choose), this.chart);
+    left.append(this.overlays.element, this.boid.element, metrics);
+  }
+
+  buildSettings(right) {
+    this.record = make("section", { className: "record", hidden: true, "aria-label": "replay" });
+    this.groups = make("div");
+    this.list = new ObstacleList(this.hand);
+    right.append(this.record, this.groups, this.list.element);
+  }
+
+  opening() {
+    this.banner.hidden = true;
+    this.send({ type: "hello", page: this.page });
+  }
+
+  lost(words) {
+    this.banner.textContent = words;
+    this.banner.hidden = false;
+  }
+
+  receive(message) {
+    if (message instanceof ArrayBuffer || ArrayBuffer.isView(message)) {
+      this.counts.received++;
+      this.stage.take(message);
+    } else this[`on_${message.type}`]?.(message);
+  }
+
+  drawn(frame) {
+    this.counts.drawn++;
+    this.send({ type: "ready" });
+    this.showStep(frame.step);
+  }
+
+  on_controls(controls) {
+    const known = JSON.stringify(controls);
+    if (known === this.known) return;
+    Object.assign(this, { known, controls });
+    this.overlays.offer(["trails", ...(controls.overlays ?? [])]);
+    for (const plot of this.plots.values()) plot.element.remove();
+    this.plots.clear();
+    this.fields.clear();
+    this.weights = [];
+    const groups = controls.groups.map((group) => this.group(group)).sort((a, b) => (b.dataset.first ?? 0) - (a.dataset.first ?? 0));
+    this.groups.replaceChildren(...groups);
+    this.showPickers();
+  }
+
+  group({ name, fields }) {
+    const shown = fields.filter((field) => field.name !== "map");
+    const about = name === "schedule" ? [...shown, SEED] : shown;
+    const rows = about.map((field) => {
+      const row = new Field(field, this.prefix, this.send, { show: (one) => this.tip.show(one), hide: (one) => this.tip.hide(one) });
+      this.fields.set(field.name, row);
+      if (field.name.endsWith("_weight") && row.slide) this.weights.push(row);
+      return row.element;
+    });
+    const count = make("span", { className: "count" });
+    const summary = make("summary", {}, make("span", { textContent: spaced(name) }), count);
+    const group = make("details", { className: "group", open: this.opened.get(name) ?? false }, summary, ...rows);
+    group.addEventListener("toggle", () => this.opened.set(name, group.open));
+    group.dataset.group = name;
+    if (name === "schedule") group.dataset.first = 1;
+    return group;
+  }
+
+  // A labelled list of names, whose texts are hints.
+  picker(label, value, options, act) {
+    const id = `${this.prefix}-${label}`;
+    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: spaced(name), title: text }));
+    const select = make("select", { id, on: { change: () => act(select.value) } }, ...choices);
+    select.value = value;
+    return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
+  }
+
+  showPickers() {
+    const { controls, state } = this;
+    if (!controls || !state) return;
+    const named = (one) => (typeof one === "string" ? { name: one } : { ...one, text: one.text ?? one.source });
+    const model = controls.models.find(({ name }) => name === state.model);
+    const other = (name) => controls.models.find((one) => one.name === name);
+    const preset = (name) => (other(name).presets.includes(state.preset) ? state.preset : other(name).presets.at(-1));
+    const maps = controls.maps.map(named);
+    const map = state.settings.map;
+    if (map && !maps.some(({ name }) => name === map)) maps.push({ name: map });
+    this.pickers.replaceChildren(
+      this.picker("model", state.model, controls.models.map(named), (name) => this.send({ type: "model", model: name, preset: preset(name) })),
+      this.picker("preset", state.preset, model.presets.map(named), (name) => this.send({ type: "model", model: state.model, preset: name })),
+      this.picker("map", map, maps, (name) => this.send({ type: "set", name: "map", value: name })),
+    );
+    for (const select of this.pickers.querySelectorAll("select")) select.disabled = Boolean(state.replay);
+  }
+
+  on_state(state) {
+    const before = this.state;
+    this.state = state;
+    const picked = ({ model, preset, settings, replay }) => JSON.stringify([model, preset, settings.map, Boolean(replay)]);
+    if (!before || !this.pickers.firstChild || picked(before) !== picked(state)) this.showPickers();
+    this.showFields();
+    this.showRun();
+    this.showPlots();
+    this.overlays.show([...state.overlays, ...(this.stage.overlays.has("trails") ? ["trails"] : [])]);
+    this.stage.overlays = new Set(this.overlays.chosen);
+    if (state.selected === null || state.selected === undefined) this.on_selection({ boid: null });
+    this.hand.frozen = Boolean(state.replay);
+    this.showReplay();
+    this.showHand();
+    this.stage.redraw();
+  }
+
+  showFields() {
+    const { settings, changed, seed, sweeps, replay } = this.state;
+    for (const [name, field] of this.fields) {
+      field.update(name === "seed" ? seed : settings[name], changed.includes(name), sweeps?.[name]);
+      field.freeze(Boolean(replay));
+    }
+    for (const group of this.groups.children) {
+      const own = [...group.querySelectorAll(".field.changed")].length;
+      group.querySelector(".count").textContent = own ? `${own} changed` : "";
+    }
+    for (const plot of this.plots.values()) plot.publish(settings);
+  }
+
+  showRun() {
+    const { running, exact, note, speed, sweeps } = this.state;
+    const words = running ? "Pause" : this.ended ? "Go on" : "Run";
+    setIcon(this.going, running ? "pause" : this.ended ? "forward" : "play", this.ended && !running ? "Go on: twice as many steps (Space)" : `${words} (Space)`);
+    this.going.lastChild.textContent = words;
+    if (!SPEEDS.includes(speed)) this.odd(speed);
+    this.speed.value = String(speed);
+    const count = Object.keys(sweeps ?? {}).length;
+    const swept = count ? ` · the spec sweeps ${count === 1 ? "1 setting" : `${count} settings`}` : "";
+    const text = (exact ? "exact: the spec gives these very frames" : note) + swept;
+    if (this.exact.textContent !== text) this.exact.textContent = text;
+    this.exact.classList.toggle("not", !exact);
+    this.showStep(this.stage.frame?.step ?? this.state.step);
+  }
+
+  odd(speed) {
+    if ([...this.speed.options].every((option) => Number(option.value) !== speed)) {
+      this.speed.add(make("option", { value: speed, textContent: `${short(speed)} steps/s` }));
+    }
+  }
+
+  get ended() {
+    const { replay, step, steps, running } = this.state;
+    return !replay && !running && step >= steps;
+  }
+
+  showStep(step) {
+    if (!this.state) return;
+    const { steps, replay } = this.state;
+    const last = replay ? replay.frames[1] : steps;
+    this.clock.textContent = `step ${step} of ${last}`;
+    this.bar.hidden = Boolean(replay);
+    this.scrub.hidden = !replay;
+    this.bar.max = Math.max(1, last);
+    this.bar.value = step;
+    if (replay && !this.scrub.matches(":active")) Object.assign(this.scrub, { min: replay.frames[0], max: last, step: replay.frames[2], value: step });
+    this.redrawPlots(step);
+  }
+
+  redrawPlots(step) {
+    const now = performance.now();
+    if (now - (this.plotted ?? 0) < 60 && this.state.running) return;
+    this.plotted = now;
+    for (const plot of this.plots.values()) plot.draw(step, this.stage.colours);
+  }
+
+  showPlots() {
+    const { plots, settings } = this.state;
+    if (!this.controls) return;
+    for (const [name, plot] of this.plots) if (!plots.includes(name)) plot.element.remove(), this.plots.delete(name);
+    for (const name of plots.filter((one) => !this.plots.has(one))) {
+      const metric = this.controls.metrics.find((one) => one.name === name) ?? { name };
+      const others = () => this.state.plots.filter((one) => one !== name);
+      this.plots.set(name, new Plot(metric, settings, () => this.send({ type: "metrics", names: others() })));
+    }
+    this.chart.append(...plots.map((name) => this.plots.get(name).element));
+  }
+
+  on_metrics({ steps, values, reset }) {
+    if (reset) for (const plot of this.plots.values()) plot.clear();
+    for (const [name, row] of Object.entries(values)) this.plots.get(name)?.add(steps, row);
+    this.redrawPlots(this.stage.frame?.step ?? this.state?.step ?? 0);
+  }
+
+  on_scene(scene) {
+    this.hand.settle(scene);
+    this.stage.setScene(scene);
+    this.hand.settle(scene);
+    this.tools.querySelector("[data-tool=goal]").hidden = !scene.goal;
+    this.canvas.setAttribute("aria-label", `the swarm in a world of ${short(scene.width)} by ${short(scene.height)} ${scene.length}, with ${scene.obstacles.length} obstacles`);
+    this.showHand();
+  }
+
+  on_selection(selection) {
+    this.stage.selection = selection.boid === null ? null : { ...selection, range: Number(selection.range ?? Infinity) };
+    this.boid.show(this.stage.selection, this.stage.scene?.length);
+    this.stage.redraw();
+  }
+
+  on_rules({ names }) {
+    this.rules = names;
+  }
+
+  on_spec(message) {
+    this.spec.show(message);
+  }
+
+  on_file({ name, mime, data }) {
+    this.say(`${name} is ready`);
+    download(name, mime, bytesOf(data));
+  }
+
+  on_error({ message }) {
+    this.say(message, true);
+    this.hand.refuse();
+    this.showFields();
+    for (const [name, field] of this.fields) if (new RegExp(`\\b${name}\\b`).test(message)) field.refuse();
+  }
+
+  on_info({ message }) {
+    this.say(message);
+  }
+
+  say(words, wrong = false) {
+    this.words.textContent = words;
+    this.words.classList.toggle("wrong", wrong);
+    this.words.setAttribute("role", wrong ? "alert" : "status");
+  }
+
+  export(kind) {
+    this.say(`making ${kind} ...`);
+    this.send({ type: "export", kind });
+  }
+
+  overlaid() {
+    this.stage.overlays = new Set(this.overlays.chosen);
+    if (!this.overlays.chosen.includes("trails")) this.stage.redraw();
+    this.send({ type: "overlays", names: this.overlays.chosen.filter((name) => name !== "trails") });
+    this.stage.redraw();
+  }
+
+  showHand() {
+    if (!this.list || !this.state) return;
+    this.tools.hidden = this.hand.frozen;
+    for (const tool of this.tools.children) tool.setAttribute("aria-pressed", String(tool.dataset.tool === this.hand.tool));
+    this.follow.setAttribute("aria-pressed", String(this.stage.fit === "boids"));
+    if (this.stage.scene) this.list.show();
+  }
+
+  showReplay() {
+    const { replay } = this.state;
+    this.record.hidden = !replay;
+    this.files.element.hidden = Boolean(replay?.recorded);
+    this.root.classList.toggle("replays", Boolean(replay));
+    if (!replay) return;
+    const known = Object.entries(replay.metrics ?? {}).map(([name, { stored, replayed }]) => {
+      const cells = [stored, replayed].map((value) => make("td", { textContent: short(value, 6) }));
+      return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
+    });
+    const head = make("tr", {}, ...["at the end", "stored", "replayed"].map((textContent) => make("th", { scope: "col", textContent })));
+    const words = replay.equal ? "Every number equals the stored one, bit for bit." : "The numbers differ from the stored ones.";
+    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: words });
+    const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
+    const table = known.length ? [make("table", {}, make("thead", {}, head), make("tbody", {}, ...known))] : [];
+    this.record.replaceChildren(make("h2", { textContent: "Replay of a stored trial" }), trial, verdict, ...table);
+  }
+
+  fit(how) {
+    this.stage.setFit(how);
+    this.showHand();
+  }
+
+  toggle() {
+    this.send({ type: this.state.running ? "pause" : this.ended ? "continue" : "run" });
+  }
+
+  tick() {
+    const { counts, stage } = this;
+    const seconds = (performance.now() - counts.since) / 1000;
+    const rate = (count) => Math.round(count / seconds);
+    this.rates.textContent = this.state?.running ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received` : "paused";
+    this.counts = { drawn: 0, received: 0, since: performance.now() };
+    const { length = "", time = "" } = stage.scene ?? {};
+    this.overlays.explain(this.rules, unitText(`${length}/${time}^2`));
+  }
+
+  key(event) {
+    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]");
+    if (typing || !this.state) return;
+    const undoing = event.key === "z" && (event.ctrlKey || event.metaKey);
+    if (undoing) this.hand.undo();
+    if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
+    if (event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")) return;
+    if (!undoing && !this.shortcut(event.key)) return;
+    event.preventDefault();
+  }
+
+  shortcut(key) {
+    const acts = {
+      " ": () => this.toggle(),
+      ".": () => this.send({ type: "step", count: 1 }),
+      r: () => this.send({ type: "reset" }),
+      f: () => this.fit("world"),
+      c: () => this.send({ type: "spec" }),
+      v: () => this.hand.use("select"),
+      d: () => this.hand.use("disc"),
+      b: () => this.hand.use("rectangle"),
+      g: () => this.stage.scene?.goal && this.hand.use("goal"),
+      "[": () => this.boid.beside(-1),
+      "]": () => this.boid.beside(1),
+      "?": () => this.help.showModal(),
+      "+": () => this.weigh(1),
+      "=": () => this.weigh(1),
+      "-": () => this.weigh(-1),
+      Delete: () => this.hand.remove(),
+      Escape: () => this.hand.release(),
+    };
+    const act = /^[1-9]$/.test(key) ? () => this.weigh(0, Number(key) - 1) : acts[key.length === 1 ? key.toLowerCase() : key];
+    act?.();
+    return Boolean(act);
+  }
+
+  // Weights by keyboard: a digit chooses one, plus and minus change it.
+  weigh(direction, index = this.weight ?? 0) {
+    const field = this.weights?.[index];
+    if (!field || this.hand.frozen) return;
+    this.weight = index;
+    const value = direction ? field.step(direction) : field.value;
+    this.hint.textContent = `${index + 1}  ${spaced(field.about.name)} ${short(value, 6)}  (+ or −)`;
+    this.hint.hidden = false;
+    clearTimeout(this.hinted);
+    this.hinted = setTimeout(() => (this.hint.hidden = true), 2500);
+  }
+}
+
+export function mount(element, transport, options = {}) {
+  const view = new View(element, transport, options);
+  return { unmount: () => view.unmount(), view };
+}
