@@ -13,19 +13,21 @@ from sweep.keeping.outputs import unfinished
 from sweep.parquet import new_file
 from sweep.rows import trajectories_schema
 from sweep.spec import Record
-from sweep.trial import BOID_STEPS_A_CALL, Simulation, Taken
+from sweep.state import Taken
+from sweep.trial import BOID_STEPS_A_CALL, Simulation
 
 Report = Callable[[int, int], None]
 """Is told how many of how many steps are done."""
 
 
-def frames(job: Job, every: int, report: Report) -> Iterator[Taken]:
-    """The frames 0, `every`, 2 `every`, ... and the last of a trial, with x, y, vx and vy (F, 4, N), block by block.
+def frames(job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()) -> Iterator[Taken]:
+    """The frames 0, `every`, 2 `every`, ... and the last of a trial, block by block.
 
-    What is recorded changes nothing of the flight. One that diverges ends with its last finite frame.
+    Each block has the values of `metrics` (M, F), and x, y, vx and vy (F, 4, N). What is recorded changes nothing of
+    the flight. One that diverges ends with its last finite frame.
     """
     steps = int(job.settings["steps"])
-    simulation = Simulation(replace(job, record=Record(metrics=(), every=every, trajectories=True)))
+    simulation = Simulation(replace(job, record=Record(metrics=metrics, every=every, trajectories=True)))
     going = True
     yield simulation.take_frames()
     while going and simulation.steps_left > 0:
