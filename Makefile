@@ -5,6 +5,7 @@ SCALE ?= full
 BIN := .venv/bin
 STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
+BROWSER_STAMP := .venv/browser
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
 .PHONY: help quickstart reproduce-figures test test-slow notebooks bench check format clean
@@ -20,16 +21,16 @@ quickstart: $(STAMP)  ## run a small study, print its table, draw its figure
 reproduce-figures: $(STAMP)  ## run, draw and judge all that was published; SCALE=quick with few trials
 	$(BIN)/sweep reproduce --scale $(SCALE)
 
-test: check  ## check the code and run the fast tests
+test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
-test-slow: $(STAMP)  ## run the full-size tests
+test-slow: $(STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow -n 0
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
 	$(BIN)/python notebooks/execute.py
 
-bench: $(BENCH_STAMP)  ## measure speed: ratios within one run
+bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	cd tests && ../$(BIN)/python -m bench $(ONLY)
 
 check: $(STAMP)  ## lint, formatting, types
@@ -54,4 +55,10 @@ $(STAMP): pyproject.toml constraints.txt
 
 $(BENCH_STAMP): $(STAMP)
 	$(UV) --group bench
+	@touch $@
+
+# The page of the live simulator is tested in a real browser.
+$(BROWSER_STAMP): $(STAMP)
+	@command -v chromium >/dev/null || { apt-get update -qq && apt-get install -yqq --no-install-recommends chromium; } >/dev/null \
+		|| { echo 'the tests need a browser: install Debian'"'"'s package chromium'; exit 1; }
 	@touch $@
