@@ -3,47 +3,46 @@
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from sweep.interrupts import ended_like_ctrl_c
 from sweep.lock import Lock
 from sweep.manifest import damage, trials_of
-from sweep.parquet import StoreError, refuse_links
+from sweep.parquet import each
+from sweep.shares import Share
 from sweep.store import Store
 
 LOG = logging.getLogger("sweep")
 
 
 @contextmanager
-def custody(store: Store) -> Iterator[Lock]:
-    """Inside, this process alone launches the study of `store`, whose parts are sound.
+def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
+    """Inside, this process alone launches the study of `store`, or its `share` of it, and its parts are sound.
 
-    A lock taken over, and each part set aside, are said on the log, which goes to stderr. SIGTERM and SIGHUP end what
-    is inside like Ctrl-C. Raises StoreError where somebody else is launching the study, and where the store cannot be
-    written.
+    With a share others write the same study: then the store merges only parts of its own, and deletes nothing that may
+    be somebody's. A lock taken over, and each part set aside, are said on the log, which goes to stderr. SIGTERM and
+    SIGHUP end what is inside like Ctrl-C. Raises StoreError where somebody else is launching the study, or the share,
+    and where the store cannot be written.
     """
-    with ended_like_ctrl_c(), Lock(store.folder, store.staging) as lock:
+    with ended_like_ctrl_c(), Lock(store.place, share) as lock:
+        store.shared = share is not None
         set_aside_damaged(store)
         store.tidy()
         yield lock
 
 
 def set_aside_damaged(store: Store) -> None:
-    """Move the parts that are damaged below damaged, so that what they held counts as not run."""
-    for part in store.all_parts():
-        what = damage(part)
+    """Move the parts that are damaged below damaged, so that what they held counts as not run.
+
+    One that has gone meanwhile was merged, or set aside, by a launch of another share.
+    """
+    parts = store.all_parts()
+    for part, what in zip(parts, each(parts, damage), strict=True):
         if not what:
             continue
-        place, trials = store.folder / "damaged" / part.name, trials_of(part)
-        _move(store, part, place)
+        trials = trials_of(part)
+        place = store.place.set_aside(part)
+        if place is None:
+            continue
         held = "how many trials it held is not known; those" if trials is None else f"its {trials:,} trials"
-        LOG.warning("%s: damaged: %s; set aside as %s, %s run again", part, what, place, held)
-
-
-def _move(store: Store, part: Path, place: Path) -> None:
-    refuse_links(store.folder)
-    try:
-        place.parent.mkdir(exist_ok=True)
-        part.rename(place)
-    except OSError as error:
-        raise StoreError(f"{part}: is damaged, and cannot be set aside as {place} ({error})") from error
+        again = "run again" if not store.shared else "run again with the shares that they belong to"
+        LOG.warning("%s: damaged: %s; set aside as %s, %s %s", part, what, place, held, again)

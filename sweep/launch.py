@@ -4,7 +4,6 @@ import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import overload
 
 import numpy as np
@@ -19,6 +18,7 @@ from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
 from sweep.failures import Failures, failed_among
 from sweep.jobs import Counts, Job, Jobs
+from sweep.locations import Location
 from sweep.lock import Lock
 from sweep.provenance import provenance
 from sweep.result import Result
@@ -77,7 +77,7 @@ class _Some(Sequence[Job]):
 
 def launch(
     study: Study,
-    results: Path,
+    results: Location,
     executor: ExecutorFactory,
     *,
     retry: bool = False,

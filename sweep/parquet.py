@@ -1,35 +1,51 @@
 """Parquet files as the store writes and reads them: durable, checksummed, and clear about damage."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-WRITTEN = ("parts", "writing", "damaged", "lock", "spec.yaml")
+from sweep.locations import Location
+from sweep.locations import StoreError as StoreError
+
+T = TypeVar("T")
+
+REQUESTS_AT_ONCE = 16
 
 
-class StoreError(Exception):
-    """A study's folder that cannot be read or written; the message names the file and the way out."""
-
-
-def remedy_for(part: Path) -> str:
+def remedy_for(part: Location) -> str:
     """What to do about a damaged part."""
-    return f"launch the study again: that sets {part.name} aside, below damaged, and runs its trials again"
+    if isinstance(part, Path):
+        return f"launch the study again: that sets {part.name} aside, below damaged, and runs its trials again"
+    return f"delete {part}/manifest.json and launch the study again: that runs its trials again"
 
 
 @contextmanager
-def opened(path: Path, remedy: str | None = None) -> Iterator[Any]:
+def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
     """A parquet file open for reading; what cannot be read in it is a StoreError."""
+    local = isinstance(path, Path)
     try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        source = path if isinstance(path, Path) else path.open()
+        with pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file:
             yield file
     except (pa.ArrowException, OSError) as error:
+        if not isinstance(path, Path) and "AWS Error" in str(error):
+            raise path.server.trouble(path, OSError(str(error))) from error
         raise StoreError(f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}") from error
+
+
+def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
+    """What `look` sees in each part, in their order; where each look is a request or two, some at once."""
+    if len(parts) < 2 or isinstance(parts[0], Path):
+        return [look(part) for part in parts]
+    with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
+        return list(threads.map(look, parts))
 
 
 def check_part(tables: Mapping[str, pa.Table]) -> None:
@@ -47,13 +63,13 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
             raise ValueError(f"a part cannot hold {name} of trials that are not in its `trials`")
 
 
-def load_table(part: Path, name: str, columns: list[str] | None = None) -> pa.Table:
+def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
     """A table of a part, or some of its columns. Raises StoreError for a damaged file."""
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 
 
-def load_trials(part: Path, name: str, columns: list[str] | None, trial_ids: pa.Array | None) -> pa.Table:
+def load_trials(part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None) -> pa.Table:
     """The rows of some trials (None: of all) in a table of a part, whose content is not read where it has none of them.
 
     Raises StoreError for a damaged file.
@@ -68,7 +84,7 @@ def load_trials(part: Path, name: str, columns: list[str] | None, trial_ids: pa.
     return schema.empty_table().select([column for column in schema.names if columns is None or column in columns])
 
 
-def stored_schema(path: Path) -> pa.Schema:
+def stored_schema(path: Location) -> pa.Schema:
     """The schema of a file. Raises StoreError for a damaged one."""
     with opened(path) as file:
         return file.schema_arrow
@@ -95,13 +111,6 @@ def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str
     while pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind):
         kind, path = kind.value_type, f"{path}.list.{kind.value_field.name}"
     return [path] if matches(kind) else []
-
-
-def refuse_links(folder: Path) -> None:
-    """Raise StoreError where something that we write in a study's folder is a symbolic link, and so is elsewhere."""
-    for path in (*(folder / name for name in WRITTEN), *folder.glob("*.parquet")):
-        if path.is_symlink():
-            raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
 
 
 def move_durably(source: Path, target: Path) -> None:

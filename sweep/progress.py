@@ -2,7 +2,6 @@
 
 import sys
 import time
-from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
@@ -10,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from sweep.launch import Progress
+from sweep.locations import Location
 
 LINE_SECONDS = 10.0
 
@@ -89,7 +89,7 @@ class ProgressBar:
     def _line(self, text: str) -> None:
         self.bar.console.print(f"{self.name}: {text}", highlight=False, soft_wrap=True)
 
-    def summary(self, progress: Progress, folder: Path) -> str:
+    def summary(self, progress: Progress, folder: Location) -> str:
         """What became of the launch, in one line."""
         new = progress.statuses.total()
         counts = ", ".join(f"{count:,} {status}" for status, count in sorted(progress.statuses.items()))

@@ -10,11 +10,12 @@ import pandas as pd
 
 from sweep.analysis import agrees
 from sweep.fields import Field, NotAllowedError, Value, study_fields
+from sweep.locations import Location, StoreError
 from sweep.names import SHORT_LIST, unknown
-from sweep.parquet import StoreError
 from sweep.study import StoredStudy, details
 
 INSIDE = {"parts", "writing", "figures"}
+PLAN = "/plan.parquet"
 CLOSEST = 3
 DETAIL = "detail"
 BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
@@ -45,7 +46,7 @@ class Side:
         return int(self.study.plan.num_rows) - len(self.study.trials)
 
 
-def read_side(text: str, results: Path) -> Side:
+def read_side(text: str, results: Location) -> Side:
     """The trials that `text` names, in the order of their study.
 
     After the study's name and a colon come settings, or presets where the study ablates one: with the study's own
@@ -81,15 +82,17 @@ def listed(name: str, column: "pd.Series[Any]", near: Value | None = None) -> st
     return f"values of {name}: {', '.join(map(str, values[:SHORT_LIST]))}, ..."
 
 
-def _stored(name: str, results: Path) -> StoredStudy:
+def _stored(name: str, results: Location) -> StoredStudy:
     studies = _studies(results)
     if name not in studies:
         raise StoreError(f"{results}: {unknown('study', name, studies)}")
     return StoredStudy(name, results)
 
 
-def _studies(results: Path) -> list[str]:
-    """The names of the studies below a folder."""
+def _studies(results: Location) -> list[str]:
+    """The names of the studies below a folder, or a prefix."""
+    if not isinstance(results, Path):
+        return sorted(key.removesuffix(PLAN) for key in results.listed().found or () if key.endswith(PLAN))
     found = []
     for folder, inside, files in os.walk(results):
         inside[:] = sorted(set(inside) - INSIDE)

@@ -1,86 +1,87 @@
 """The parquet store of one study: results appear whole or not at all, and what is present is the ledger.
 
     <study>/parts/<part id>/trials.parquet, series.parquet, ...   the tables of the same trials
-    <study>/writing/<host>~<pid>~<name>/                          what a process is writing, or left behind
     <study>/plan.parquet                                          the trials of the spec as last launched
     <study>/asked.parquet                                         of a search: which candidate had which of them
     <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
 
-A part is written beside its place, flushed to the disk and moved there by one rename. Part ids sort by age,
-and a trial stored in several parts counts from the latest one only, in every table. A merged part names in a
-file the parts it replaces; from its rename on they are ignored, so that being killed before they are deleted
-loses and doubles nothing. Schemas, with their metadata, are the caller's and are kept as given.
+A study lives in a folder or below a prefix of an object store: how a part comes to be there at once is told in
+`sweep.places`. Part ids sort by age, and a trial stored in several parts counts from the latest one only, in every
+table. A merged part names in a file the parts it replaces; as soon as it is there they are ignored, so that being
+killed before they are deleted loses and doubles nothing. Schemas, with their metadata, are the caller's and are kept as
+given. Launches of different shares may append to one study at the same time: their trials are different ones.
 """
 
 import json
-import os
-import re
 import secrets
-import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 
+from sweep.locations import Location, StoreError, patiently
 from sweep.manifest import seal
-from sweep.parquet import (
-    StoreError,
-    check_part,
-    load_table,
-    load_trials,
-    move_durably,
-    new_file,
-    opened,
-    refuse_links,
-    remedy_for,
-    stored_schema,
-)
-from sweep.processes import host, started
+from sweep.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
+from sweep.parquet import check_part, each, load_table, load_trials, new_file, opened, remedy_for, stored_schema
+from sweep.places import place_of
 
 T = TypeVar("T")
 
 REPLACES = "replaces.json"
 MERGED_MARK = "+"
-OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
-MAX_MERGED_BYTES = 512 * 1024**2
 
 
 class Store:
-    """The parts of one study, in `folder`, which need not exist before the first write."""
+    """The parts of one study, in `folder`, which need not exist before the first write.
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = Path(folder)
-        self._parts = self.folder / "parts"
-        self._writing = self.folder / "writing"
-        self._plan = self.folder / "plan.parquet"
-        self.asked = self.folder / "asked.parquet"
+    While `shared`, others append parts of their own: then only what this one has appended is merged.
+    """
 
-    def append(self, tables: Mapping[str, pa.Table]) -> Path:
-        """Store one part and return its folder; after a StoreError nothing of it is visible.
+    def __init__(self, folder: Location) -> None:
+        self.folder = folder
+        self.place = place_of(folder)
+        self.shared = False
+        self.asked = folder / "asked.parquet"
+        self._plan = folder / "plan.parquet"
+        self._gathering = Gathering()
+        self._newest = -1
+        self._replaced = dict[str, list[str]]()
+
+    def append(self, tables: Mapping[str, pa.Table]) -> Location:
+        """Store one part and return its place; after a StoreError nothing of it is visible.
 
         `trials` has at least one row, each with its own `trial_id` and a `status` (both strings); the other
         tables have a `trial_id` of those. Raises ValueError where that does not hold.
         """
         check_part(tables)
-        part = self._parts / self._next_id()
-        with self.staging(part.name) as staging:
-            for name, table in tables.items():
-                with new_file(staging / f"{name}.parquet", table.schema) as writer:
+        name = self._next_id()
+        with self.staging(name) as staging:
+            for table_name, table in tables.items():
+                with new_file(staging / f"{table_name}.parquet", table.schema) as writer:
                     writer.write_table(table)
             seal(staging)
-            move_durably(staging, part)
+            size = sum(file.stat().st_size for file in staging.iterdir())
+            part = self.place.commit(staging, name)
+        self._gathering.add(Gathered(part, tables["trials"].num_rows, size))
         return part
+
+    def gather(self) -> None:
+        """Merge what this store has appended, where many small parts have come together."""
+        while due := self._gathering.due():
+            level, held = due
+            parts = [one.part for one in held]
+            merged = self.merge(parts, superseded_rows(parts))
+            rows, size = sum(one.rows for one in held), sum(one.size for one in held)
+            self._gathering.replace(level, Gathered(merged, rows, size))
 
     def trial_ids(self) -> dict[str, str]:
         """The status of every stored trial by its id."""
 
-        def statuses(parts: list[Path]) -> dict[str, str]:
-            tables = [load_table(part, "trials", ["trial_id", "status"]) for part in parts]
+        def statuses(parts: list[Location]) -> dict[str, str]:
+            tables = each(parts, lambda part: load_table(part, "trials", ["trial_id", "status"]))
             return {
                 trial_id: status
                 for table in tables
@@ -104,45 +105,44 @@ class Store:
             raise StoreError(f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}")
         return union.select(columns)
 
-    def compact(self, rows: int = 100_000) -> None:
+    def compact(self, rows: int = MERGED_ROWS) -> None:
         """Merge parts of fewer than `rows` trials, where their tables and schemas are the same.
 
         Merged parts have about `rows` trials, or MAX_MERGED_BYTES. Superseded rows are dropped. Provenance
-        is schema metadata, so rows of different provenance stay apart.
+        is schema metadata, so rows of different provenance stay apart. While the store is shared, only parts that it
+        has appended itself are merged.
         """
         self.tidy()
-        parts = self.current_parts()
+        parts = self._gathering.parts() if self.shared else self.current_parts()
         superseded = superseded_rows(parts)
-        for group in _mergeable(parts, rows):
+        for group in mergeable(parts, rows):
             self.merge(group, superseded)
+        self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete what dead processes left behind: replaced parts and unfinished folders of this host."""
+        """Delete replaced parts, and what dead processes left behind unfinished."""
         current = {part.name for part in self.current_parts()}
         for part in self.all_parts():
             if part.name not in current:
                 self.discard(part)
-        for folder in _folders(self._writing):
-            name, pid = folder.name.split("~")[:2]
-            if name == host() and started(int(pid)) is None:
-                shutil.rmtree(folder, ignore_errors=True)
+        self.place.tidy(whole=not self.shared)
 
     def write_plan(self, plan: pa.Table, asked: pa.Table | None = None) -> None:
         """Replace the plan, and what a search has asked for, each with its schema metadata and in one step."""
-        for path, table in ((self._plan, plan), (self.asked, asked)):
+        for name, table in ((self._plan.name, plan), (self.asked.name, asked)):
             if table is None:
-                path.unlink(missing_ok=True)
+                self.place.remove(name)
                 continue
-            with self.staging(f"{path.stem}-{secrets.token_hex(6)}") as staging:
-                with new_file(staging / path.name, table.schema) as writer:
+            with self.staging(f"{name}-{secrets.token_hex(6)}") as staging:
+                with new_file(staging / name, table.schema) as writer:
                     writer.write_table(table)
-                move_durably(staging / path.name, path)
+                self.place.put(staging / name)
 
     def write_spec(self, text: str) -> None:
         """Replace the spec as last launched in one step."""
         with self.staging(f"spec-{secrets.token_hex(6)}") as staging:
             (staging / "spec.yaml").write_text(text, encoding="utf-8")
-            move_durably(staging / "spec.yaml", self.folder / "spec.yaml")
+            self.place.put(staging / "spec.yaml")
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
@@ -151,98 +151,85 @@ class Store:
         with opened(self._plan, "delete it and launch the study again") as file:
             return file.read()
 
-    def current_parts(self) -> list[Path]:
-        """Folders of the parts that count, oldest first."""
+    def current_parts(self) -> list[Location]:
+        """The parts that count, oldest first."""
         parts = self.all_parts()
-        replaced = {name for part in parts for name in _replaced_by(part)}
+        merged = [part for part in parts if MERGED_MARK in part.name]
+        replaced = {name for names in each(merged, self._replaced_by) for name in names}
         return [part for part in parts if part.name not in replaced]
 
-    def all_parts(self) -> list[Path]:
-        """Folders of all parts, oldest first, whether or not another one replaces them."""
-        return _folders(self._parts)
+    def all_parts(self) -> list[Location]:
+        """All parts, oldest first, whether or not another one replaces them."""
+        return self.place.parts()
 
-    def steadily(self, look: Callable[[list[Path]], T]) -> T:
-        """What `look` sees in the current parts; again if a compaction elsewhere took one away meanwhile."""
+    def steadily(self, look: Callable[[list[Location]], T]) -> T:
+        """What `look` sees in the current parts; again if parts were merged, or taken away, elsewhere meanwhile."""
         while True:
             parts = self.current_parts()
             try:
-                seen = look(parts)
+                seen = patiently(lambda: look(parts))  # noqa: B023
             except StoreError:
-                if set(parts) <= set(self.current_parts()):
+                if _steady(parts, self.current_parts()):
                     raise
                 continue
-            if set(parts) <= set(self.current_parts()):
+            if _steady(parts, self.current_parts()):
                 return seen
 
     def _next_id(self) -> str:
         """An id that sorts after every present one, even if the clock has been set back."""
-        newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
-        return f"{max(time.time_ns(), newest + 1):020d}-{secrets.token_hex(6)}"
+        if self._newest < 0:
+            self._newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
+        self._newest = max(time.time_ns(), self._newest + 1)
+        return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
-    @contextmanager
-    def staging(self, name: str) -> Iterator[Path]:
-        """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
-        staging = self._writing / f"{host()}~{os.getpid()}~{name}"
-        refuse_links(self.folder)
-        try:
-            self._parts.mkdir(parents=True, exist_ok=True)
-            staging.mkdir(parents=True)
-            yield staging
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot write ({error}); what was stored is intact") from error
-        finally:
-            shutil.rmtree(staging, ignore_errors=True)
+    def staging(self, name: str) -> AbstractContextManager[Path]:
+        """A new folder of this machine that is gone afterwards; failing to write is a StoreError."""
+        return self.place.staging(name)
 
-    def merge(self, group: list[Path], without: Mapping[Path, pa.Array]) -> None:
+    def merge(self, group: Sequence[Location], superseded: Mapping[Location, pa.Array]) -> Location:
         """Replace parts with the same tables and schemas, oldest first, by one, less some trials of each."""
         # Named after its newest source, so that a part stored elsewhere meanwhile is still the later one.
         newest = group[-1].name.partition(MERGED_MARK)[0]
-        merged = self._parts / f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
-        with self.staging(merged.name) as staging:
-            for source in group[0].glob("*.parquet"):
-                name = source.stem
+        name = f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
+        with self.place.fetched([*group]) as sources, self.staging(name) as staging:
+            for source in sources[0].glob("*.parquet"):
                 with new_file(staging / source.name, stored_schema(source)) as writer:
-                    for part in group:
-                        writer.write_table(_without(load_table(part, name), without.get(part)))
+                    for part, here in zip(group, sources, strict=True):
+                        writer.write_table(without(load_table(here, source.stem), superseded.get(part)))
             (staging / REPLACES).write_text(json.dumps([part.name for part in group]))
             seal(staging)
-            move_durably(staging, merged)
+            merged = self.place.commit(staging, name)
         for part in group:
             self.discard(part)
+        return merged
 
-    def discard(self, part: Path) -> None:
+    def discard(self, part: Location) -> None:
         """Delete a part; it is gone at once and whole."""
-        with self.staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
-            part.rename(staging / part.name)
+        self.place.discard(part)
+
+    def _replaced_by(self, part: Location) -> list[str]:
+        if part.name not in self._replaced:
+            try:
+                self._replaced[part.name] = json.loads((part / REPLACES).read_text(encoding="utf-8"))
+            except FileNotFoundError:  # being deleted elsewhere, so all that it replaced is gone already
+                return []
+            except ValueError as error:
+                raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
+        return self._replaced[part.name]
 
 
-def _current(parts: list[Path], name: str, columns: list[str] | None, only: pa.Array | None) -> list[pa.Table]:
+def _steady(parts: list[Location], now: list[Location]) -> bool:
+    """Whether parts seen before are still there, and no merged one is new: a listing may have missed what it has."""
+    before, names = {part.name for part in parts}, {part.name for part in now}
+    return before <= names and not any(MERGED_MARK in name for name in names - before)
+
+
+def _current(parts: list[Location], name: str, columns: list[str] | None, only: pa.Array | None) -> list[pa.Table]:
     """The current rows of one table, optionally only some trials, for each of the parts that have it."""
     superseded = superseded_rows(parts)
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
-    return [_without(load_trials(part, name, columns, only), superseded.get(part)) for part in holders]
-
-
-def superseded_rows(parts: list[Path]) -> dict[Path, pa.Array]:
-    """For each part with such, the ids of its trials that a later part has too."""
-    ids = [load_table(part, "trials", ["trial_id"])["trial_id"] for part in parts]
-    chunks = [chunk for column in ids for chunk in column.chunks]
-    position = np.repeat(np.arange(len(parts)), [len(column) for column in ids])
-    rows = pa.table({"trial_id": pa.chunked_array(chunks, pa.string()), "part": position})
-    latest = rows.group_by("trial_id").aggregate([("part", "max")])
-    if len(latest) == len(rows):
-        return {}
-    stale = rows.join(latest, "trial_id").filter(pc.field("part") < pc.field("part_max"))
-    return {
-        parts[index]: stale.filter(pc.field("part") == index)["trial_id"].combine_chunks()
-        for index in pc.unique(stale["part"]).to_pylist()
-    }
-
-
-def _without(table: pa.Table, trial_ids: pa.Array | None) -> pa.Table:
-    if trial_ids is None:
-        return table
-    return table.filter(pc.invert(pc.is_in(table["trial_id"], value_set=trial_ids)))
+    tables = each(holders, lambda part: load_trials(part, name, columns, only))
+    return [without(table, superseded.get(part)) for part, table in zip(holders, tables, strict=True)]
 
 
 def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:
@@ -255,44 +242,3 @@ def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:
         return pa.concat_tables(tables)
     schema = pa.unify_schemas([table.schema for table in reversed(tables)], promote_options="permissive")
     return pa.concat_tables([schema.empty_table(), *tables], promote_options="permissive")
-
-
-def _mergeable(parts: list[Path], rows: int) -> Iterator[list[Path]]:
-    """Groups of two or more small parts, oldest first, with the same tables and schemas."""
-    groups: dict[bytes, tuple[list[Path], int, int]] = {}
-    for part in parts:
-        files = sorted(part.glob("*.parquet"))
-        with opened(part / "trials.parquet") as file:
-            size = file.metadata.num_rows
-        if size >= rows:
-            continue
-        kind = b"".join(file.stem.encode() + stored_schema(file).serialize().to_pybytes() for file in files)
-        group, held, held_bytes = groups.pop(kind, ([], 0, 0))
-        group, held = [*group, part], held + size
-        held_bytes += sum(file.stat().st_size for file in files)
-        if held < rows and held_bytes < MAX_MERGED_BYTES:
-            groups[kind] = group, held, held_bytes
-        elif len(group) > 1:
-            yield group
-    yield from (group for group, _, _ in groups.values() if len(group) > 1)
-
-
-def _folders(folder: Path) -> list[Path]:
-    """Our own sub-folders, by name; anything else that lies there is left alone."""
-    if not folder.is_dir():
-        return []
-    with os.scandir(folder) as entries:
-        ours = [entry for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
-        return sorted(folder / entry.name for entry in ours)
-
-
-def _replaced_by(part: Path) -> list[str]:
-    if MERGED_MARK not in part.name:
-        return []
-    try:
-        names: list[str] = json.loads((part / REPLACES).read_text())
-    except FileNotFoundError:  # being deleted elsewhere, so all that it replaced is gone already
-        return []
-    except ValueError as error:
-        raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
-    return names

@@ -3,7 +3,6 @@
 import json
 from collections import Counter
 from functools import cached_property
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,8 +11,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.ablation import fitted_preset
+from sweep.locations import Location, StoreError, location
 from sweep.names import unknown
-from sweep.parquet import StoreError
 from sweep.rows import PROVENANCE
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
@@ -34,14 +33,14 @@ class StoredWorld(NamedTuple):
 class StoredStudy:
     """The results of a study's spec as last launched; each table is read when first asked for.
 
-    `name` is the study's and `results` the folder that holds it. Raises StoreError where there is none.
+    `name` is the study's and `results` the folder or object store that holds it. Raises StoreError where there is none.
     """
 
-    def __init__(self, name: str, results: Path | str = "results") -> None:
+    def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
             raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
         self.name = name
-        self.store = Store(Path(results) / name)
+        self.store = Store(location(results) / name)
         self.plan = self.store.read_plan()
         self.provenance: dict[str, Any] = json.loads(self.plan.schema.metadata[PROVENANCE])
 

@@ -7,6 +7,7 @@ from typing import Generic, TypeVar
 
 import pyarrow as pa
 
+from sweep.locations import StoreError
 from sweep.store import Store
 
 R = TypeVar("R")
@@ -18,8 +19,9 @@ class Writer(Generic[R]):
     """Collects the drive loop's results and stores a part now and then; a context manager.
 
     A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are held, when `seconds` have passed
-    since the last one, and on leaving the context, for whatever reason. Results stay held until their part is stored.
-    `build` makes the tables of a non-empty list of results.
+    since the last one, and on leaving the context, for whatever reason. Results stay held until their part is stored;
+    how many could not be is said with the error. Where many small parts have come together they are merged.
+    `build` makes the tables of a non-empty list of results; `stored` is told of those whose part the disk holds.
     """
 
     def __init__(
@@ -28,6 +30,7 @@ class Writer(Generic[R]):
         build: Callable[[list[R]], Mapping[str, pa.Table]],
         *,
         size: Callable[[R], int] = lambda _result: 0,
+        stored: Callable[[list[R]], None] = lambda _results: None,
         rows: int = 1000,
         seconds: float = 5.0,
         clock: Callable[[], float] = time.monotonic,
@@ -35,6 +38,7 @@ class Writer(Generic[R]):
         self._store = store
         self._build = build
         self._size = size
+        self._stored = stored
         self._rows = rows
         self._seconds = seconds
         self._clock = clock
@@ -61,6 +65,12 @@ class Writer(Generic[R]):
     def flush(self) -> None:
         """Store what is held now."""
         if self._held:
-            self._store.append(self._build(self._held))
+            try:
+                self._store.append(self._build(self._held))
+            except StoreError as error:
+                lost = f"results that could not be stored: {len(self._held):,}; launch again to run them"
+                raise StoreError(f"{error}; {lost}") from error
+            self._stored(self._held)
             self._held = []
+            self._store.gather()
         self._flushed = self._clock()

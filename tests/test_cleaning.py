@@ -200,7 +200,7 @@ def test_a_launch_in_between_stops_it(study: StoredStudy) -> None:
 
 def test_a_launch_at_the_same_time_keeps_it_out(study: StoredStudy) -> None:
     waste, before = find_waste(study), study.store.trial_ids()
-    with Lock(study.store.folder, study.store.staging), pytest.raises(StoreError, match="lock"):
+    with Lock(study.store.place), pytest.raises(StoreError, match="lock"):
         clean(study, waste)
     assert study.store.trial_ids() == before
 

@@ -2,9 +2,11 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
+
+from sweep.locations import Location, location
 
 app = typer.Typer(
     help="Monte Carlo experiments and parameter sweeps over boid swarms.",
@@ -15,7 +17,17 @@ app = typer.Typer(
 
 Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
 StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")]
-Results = Annotated[Path, typer.Option(help="Folder that holds the stored studies.")]
+if TYPE_CHECKING:
+    Results = Location
+else:  # typer knows no union of types
+    Results = Annotated[
+        Path,
+        typer.Option(
+            parser=location,
+            metavar="FOLDER|S3",
+            help="Folder that holds the stored studies, or s3://bucket/prefix of an object store.",
+        ),
+    ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Workers = Annotated[int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")]
 

@@ -101,7 +101,12 @@ def plot(
     where: Annotated[list[str] | None, typer.Option(help="Show these points only, as n=50. Repeatable.")] = None,
     over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
     formats: Annotated[list[Format] | None, typer.Option("--format", help="Repeatable; png by default.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the files; results/STUDY/figures by default.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the files; by default results/STUDY/figures, of an object store figures/STUDY here."
+        ),
+    ] = None,
 ) -> None:
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import Choices, draw_figures, plan_figures
@@ -113,7 +118,8 @@ def plot(
     figures = plan_figures(stored, kinds or [], choices)
     for reason in figures.left_out:
         print(f"not drawn: {reason}", file=sys.stderr)
-    folder = out or stored.store.folder / "figures"
+    home = stored.store.folder
+    folder = out or (home / "figures" if isinstance(home, Path) else Path("figures") / study)
     for path in draw_figures(stored, figures, folder, [one.value for one in formats or [Format.png]], choices):
         print(path, flush=True)
 

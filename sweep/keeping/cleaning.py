@@ -7,16 +7,16 @@ deleted whole. So being killed at any moment loses no trial that stays.
 import json
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.locations import Location, StoreError
 from sweep.lock import Lock
-from sweep.parquet import StoreError, load_table
+from sweep.merging import superseded_rows
+from sweep.parquet import each, load_table
 from sweep.plan import size
 from sweep.rows import PROVENANCE
-from sweep.store import superseded_rows
 from sweep.study import StoredStudy
 
 
@@ -30,8 +30,8 @@ class Waste:
     those of a run that has not come to its end.
     """
 
-    rows: dict[Path, pa.ChunkedArray] = field(default_factory=dict)
-    kept: dict[Path, int] = field(default_factory=dict)
+    rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
+    kept: dict[Location, int] = field(default_factory=dict)
     trials: Counter[str] = field(default_factory=Counter)
     size_bytes: Counter[str] = field(default_factory=Counter)
     exact: bool = True
@@ -72,11 +72,11 @@ def find_waste(study: StoredStudy) -> Waste:
     return study.store.steadily(lambda parts: _waste(study, parts))
 
 
-def _waste(study: StoredStudy, parts: list[Path]) -> Waste:
+def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     waste, superseded = Waste(), superseded_rows(parts)
     listed = study.plan["trial_id"].combine_chunks()
-    for part in parts:
-        trials = load_table(part, "trials", ["trial_id"])
+    tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
+    for part, trials in zip(parts, tables, strict=True):
         ids, about = trials["trial_id"], json.loads(trials.schema.metadata[PROVENANCE])
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
@@ -102,7 +102,7 @@ def clean(study: StoredStudy, waste: Waste) -> int:
     """
     store = study.store
     before = sum(map(_bytes, store.current_parts()))
-    with Lock(store.folder, store.staging) as lock:
+    with Lock(store.place) as lock:
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
         store.tidy()
@@ -122,5 +122,5 @@ def _count(mask: pa.ChunkedArray) -> int:
     return int(pc.sum(mask, min_count=0).as_py())
 
 
-def _bytes(part: Path) -> int:
+def _bytes(part: Location) -> int:
     return sum(file.stat().st_size for file in part.iterdir())

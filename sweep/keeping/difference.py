@@ -13,6 +13,7 @@ from kernels import KERNELS_SHA
 from sweep.design import expand
 from sweep.document import Document
 from sweep.jobs import Jobs
+from sweep.locations import Location
 from sweep.spec import Study
 from sweep.store import Store
 from sweep.strict_yaml import parse_document
@@ -81,7 +82,7 @@ class Comparison:
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
 
-def compare(first: Study | StoredStudy, second: Study, results: Path) -> Comparison:
+def compare(first: Study | StoredStudy, second: Study, results: Location) -> Comparison:
     """What a launch of `second` into `results` would change, where `first` is another spec or a stored study.
 
     Raises SpecError for a design that cannot be, and StoreError for a damaged store.

@@ -3,7 +3,6 @@
 import json
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,8 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
-from sweep.parquet import load_table, load_trials, stored_schema
+from sweep.locations import Location
+from sweep.parquet import each, load_table, load_trials, stored_schema
 from sweep.rows import PROVENANCE
 from sweep.spec import Record
 from sweep.store import Store
@@ -43,7 +43,7 @@ class StoredTrial(NamedTuple):
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
     """Those of the trials that are stored, part by part. Raises StoreError for a damaged part."""
 
-    def read(parts: list[Path]) -> list[StoredTrial]:
+    def read(parts: list[Location]) -> list[StoredTrial]:
         return [trial for part, own in _holders(parts, trial_ids).items() for trial in _trials_of(part, own)]
 
     return store.steadily(read)
@@ -60,7 +60,7 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
     Raises StoreError for a damaged part.
     """
 
-    def read(parts: list[Path]) -> list[tuple[dict[str, Any], int]]:
+    def read(parts: list[Location]) -> list[tuple[dict[str, Any], int]]:
         counts = Counter[bytes]()
         for part, own in _holders(parts, trial_ids).items():
             counts[stored_schema(part / "trials.parquet").metadata[PROVENANCE]] += len(own)
@@ -69,21 +69,22 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
     return store.steadily(read)
 
 
-def _holders(parts: list[Path], trial_ids: Sequence[str]) -> dict[Path, list[str]]:
+def _holders(parts: list[Location], trial_ids: Sequence[str]) -> dict[Location, list[str]]:
     """The trials that each part holds, of those asked for; the latest part of a trial counts."""
-    wanted, latest = pa.array(trial_ids, pa.string()), dict[str, Path]()
-    for part in parts:
-        present = load_table(part, "trials", ["trial_id"])["trial_id"]
+    wanted, latest = pa.array(trial_ids, pa.string()), dict[str, Location]()
+    tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
+    for part, table in zip(parts, tables, strict=True):
+        present = table["trial_id"]
         latest |= dict.fromkeys(present.filter(pc.is_in(present, value_set=wanted)).to_pylist(), part)
-    holders = defaultdict[Path, list[str]](list)
+    holders = defaultdict[Location, list[str]](list)
     for trial, part in latest.items():
         holders[part].append(trial)
     return holders
 
 
-def _trials_of(part: Path, trial_ids: list[str]) -> Iterator[StoredTrial]:
+def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
-    tables = {path.stem: load_trials(part, path.stem, None, ids) for path in sorted(part.glob("*.parquet"))}
+    tables = {path.stem: load_trials(part, path.stem, None, ids) for path in part.glob("*.parquet")}
     trials = tables.pop("trials")
     provenance = json.loads(trials.schema.metadata[PROVENANCE])
     for row in trials.to_pylist():

@@ -1,12 +1,12 @@
 """A whole search: the search itself, its repetitions and random searches to compare with, and the held-out trials."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 from sweep.custody import custody
 from sweep.executors import ExecutorFactory
 from sweep.failures import FailedTrialsError, Failures
 from sweep.jobs import Job
+from sweep.locations import Location
 from sweep.lock import Lock
 from sweep.provenance import provenance
 from sweep.result import Result
@@ -36,7 +36,7 @@ RANDOM_BLOCKS = 3
 
 def search(
     study: Study,
-    results: Path,
+    results: Location,
     executor: ExecutorFactory,
     *,
     repetitions: int = 0,
@@ -64,7 +64,7 @@ class _Whole:
     def __init__(
         self,
         study: Study,
-        results: Path,
+        results: Location,
         executor: ExecutorFactory,
         repetitions: int,
         report: Callable[[SearchProgress], None],

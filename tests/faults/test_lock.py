@@ -14,6 +14,7 @@ from studies import SMALL, relaunch
 
 from sweep import lock as lock_module
 from sweep.lock import Lock
+from sweep.lock_files import LockFiles
 from sweep.parquet import StoreError
 from sweep.processes import machine, started
 from sweep.store import Store
@@ -32,7 +33,7 @@ store = Store(folder)
 print("ready", flush=True)
 for _ in range(int(sys.stdin.readline())):
     try:
-        with Lock(folder, store.staging):
+        with Lock(store.place):
             with (folder / "log").open("a") as log:
                 log.write("in\\n")
                 log.flush()
@@ -49,7 +50,7 @@ def store(tmp_path: Path) -> Store:
 
 
 def lock(store: Store) -> Lock:
-    return Lock(store.folder, store.staging)
+    return Lock(store.place)
 
 
 def foreign(store: Store, age: float, **about: object) -> Path:
@@ -115,7 +116,7 @@ def test_another_machine_that_was_heard_of_lately_holds_it(
     store: Store, monkeypatch: pytest.MonkeyPatch, age: float
 ) -> None:
     """Without being watched for a while."""
-    monkeypatch.setattr(lock_module, "_is_touched", lambda _: pytest.fail("watched"))
+    monkeypatch.setattr(lock_module, "_is_touched", lambda *_: pytest.fail("watched"))
     foreign(store, age)
     with pytest.raises(StoreError, match="ada on elsewhere"), lock(store):
         pass
@@ -138,15 +139,14 @@ def test_one_that_is_silent_while_watched_is_taken_over(
 @pytest.mark.parametrize("jump", [7200.0, -7200.0])
 def test_a_clock_that_jumps_is_no_death(store: Store, monkeypatch: pytest.MonkeyPatch, jump: float) -> None:
     """The other machine lives and touches its file, but by a clock two hours away."""
-    file, touch = foreign(store, jump), os.utime
-    looks = iter(range(1000))
+    file, touched, looks = foreign(store, jump), LockFiles.touched, iter(range(1000))
 
-    def living(path: Path) -> int:
-        if path == file and next(looks) == 3:
-            touch(file, (time.time() - jump + 5, time.time() - jump + 5))
-        return path.stat().st_mtime_ns
+    def living(claims: LockFiles, token: str) -> int | None:
+        if token == file.stem and next(looks) == 3:
+            os.utime(file, (time.time() - jump + 5, time.time() - jump + 5))
+        return touched(claims, token)
 
-    monkeypatch.setattr(lock_module, "_touched", living)
+    monkeypatch.setattr(LockFiles, "touched", living)
     with pytest.raises(StoreError, match="ada on elsewhere"), lock(store):
         pass
 
@@ -155,9 +155,10 @@ def test_a_clock_that_jumps_is_no_death(store: Store, monkeypatch: pytest.Monkey
 def test_who_has_slept_through_a_takeover_learns_of_it(store: Store) -> None:
     with lock(store) as held:
         held.check()
-        before = held.file.stat().st_mtime_ns
-        deadline = time.monotonic() + 10
-        while held.file.stat().st_mtime_ns == before:
+        file = store.folder / "lock" / f"{held.token}.json"
+        before = file.stat().st_mtime_ns
+        deadline = time.monotonic() + 60
+        while file.stat().st_mtime_ns == before:
             assert time.monotonic() < deadline
             time.sleep(0.01)
         shutil.rmtree(store.folder / "lock")

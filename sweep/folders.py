@@ -1,0 +1,112 @@
+"""A study in a folder of a file system: what is new is written beside its place, flushed to the disk and renamed.
+
+    <study>/parts/<part id>/                a part
+    <study>/writing/<host>~<pid>~<name>/    what a process is writing, or left behind
+    <study>/damaged/<part id>/              a part that could not be read
+
+A rename within a file system happens or does not, whatever crashes; flushed before and after, it holds when the power
+fails. Nothing is written through symbolic links.
+"""
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sweep.locations import Location, StoreError
+from sweep.lock_files import LockFiles
+from sweep.parquet import move_durably
+from sweep.processes import host, started
+
+OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
+WRITTEN = ("parts", "writing", "damaged", "lock", "spec.yaml")
+
+
+class Folder:
+    """The place of a study in the folder `root`, which need not exist before the first write."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._parts, self._writing = root / "parts", root / "writing"
+        self.lock = LockFiles(root / "lock", self.staging)
+
+    @contextmanager
+    def staging(self, name: str) -> Iterator[Path]:
+        """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
+        staging = self._writing / f"{host()}~{os.getpid()}~{name}"
+        refuse_links(self.root)
+        try:
+            self._parts.mkdir(parents=True, exist_ok=True)
+            staging.mkdir(parents=True)
+            yield staging
+        except OSError as error:
+            raise StoreError(f"{self.root}: cannot write ({error}); what was stored is intact") from error
+        finally:
+            shutil.rmtree(staging, ignore_errors=True)
+
+    def parts(self) -> list[Location]:
+        """The folders of all parts, oldest first."""
+        return [*_folders(self._parts)]
+
+    def commit(self, staged: Path, name: str) -> Location:
+        """Make a folder in staging a part, at once and whole, and return its place."""
+        part = self._parts / name
+        move_durably(staged, part)
+        return part
+
+    def put(self, staged: Path) -> None:
+        """Make a file in staging that of the same name in the study, in one step."""
+        move_durably(staged, self.root / staged.name)
+
+    def remove(self, name: str) -> None:
+        """Delete a file of the study, if it is there."""
+        (self.root / name).unlink(missing_ok=True)
+
+    @contextmanager
+    def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
+        """The parts where they can be read often and fast: here."""
+        yield parts
+
+    def discard(self, part: Location) -> None:
+        """Delete a part; it is gone at once and whole."""
+        with self.staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
+            (self._parts / part.name).rename(staging / part.name)
+
+    def set_aside(self, part: Location) -> Location | None:
+        """Move a part below damaged/, and say where it is now; None where it has gone meanwhile."""
+        refuse_links(self.root)
+        source, place = self._parts / part.name, self.root / "damaged" / part.name
+        try:
+            place.parent.mkdir(exist_ok=True)
+            source.rename(place)
+        except OSError as error:
+            if not source.exists():
+                return None
+            raise StoreError(f"{part}: is damaged, and cannot be set aside as {place} ({error})") from error
+        return place
+
+    def tidy(self, *, whole: bool) -> None:
+        """Delete what dead processes of this host were writing; others may live, whoever has how much of the study."""
+        del whole
+        for folder in _folders(self._writing):
+            name, pid = folder.name.split("~")[:2]
+            if name == host() and started(int(pid)) is None:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def refuse_links(folder: Path) -> None:
+    """Raise StoreError where a study's folder, or what we write in it, is a symbolic link, and so is elsewhere."""
+    for path in (folder, *(folder / name for name in WRITTEN), *folder.glob("*.parquet")):
+        if path.is_symlink():
+            raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
+
+
+def _folders(folder: Path) -> list[Path]:
+    """Our own sub-folders, by name; anything else that lies there is left alone."""
+    if not folder.is_dir():
+        return []
+    with os.scandir(folder) as entries:
+        ours = [entry for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
+        return sorted(folder / entry.name for entry in ours)
