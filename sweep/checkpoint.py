@@ -16,7 +16,7 @@ not see the study's folder, it says so once, and runs the trial without.
 import logging
 import os
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -26,7 +26,7 @@ from pathlib import Path
 from sweep.checkpoint_file import Saved, add_frames, drop_frames, frame_type, read_frames, read_state, write_state
 from sweep.jobs import Job
 from sweep.result import Result
-from sweep.trial import Simulation, attempt
+from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
 
@@ -37,8 +37,9 @@ TIMES_LONGER = 100.0
 
 @dataclass(frozen=True)
 class Checkpointed:
-    """`sweep.trial.run`, with checkpoints in `folder` every so many seconds; its results are the same."""
+    """`run`, that of `sweep.trial`, with checkpoints in `folder` every so many seconds; its results are the same."""
 
+    run: Callable[[Job], Result]
     folder: Path
     every: float
 
@@ -47,14 +48,11 @@ class Checkpointed:
 
         A trial that raises begins anew the next time.
         """
-        return attempt(self._simulate, job)
+        return self.run(job) if is_brief(job) else attempt(self._simulate, job)
 
     def _simulate(self, job: Job) -> Result:
         began = time.perf_counter()
-        simulation = Simulation(job)
-        if simulation.steps_left <= simulation.steps_a_call:
-            return simulation.result(began)
-        checkpoint = _Checkpoint(self.folder, simulation, self.every)
+        checkpoint = _Checkpoint(self.folder, Simulation(job), self.every)
         try:
             spent = checkpoint.resume()
             return checkpoint.simulation.result(began - spent, checkpoint.look)

@@ -19,7 +19,7 @@ from sweep.policy import policy_rules, policy_schema
 from sweep.replication import replicates_schema
 from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
 from sweep.search.schema import model_schema, search_schema
-from sweep.spec import REQUIRED, STUDY_NAME
+from sweep.spec import CHECKPOINT_SECONDS, REQUIRED, STUDY_NAME
 
 Schema = dict[str, Any]
 
@@ -83,6 +83,11 @@ def _properties() -> Schema:
         },
         "record": _record(),
         "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "seconds a trial may take"},
+        "checkpoint": {
+            "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": False}],
+            "description": f"seconds after which a trial writes down where it is, by default {CHECKPOINT_SECONDS:g}; "
+            "or false",
+        },
         **policy_schema(),
     }
 

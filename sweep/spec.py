@@ -1,5 +1,6 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -29,11 +30,12 @@ Stream = Literal["common", "independent"]
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 REQUIRED = ("study", "model", "preset", "seed")
+CHECKPOINT_SECONDS = 60.0
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
     *("maps", "fixed", "sweep", "search", "derive", "require", "replicates", "seeds", "streams", "record"),
-    *("time_limit", *POLICY_KEYS),
+    *("time_limit", "checkpoint", *POLICY_KEYS),
 )
 
 
@@ -61,7 +63,8 @@ class Streams:
 class Study:
     """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
 
-    `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
+    `maps` are those of the spec's own, `policy` says what becomes of trials that fail. `checkpoint` is after how many
+    seconds a trial writes down where it is, None for never.
     One of `replicates` (trials a point), `seeds` (one literal seed a trial) and `until` (a rule) is given.
     """
 
@@ -80,6 +83,7 @@ class Study:
     streams: Streams
     record: Record
     time_limit: float | None
+    checkpoint: float | None
     policy: Policy
     until: Until | None = None
     search: Search | None = None
@@ -172,6 +176,7 @@ def _study(root: Entry) -> Study:
         streams=_streams(root.get("streams"), Streams(noise="common") if search else Streams()),
         record=record,
         time_limit=_time_limit(root.get("time_limit")),
+        checkpoint=_checkpoint(root.get("checkpoint")),
         policy=read_policy(root),
         until=replication.until,
         search=search,
@@ -185,7 +190,7 @@ def _name(entry: Entry) -> str:
             f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "." joined by "/", '
             "none beginning with a dot"
         )
-    if taken := {"parts", "writing", "figures"} & set(name.split("/")):
+    if taken := {"parts", "writing", "figures", "checkpoints"} & set(name.split("/")):
         raise entry.error(f'study "{name}" is not allowed: every study has a folder "{taken.pop()}" of its own')
     return name
 
@@ -240,3 +245,13 @@ def _time_limit(entry: Entry | None) -> float | None:
     if seconds <= 0:
         raise entry.expected("a number of seconds above 0")
     return seconds
+
+
+def _checkpoint(entry: Entry | None) -> float | None:
+    if entry is None:
+        return CHECKPOINT_SECONDS
+    if entry.value is False:
+        return None
+    if isinstance(entry.value, bool) or not isinstance(entry.value, int | float) or not 0 < entry.value < math.inf:
+        raise entry.expected("a number of seconds above 0, or false")
+    return float(entry.value)

@@ -65,11 +65,13 @@ def simulate(job: Job) -> Result:
     return Simulation(job).result(began)
 
 
-class Simulation:
-    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own.
+def is_brief(job: Job) -> bool:
+    """Whether a trial is about one kernel call."""
+    return int(job.settings["n"]) * int(job.settings["steps"]) <= BOID_STEPS_A_CALL
 
-    `taken` are the frames so far of `result`.
-    """
+
+class Simulation:
+    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own."""
 
     def __init__(self, job: Job) -> None:
         known = fields(job.model)
@@ -98,10 +100,6 @@ class Simulation:
     @property
     def steps_left(self) -> int:
         return self.schedule.steps - self.step
-
-    @property
-    def steps_a_call(self) -> int:
-        return max(1, BOID_STEPS_A_CALL // self.schedule.n)
 
     def advance(self, steps: int) -> bool:
         """Take up to `steps` steps, no more than there is room for frames; False where the state is not finite.
@@ -156,13 +154,13 @@ class Simulation:
     def result(self, began: float, between: Callable[[float], None] | None = None) -> Result:
         """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began.
 
-        `between` is called after each kernel call but the last, all frames being taken, with the seconds so far.
+        `between` is called after each kernel call but the last, with the seconds so far; `taken` has the frames so far.
         """
         limit = self.job.time_limit
         status = "done"
         self.taken.append(self.take_frames())
         while self.steps_left > 0 and status == "done":
-            if not self.advance(self.steps_a_call):
+            if not self.advance(max(1, BOID_STEPS_A_CALL // self.schedule.n)):
                 status = "diverged"
             self.taken.append(self.take_frames())
             if status == "done" and self.steps_left > 0:

@@ -65,7 +65,7 @@ def killed_after(calls: int, a_job: Job, folder: Path, monkeypatch: pytest.Monke
     with monkeypatch.context() as patched:
         patched.setattr(checkpoint._Checkpoint, "look", looking)
         with pytest.raises(Killed):
-            Checkpointed(folder, 0.0)(a_job)
+            Checkpointed(run, folder, 0.0)(a_job)
 
 
 def step_of(folder: Path) -> int:
@@ -85,7 +85,7 @@ def resumed(a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Result
 
     with monkeypatch.context() as patched:
         patched.setattr(Simulation, "result", noting)
-        result = Checkpointed(folder, 1e9)(a_job)
+        result = Checkpointed(run, folder, 1e9)(a_job)
     assert began == [step]
     assert step > 0
     return result
@@ -134,7 +134,7 @@ def test_a_trial_goes_on_in_another_process(tmp_path: Path, monkeypatch: pytest.
     code = (
         "import test_checkpoint as t, pathlib\n"
         "t.trial.BOID_STEPS_A_CALL = 36\n"
-        f"result = t.Checkpointed(pathlib.Path({str(tmp_path)!r}), 1e9)(t.flown(t.plain_job()))\n"
+        f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}), 1e9)(t.flown(t.plain_job()))\n"
         "print(t.zlib.crc32(repr(t.numbers(result)).encode()))"
     )
     assert int(in_another_process(code)) == zlib.crc32(repr(numbers(run(a_job))).encode())
@@ -161,10 +161,13 @@ def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: p
     assert rooms[1] > rooms[0] == rooms[2]
 
 
-def test_a_trial_of_one_call_touches_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20)
+def test_a_trial_of_one_call_is_run_without_a_look_at_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    checkpointed = Checkpointed(lambda _job: "run", tmp_path, 0.0)  # type: ignore[arg-type,return-value]
     monkeypatch.setattr(checkpoint, "_Checkpoint", None)
-    assert numbers(Checkpointed(tmp_path, 0.0)(plain_job())) == numbers(run(plain_job()))
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20)
+    assert checkpointed(plain_job()) == "run"
+    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20 - 1)
+    assert checkpointed(plain_job()).status == "failed"
 
 
 def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,12 +187,12 @@ def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_seconds_of_all_attempts_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = broken_off(tmp_path, monkeypatch)
     change(path, seconds=5000.0)
-    result = Checkpointed(tmp_path, 1e9)(plain_job())
+    result = Checkpointed(run, tmp_path, 1e9)(plain_job())
     assert 5000.0 < result.seconds < 6000.0
     discard(tmp_path, {TRIAL})
     broken_off(tmp_path, monkeypatch)
     change(path, seconds=5000.0)
-    late = Checkpointed(tmp_path, 1e9)(replace(plain_job(), time_limit=4000.0))
+    late = Checkpointed(run, tmp_path, 1e9)(replace(plain_job(), time_limit=4000.0))
     assert (late.status, late.step) == ("timeout", 9)
 
 
@@ -266,7 +269,7 @@ def test_a_checkpoint_that_is_not_good_is_said_and_not_used(
     spoil, message = WRONG[what]
     spoil(path)
     with caplog.at_level(logging.WARNING, "sweep"):
-        result = Checkpointed(tmp_path, 1e9)(plain_job())
+        result = Checkpointed(run, tmp_path, 1e9)(plain_job())
     [record] = caplog.records
     assert message in record.message
     assert record.message.endswith("the trial begins anew")
@@ -308,10 +311,10 @@ def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
     monkeypatch.setattr(Simulation, "restore", dying)
     for number in (1, 2):
         with pytest.raises(Killed):
-            Checkpointed(tmp_path, 1e9)(plain_job())
+            Checkpointed(run, tmp_path, 1e9)(plain_job())
         assert sorted(path.suffix for path in tmp_path.iterdir()) == [".frames", f".tried-{number}"]
     with caplog.at_level(logging.WARNING, "sweep"):
-        assert numbers(Checkpointed(tmp_path, 1e9)(plain_job())) == numbers(run(plain_job()))
+        assert numbers(Checkpointed(run, tmp_path, 1e9)(plain_job())) == numbers(run(plain_job()))
     assert "ended its worker twice on going on from its checkpoint; begins anew" in caplog.text
     assert list(tmp_path.iterdir()) == []
 
@@ -330,7 +333,7 @@ def test_being_killed_again_and_again_later_loses_no_checkpoint(
         with monkeypatch.context() as patched:
             patched.setattr(checkpoint._Checkpoint, "look", looking)
             with pytest.raises(Killed):
-                Checkpointed(tmp_path, 1e9)(flown(plain_job()))
+                Checkpointed(run, tmp_path, 1e9)(flown(plain_job()))
         assert path.read_bytes() == before
     assert numbers(resumed(flown(plain_job()), tmp_path, monkeypatch)) == numbers(run(flown(plain_job())))
 
@@ -343,7 +346,7 @@ def test_a_trial_that_raises_leaves_no_checkpoint(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setitem(METRICS, "speed", METRICS["speed"]._replace(measure=broken))
     monkeypatch.setattr(checkpoint._Checkpoint, "resume", lambda _self: 0.0)
-    result = Checkpointed(tmp_path, 1e9)(plain_job())
+    result = Checkpointed(run, tmp_path, 1e9)(plain_job())
     assert (result.status, list(tmp_path.iterdir())) == ("failed", [])
 
 
@@ -381,7 +384,7 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
 ) -> None:
     folder = hindrance(tmp_path, monkeypatch)
     with caplog.at_level(logging.WARNING, "sweep"):
-        results = [Checkpointed(folder, 0.0)(plain_job(seed=seed)) for seed in (1, 2)]
+        results = [Checkpointed(run, folder, 0.0)(plain_job(seed=seed)) for seed in (1, 2)]
     assert [numbers(result) for result in results] == [numbers(run(plain_job(seed=seed))) for seed in (1, 2)]
     [record] = caplog.records
     assert "no checkpoint can be written (" in record.message

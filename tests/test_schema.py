@@ -130,6 +130,8 @@ def test_missing_keys_are_invalid(key: str) -> None:
         "record: {metrics: [polarisation]}",
         "record: {every: 0}",
         "time_limit: 0",
+        "checkpoint: 0",
+        "checkpoint: true",
     ],
 )
 def test_mistakes_are_invalid(line: str) -> None:

@@ -50,6 +50,11 @@ def test_everything_loads() -> None:
     assert study.axes[5].merged == 2
 
 
+@pytest.mark.parametrize(("line", "seconds"), [("", 60.0), ("checkpoint: 0.5", 0.5), ("checkpoint: false", None)])
+def test_checkpoints_come_every_minute_or_as_the_spec_says(line: str, seconds: float | None) -> None:
+    assert parse_spec(short(line)).checkpoint == seconds
+
+
 def test_file_and_text_and_mapping_are_the_same_study(tmp_path: Path) -> None:
     path = tmp_path / "spec.yaml"
     path.write_text(SEPARATION)
@@ -258,6 +263,11 @@ MISTAKES = [
     (["time_limit: 0"], '6: "time_limit" must be a number of seconds above 0, not 0'),
     (["time_limit: .inf"], '6: "time_limit" must be a finite number, not inf'),
     (["time_limit: true"], '6: "time_limit" must be a number, not true'),
+    (["checkpoint: true"], '6: "checkpoint" must be a number of seconds above 0, or false, not true'),
+    (["checkpoint: 0"], '6: "checkpoint" must be a number of seconds above 0, or false, not 0'),
+    (["checkpoint: .inf"], '6: "checkpoint" must be a number of seconds above 0, or false, not inf'),
+    (["checkpoint: off"], '6: "checkpoint" must be a number of seconds above 0, or false, not "off"'),
+    (["checkpoints: 60"], '6: unknown key "checkpoints"; did you mean "checkpoint"?'),
     (["fixed: &a {n: 1}"], "6: anchors and aliases (& and *) are not allowed"),
     (["fixed: {<<: {n: 1}}"], '6: a key must be a name, not "<<"'),
     (["1: 2"], '6: a key must be a name, not "1"'),
