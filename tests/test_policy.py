@@ -4,6 +4,8 @@ import json
 import logging
 import re
 import signal
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
@@ -358,3 +360,40 @@ def test_a_search_tries_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     again = asked_by(spec + "on_error: retry\nretries: 1\n", tmp_path / "one")
     replace_trials(monkeypatch, analytic())
     equal(again, asked_by(spec, tmp_path / "other"))
+
+
+SLOW = """
+study: slow
+model: nguyen2024
+preset: as_run
+fixed: {n: 50, steps: 8000}
+replicates: 3
+seed: 5
+record: {series: [speed], every: 4000}
+time_limit: 0.001
+on_error: stop
+"""
+"""Two calls of the kernel, and between them a look at the clock: every trial takes longer than a millisecond."""
+
+
+def test_the_command_ends_with_one_sentence_and_the_first_error_can_be_replayed(tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(SLOW)
+    done = command(tmp_path, "launch", "spec.yaml", "--workers", "1")
+    assert done.returncode == 1
+    said = done.stderr.splitlines()[-1]
+    found = re.fullmatch(
+        r"slow: [123] of 3 trials (?:has|have) failed, and on_error is stop; the first: time limit of 0.001 s reached "
+        r'after step 4000 \("(sweep replay slow \w+)" shows it\); what is finished is stored, and the same command '
+        "with --retry runs the failed ones again",
+        said,
+    )
+    assert found is not None, done.stderr
+    assert "timeout" in command(tmp_path, "status", "slow").stdout
+    replayed = command(tmp_path, *found[1].split()[1:])
+    assert "last_step                          8000" in replayed.stdout
+
+
+def command(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    """The finished `sweep` command, run in `folder` by a process of its own."""
+    sweep = [sys.executable, "-c", "from sweep.cli import main; main()", *arguments]
+    return subprocess.run(sweep, cwd=folder, capture_output=True, text=True, timeout=120)

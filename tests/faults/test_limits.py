@@ -3,6 +3,7 @@
 import re
 import signal
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import runner_jobs
 from studies import SMALL
 
 import sweep.batch as batch_module
-from faults import jobs
+from faults import jobs, troubled
 from sweep.executors import Loky, Serial
 from sweep.launch import launch
 from sweep.runner import Failure
@@ -90,6 +91,37 @@ def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     trials = StoredStudy("small", tmp_path).trials
     assert list(trials["status"]) == ["timeout", "diverged", "diverged"] * 2
     assert set(trials.loc[trials["status"] == "timeout", "error"]) == {"did not return within 3 s, and was ended"}
+
+
+def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
+    tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It succeeds then, and leaves no trace; the one that always raises says how often it was tried."""
+    counts = tmp_path / "runs"
+    counts.mkdir()
+    monkeypatch.setattr(batch_module, "run", partial(troubled.fails_at_first, str(counts)))
+    launch(parse_spec(SMALL + "on_error: retry\nretries: 1\nmemory_limit: 600 MiB\n"), tmp_path, loky)
+    trials = StoredStudy("small", tmp_path).trials
+    assert list(trials["status"]) == ["diverged"] * 4 + ["failed", "diverged"]
+    assert trials["error"][4].startswith("after 2 attempts: Traceback")
+    assert trials["error"][4].endswith("ValueError: no luck\n")
+    assert set(trials["error"].drop(4)) == {""}
+    assert (counts / trials["trial_id"][0]).read_text() == "xxx"
+    assert caplog.messages == ["small: 2 trials have failed and run again, attempt 2 of 2"]
+
+
+@pytest.mark.slow
+def test_trials_that_hang_or_kill_their_worker_are_tried_again(
+    tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch_module, "run", troubled.hangs_or_dies)
+    monkeypatch.setattr(batch_module, "GRACE_SECONDS", 2.5)
+    launch(parse_spec(SMALL + "on_error: retry\nretries: 1\ntime_limit: 0.5\n"), tmp_path, loky)
+    study = StoredStudy("small", tmp_path)
+    assert list(study.trials["status"]) == ["timeout", "failed"] + ["diverged"] * 4
+    late, dead = study.trials["error"][:2]
+    assert late == "after 2 attempts: did not return within 3 s, and was ended"
+    assert dead.startswith("after 2 attempts: worker process died 3 times while running this trial alone")
 
 
 def test_a_worker_killed_in_the_middle_of_a_result_does_not_hang_the_launch(loky: Loky, tmp_path: Path) -> None:
