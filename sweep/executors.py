@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 from sweep.interrupts import SIGNALS
 
 if TYPE_CHECKING:
-    from sweep.watch import Limits, Watching
+    from sweep.watch import Limits, Verdict, Watching
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -51,6 +51,14 @@ class WorkerDiedError(Exception):
     def __init__(self, times: int, words: str) -> None:
         super().__init__(words)
         self.times = times
+
+
+class JobEndedError(Exception):
+    """A chunk is lost, and others are not: its worker was ended, as one of its jobs was beyond a limit."""
+
+    def __init__(self, verdict: "Verdict") -> None:
+        super().__init__(verdict.error)
+        self.verdict = verdict
 
 
 class ExecutorFactory(Protocol):

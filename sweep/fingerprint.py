@@ -31,13 +31,6 @@ def fingerprint() -> str:
     return json.dumps(versions | _sources(ROOT))
 
 
-def report() -> str:
-    """The fingerprint of this process with all imported that a trial needs, for whoever asks from outside."""
-    import sweep.trial  # noqa: F401  # what counts is that it is there
-
-    return fingerprint()
-
-
 @lru_cache(maxsize=4)
 def refusal(expected: str) -> str:
     """Why this process must not run trials for one whose fingerprint is `expected`; empty where it may.

@@ -22,7 +22,14 @@ from typing import Generic, NamedTuple, TypeVar
 
 from sweep import fingerprint
 from sweep.chunks import Chunks
-from sweep.executors import ConnectionLostError, ExecutorFactory, NotYetError, WorkerDiedError, WorkersError
+from sweep.executors import (
+    ConnectionLostError,
+    ExecutorFactory,
+    JobEndedError,
+    NotYetError,
+    WorkerDiedError,
+    WorkersError,
+)
 from sweep.interrupts import HeldInterrupt
 from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watching
 from sweep.worker import Failure, Outcomes, run_chunk
@@ -192,7 +199,9 @@ class _Loop(Generic[J, R]):
     def _judged(self, chunk: _Chunk, error: BaseException, verdict: Verdict | None) -> list[R]:
         """What is known for certain of the jobs of a chunk that is lost; all others get another turn."""
         if verdict is not None:
-            return self._ended(chunk, verdict)
+            return self._ended(chunk, verdict, others_go_on=False)
+        if isinstance(error, JobEndedError):
+            return self._ended(chunk, error.verdict, others_go_on=True)
         if isinstance(error, ConnectionLostError) or (self.watch.ended and isinstance(error, BrokenExecutor)):
             return self._innocent(chunk)
         if not chunk.alone and isinstance(error, BrokenExecutor):
@@ -211,17 +220,21 @@ class _Loop(Generic[J, R]):
             return self._innocent(chunk)
         if chunk.alone:
             self.suspects.popleft()
-        return [self.failed(self.jobs[index], _verdict(error))]
+        return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
-    def _ended(self, chunk: _Chunk, verdict: Verdict) -> list[R]:
+    def _ended(self, chunk: _Chunk, verdict: Verdict, *, others_go_on: bool) -> list[R]:
         """The result of the job that was beyond a limit, unless jobs before it may have left the memory so full."""
         if chunk.alone:
             index = self.suspects.popleft()
         else:
             index = chunk.indices.pop(verdict.position)
             self._innocent(chunk)
-            if not verdict.late:
+            self.attempts[index] += others_go_on
+            if not verdict.late and not others_go_on:
                 self.suspects.append(index)
+                return []
+            if not verdict.late and self.attempts[index] == 1:
+                self.again.append([index])
                 return []
         return [(self.overdue if verdict.late else self.failed)(self.jobs[index], verdict.error)]
 
@@ -273,7 +286,7 @@ def _refused(differences: str) -> str:
     return f"{changed}: {differences}; what is done is stored: launch again to go on with what is there now"
 
 
-def _verdict(error: BaseException) -> str:
-    if isinstance(error, BrokenExecutor):
-        return f"worker process died {MAX_ATTEMPTS} times while running this trial alone: {error}"
-    return f"no result came back in {MAX_ATTEMPTS} attempts: {type(error).__name__}: {error}"
+def _verdict(error: BaseException, times: int) -> str:
+    if isinstance(error, BrokenExecutor | WorkerDiedError):
+        return f"worker process died {times} times while running this trial alone: {error}"
+    return f"no result came back in {times} attempts: {type(error).__name__}: {error}"

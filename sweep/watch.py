@@ -84,16 +84,16 @@ class Seat(NamedTuple):
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
         """The jobs of a chunk, each noted on the board while it is in use."""
-        board, first = _board(self.path), NOTES * self.number
-        board[first + PROCESS] = float(os.getpid())
+        notes, first = board(self.path), NOTES * self.number
+        notes[first + PROCESS] = float(os.getpid())
         try:
             for position, job in enumerate(jobs):
-                board[first + SINCE] = IDLE
-                board[first + POSITION] = float(position)
-                board[first + SINCE] = time.monotonic()
+                notes[first + SINCE] = IDLE
+                notes[first + POSITION] = float(position)
+                notes[first + SINCE] = time.monotonic()
                 yield job
         finally:
-            board[first + SINCE] = IDLE
+            notes[first + SINCE] = IDLE
 
 
 class Watch:
@@ -120,7 +120,7 @@ class Watch:
                 self._file.flush()
             except OSError as error:
                 raise WorkersError(f"the limits of trials need a small temporary file: {error}") from error
-            self._board = _board(self._file.name)
+            self._board = board(self._file.name)
             self._thread.start()
         return self
 
@@ -132,7 +132,7 @@ class Watch:
             self._thread.join()
             self._file.close()
 
-    def take(self) -> Seat | None:
+    def take(self) -> Place | None:
         """A seat for a chunk about to be sent; None without limits, or where all are taken."""
         if self.limits == NO_LIMITS or not self._free:
             return None
@@ -167,7 +167,7 @@ class Watch:
             return None
         try:
             worker = psutil.Process(int(process))
-            late, error = self._beyond(time.monotonic() - since, worker)
+            late, error = beyond(self.limits, time.monotonic() - since, worker)
             if not error or self._board[first + SINCE] != since or worker.ppid() != os.getpid():
                 return None
             self.ended = True
@@ -176,17 +176,18 @@ class Watch:
             return None
         return Verdict(int(position), late, error)
 
-    def _beyond(self, seconds: float, worker: "psutil.Process") -> tuple[bool, str]:
-        deadline, memory = self.limits
-        if deadline is not None and seconds > deadline:
-            return True, f"did not return within {deadline:g} s, and was ended"
-        if memory is not None and (held := worker.memory_info().rss) > memory:
-            return False, f"memory limit of {memory / 2**20:.0f} MiB: its worker held {held / 2**20:.0f} MiB"
-        return False, ""
+
+def beyond(limits: Limits, seconds: float, worker: "psutil.Process") -> tuple[bool, str]:
+    """Whether a job that has taken `seconds` is late, and which limit it is beyond, in words; none where empty."""
+    if limits.deadline is not None and seconds > limits.deadline:
+        return True, f"did not return within {limits.deadline:g} s, and was ended"
+    if limits.memory is not None and (held := worker.memory_info().rss) > limits.memory:
+        return False, f"memory limit of {limits.memory / 2**20:.0f} MiB: its worker held {held / 2**20:.0f} MiB"
+    return False, ""
 
 
 @lru_cache(maxsize=4)
-def _board(path: str) -> "memoryview[float]":
+def board(path: str) -> "memoryview[float]":
     """The board as numbers of 8 bytes, each written at once: `since`, `position` and `process` of every seat."""
     descriptor = os.open(path, os.O_RDWR)
     try:

@@ -1,0 +1,69 @@
+"""Where trials run: the options that say so, and the engine that they stand for."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.cli.app import stop
+
+if TYPE_CHECKING:
+    from sweep.executors import ExecutorFactory
+
+
+class Kind(StrEnum):
+    """What runs the trials."""
+
+    local = "local"
+    dask = "dask"
+
+
+Engine = Annotated[Kind, typer.Option("--executor", help="Processes on this machine, or a dask cluster.")]
+Address = Annotated[
+    str | None, typer.Option(metavar="tcp://HOST:PORT", help="Where the scheduler of the dask cluster answers.")
+]
+SchedulerFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="The file in which the scheduler of the dask cluster says so.")
+]
+
+
+@contextmanager
+def engine(kind: Kind, workers: int, address: str | None, scheduler_file: Path | None) -> "Iterator[ExecutorFactory]":
+    """The engine that the options ask for, ready; stopped on leaving the context.
+
+    Options that do not go together, a missing package and a scheduler that does not answer end the command.
+    """
+    made = _local(workers, address, scheduler_file) if kind is Kind.local else _dask(workers, address, scheduler_file)
+    try:
+        yield made
+    finally:
+        made.stop()
+
+
+def _local(workers: int, address: str | None, scheduler_file: Path | None) -> "ExecutorFactory":
+    from sweep.executors import Loky, core_count
+
+    for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
+        if value is not None:
+            stop(f"{option}: a dask cluster has one; add --executor dask")
+    return Loky(workers or core_count())
+
+
+def _dask(workers: int, address: str | None, scheduler_file: Path | None) -> "ExecutorFactory":
+    if workers:
+        stop("--workers: a dask cluster has the workers that were started for it; leave the option out")
+    if (address is None) == (scheduler_file is None):
+        stop("--executor dask: give either --address tcp://HOST:PORT or --scheduler-file FILE")
+    if scheduler_file is not None and not scheduler_file.is_file():
+        stop(f"{scheduler_file}: no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it")
+    if find_spec("distributed") is None:
+        stop('--executor dask: needs dask.distributed: pip install "boidsweep[dask]"')
+    from sweep.cluster import Dask
+
+    made = Dask(address, None if scheduler_file is None else str(scheduler_file))
+    made.connect()
+    return made

@@ -1,0 +1,92 @@
+"""A dask cluster on this machine, started by dask's own commands; nothing of it is left at the end."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+PATIENCE_SECONDS = 120.0
+QUIET = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
+
+
+def free_port() -> int:
+    """A port that nobody listens on at the moment."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port: int = listener.getsockname()[1]
+        return port
+
+
+def until(condition: Callable[[], bool], what: str) -> None:
+    """Wait for a condition, however slow the machine is."""
+    deadline = time.monotonic() + PATIENCE_SECONDS
+    while not condition():
+        assert time.monotonic() < deadline, f"in vain: {what}"
+        time.sleep(0.05)
+
+
+class Cluster:
+    """A scheduler and workers, each a process in a session of its own, with a log file in `folder`."""
+
+    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+        self.folder = folder
+        self.environment = os.environ | QUIET | environment
+        self.port = free_port()
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.processes: list[subprocess.Popen[bytes]] = []
+        self.scheduler = self.start_scheduler()
+
+    def start_scheduler(self) -> "subprocess.Popen[bytes]":
+        """A scheduler at our address."""
+        options = ["--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard"]
+        self.scheduler = self._started("dask_scheduler", options, {})
+        until(self._listens, "the scheduler listens")
+        return self.scheduler
+
+    def start_worker(self, *options: str, **environment: str) -> "subprocess.Popen[bytes]":
+        """A worker process of one thread, without a nanny unless `options` say otherwise."""
+        plain = ["--nthreads", "1", "--no-dashboard", "--death-timeout", "60", "--local-directory", str(self.folder)]
+        nanny = [] if "--nanny" in options else ["--no-nanny"]
+        return self._started("dask_worker", [self.address, *plain, *nanny, *options], environment)
+
+    def _listens(self) -> bool:
+        with socket.socket() as caller:
+            return caller.connect_ex(("127.0.0.1", self.port)) == 0
+
+    def _started(self, command: str, options: Sequence[str], environment: dict[str, str]) -> "subprocess.Popen[bytes]":
+        log = (self.folder / f"{command}-{len(self.processes)}.log").open("wb")
+        with log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.{command}", *options],
+                cwd=self.folder,
+                env=self.environment | environment,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+        self.processes.append(process)
+        return process
+
+    def end(self) -> None:
+        """Kill everything, with what it has started."""
+        for process in self.processes:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@contextmanager
+def cluster(folder: Path, workers: int, **environment: str) -> Iterator[Cluster]:
+    """A scheduler and so many workers."""
+    made = Cluster(folder, environment)
+    try:
+        for _ in range(workers):
+            made.start_worker()
+        yield made
+    finally:
+        made.end()
