@@ -187,13 +187,14 @@ def bits(a_job: Job) -> str:
 def exact_jobs(model: str) -> Iterator[Job]:
     """Small jobs of a model, which together take every path: presets, updates, borders, maps, metrics.
 
-    The worlds with coverage are small, since without compilation their 480,000 pixels take a second.
+    Pixels are large, since without compilation the 480,000 of a whole world take a second.
     """
     every_metric = tuple(METRICS)
     small = {"map": "random_obstacles", "n_obstacles": 3, "n": 14, "steps": 10}
-    small |= scaled(model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=1)
+    small |= scaled(model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=2)
     wanted = {"metrics": every_metric, "heatmaps": True, "seed": 27}
     for preset, update, borders in product(MODELS[model].presets, UPDATES, BORDERS):
         yield job(model, preset, series=every_metric, every=3, update=update, **borders, **small, **wanted)
     for name in maps_of(model):
-        yield job(model, "as_run", series=("speed",), map=name, **map_size(model, name), n=20, steps=6)
+        size = map_size(model, name) | scaled(model, pixel=4)
+        yield job(model, "as_run", series=("speed",), map=name, **size, n=20, steps=6)

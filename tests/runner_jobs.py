@@ -92,15 +92,6 @@ def processes_below(parent: int) -> set[int]:
     return found
 
 
-def is_busy_worker(pid: int) -> bool:
-    """Whether a live process is a worker of a pool that has used 1.5 s of a processor, with its start-up."""
-    try:
-        used = sum(int(ticks) for ticks in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13])
-        return b"loky.backend.popen" in Path(f"/proc/{pid}/cmdline").read_bytes() and used > 150
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
 @contextmanager
 def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[str]"]:
     """A running command in a session of its own, of which nothing is left at the end, whatever happens."""

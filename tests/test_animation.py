@@ -14,6 +14,7 @@ from commands import sweep
 from PIL import Image
 from studies import SMALL, launched
 
+import sweep.keeping.flight as flight
 import sweep.keeping.video as video
 from sweep.keeping.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.keeping.flight import frames, write_flight
@@ -54,9 +55,16 @@ def test_every_frame_is_written_and_agrees_with_those_stored(study: StoredStudy,
     assert about["run_again"]["cpu"]
 
 
+@pytest.fixture
+def few_steps_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred for 40 boids: as many as for 2000 without."""
+    monkeypatch.setattr(flight, "BOID_STEPS_A_CALL", 4000)
+
+
+@pytest.mark.usefixtures("few_steps_a_call")
 def test_long_flights_are_written_block_by_block(tmp_path: Path) -> None:
     """With few steps a call there are many blocks, and the same frames."""
-    a_job = builders.job(n=2000, steps=450)
+    a_job = builders.job(n=40, steps=450)
     blocks = [taken.steps for taken in frames(a_job, 7, silent)]
     assert len(blocks) > 4
     assert np.concatenate(blocks).tolist() == [*range(0, 450, 7), 450]
@@ -64,9 +72,10 @@ def test_long_flights_are_written_block_by_block(tmp_path: Path) -> None:
     assert count == pq.read_metadata(tmp_path / "flight.parquet").num_rows == 66
 
 
+@pytest.mark.usefixtures("few_steps_a_call")
 def test_progress_goes_from_step_to_step() -> None:
     said: list[tuple[int, int]] = []
-    for _ in frames(builders.job(n=2000, steps=300), 100, lambda done, whole: said.append((done, whole))):
+    for _ in frames(builders.job(n=40, steps=300), 100, lambda done, whole: said.append((done, whole))):
         pass
     assert said[-1] == (300, 300)
     assert said == sorted(said)

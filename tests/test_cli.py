@@ -12,12 +12,16 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from commands import SWEEP, sweep
 from commands import started as finished
-from runner_jobs import is_busy_worker, processes_below, started
+from commands import sweep
+from faults.campaign import LAUNCH, workers
+from runner_jobs import started
 from studies import IMPOSSIBLE, SMALL, launched
 
 from sweep.cli import app
+
+STORING_OFTEN = LAUNCH[:3]
+"""The command, which stores a part five times a second."""
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +191,7 @@ def test_the_schema_is_json(folder: Path) -> None:
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) -> None:
     spec = SMALL.replace("[0.5, 1]", "[1]").replace("steps: 9", "steps: 2000")
     (tmp_path / "spec.yaml").write_text(spec.replace("replicates: 3", "replicates: 100000"))
-    with started([*SWEEP, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+    with started([*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
         wait_for_part(tmp_path, process)
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=60)
@@ -217,10 +221,11 @@ def wait_for_part(folder: Path, process: "subprocess.Popen[str]") -> None:
 
 def test_a_killed_worker_loses_no_trial(tmp_path: Path) -> None:
     """The whole study is there although a worker is killed while it runs."""
-    spec = SMALL.replace("replicates: 3", "replicates: 100").replace("steps: 9", "steps: 8000")
+    spec = SMALL.replace("replicates: 3", "replicates: 30").replace("steps: 9", "steps: 8000")
     (tmp_path / "spec.yaml").write_text(spec)
-    with started([*SWEEP, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
-        os.kill(busy_worker(process), signal.SIGKILL)
+    with started([*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+        wait_for_part(tmp_path, process)
+        os.kill(workers(process.pid)[0], signal.SIGKILL)
         _, errors = process.communicate(timeout=120)
     assert process.returncode == 0, errors
     killed = launched_again(tmp_path / "results")
@@ -228,17 +233,6 @@ def test_a_killed_worker_loses_no_trial(tmp_path: Path) -> None:
     pd.testing.assert_frame_equal(
         killed.drop(columns="seconds"), quiet.trials.drop(columns="seconds"), check_exact=True
     )
-
-
-def busy_worker(launcher: "subprocess.Popen[str]") -> int:
-    """A worker process of `launcher` that is past its start-up and computes."""
-    for _ in range(600):
-        for pid in processes_below(launcher.pid):
-            if is_busy_worker(pid):
-                return pid
-        assert launcher.poll() is None, launcher.communicate()[1]
-        time.sleep(0.1)
-    raise AssertionError("no worker has been busy for a minute")
 
 
 def launched_again(results: Path) -> pd.DataFrame:

@@ -15,7 +15,21 @@ MOST_BYTES = 300_000
 MACHINE = re.compile(r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\|site-packages")
 """Folders of one machine."""
 
+FEWER = {"finite_size": ("replicates: 12", "replicates: 2")}
+"""Of a notebook with 121 million boid-steps, what `make test` runs in its place; `make test-slow` runs it whole."""
+IN_PROCESS = "import sweep.executors\n\nsweep.executors.Loky = sweep.executors.Serial\n"
+"""Starting workers takes longer than these trials, and changes no bit of them."""
+
 pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+
+
+@pytest.fixture
+def in_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Notebooks run their trials in their own process."""
+    startup = tmp_path / "ipython" / "profile_default" / "startup"
+    startup.mkdir(parents=True)
+    (startup / "00-in-process.py").write_text(IN_PROCESS)
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
 
 
 def committed(path: Path) -> NotebookNode:
@@ -36,11 +50,35 @@ def words(cell: NotebookNode) -> list[object]:
     ]
 
 
-def test_it_runs_from_nothing_to_what_is_committed(path: Path, tmp_path: Path) -> None:
-    fresh = executed(path, tmp_path)
-    assert (tmp_path / "results" / "notebooks").is_dir()
+def kinds(cell: NotebookNode) -> list[list[str]]:
+    """Which kinds of output a cell put out."""
+    return [sorted(output["data"]) if "data" in output else [output["name"]] for output in cell.outputs]
+
+
+def comes_to_what_is_committed(path: Path, folder: Path) -> None:
+    fresh = executed(path, folder)
+    assert (folder / "results" / "notebooks").is_dir()
     for cell, again in zip(code(committed(path)), code(fresh), strict=True):
         assert words(cell) == words(again), f"run make notebooks: {cell.source}"
+
+
+@pytest.mark.usefixtures("in_process")
+def test_it_runs_from_nothing_to_what_is_committed(path: Path, tmp_path: Path) -> None:
+    """With the same kinds of output in the same places, where the trials are fewer."""
+    if path.stem not in FEWER:
+        comes_to_what_is_committed(path, tmp_path)
+        return
+    text = path.read_text(encoding="utf-8")
+    assert text.count(FEWER[path.stem][0]) == 1
+    fewer = tmp_path / path.name
+    fewer.write_text(text.replace(*FEWER[path.stem]), encoding="utf-8")
+    fresh = executed(fewer, tmp_path)
+    assert [kinds(cell) for cell in code(fresh)] == [kinds(cell) for cell in code(committed(path))]
+
+
+@pytest.mark.slow
+def test_with_workers_it_runs_to_what_is_committed_whole(path: Path, tmp_path: Path) -> None:
+    comes_to_what_is_committed(path, tmp_path)
 
 
 def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
