@@ -1,13 +1,20 @@
-"""Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so."""
+"""Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so.
+
+Long trials go on from their checkpoints, if there are any. Those are deleted here: when the trial is stored, when one
+that took too long is tried again, and at the beginning where nobody will ask for them any more.
+"""
 
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
+from pathlib import Path
 
+from sweep.checkpoint import FOLDER, Checkpointed, discard, present
 from sweep.cost import job_seconds
 from sweep.executors import ExecutorFactory
 from sweep.failures import Failures
 from sweep.jobs import Job
+from sweep.locations import StoreError
 from sweep.result import Result, after, failed, overdue, result_bytes
 from sweep.rows import Tables
 from sweep.runner import drive
@@ -42,33 +49,60 @@ def run_jobs(
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    outcomes = closing(_outcomes(study, jobs, executor))
-    with Writer[Result](store, tables, size=result_bytes) as writer, outcomes as batches:
+    folder = store.folder / FOLDER if isinstance(store.folder, Path) else None
+    if folder:
+        _discard_stale(folder, store, jobs)
+
+    def stored(results: list[Result]) -> None:
+        if folder:
+            discard(folder, {result.job.trial_id for result in results})
+
+    outcomes = closing(_outcomes(study, jobs, executor, folder))
+    with Writer[Result](store, tables, size=result_bytes, stored=stored) as writer, outcomes as batches:
         for results in batches:
             writer.add(results)
             noted(results)
             failures.note(results)
 
 
-def _outcomes(study: Study, jobs: Sequence[Job], executor: ExecutorFactory) -> Generator[list[Result], None, None]:
+def _discard_stale(folder: Path, store: Store, jobs: Sequence[Job]) -> None:
+    """Delete the checkpoints of trials that are stored, or that the plan has no more, and that are not about to run."""
+    idle = present(folder)
+    if idle:
+        idle -= {job.trial_id for job in jobs}
+    if idle:
+        planned: set[str] = set()
+        with suppress(StoreError):  # a search that was interrupted early has none
+            planned |= set(store.read_plan()["trial_id"].to_pylist())
+        discard(folder, {trial for trial in idle if trial not in planned} | (idle & store.trial_ids().keys()))
+
+
+def _outcomes(
+    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None
+) -> Generator[list[Result], None, None]:
     """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
         again: list[Job] = []
-        for results in _driven(study, jobs, executor):
+        for results in _driven(study, jobs, executor, folder):
             again += [result.job for result in results if result.has_failed]
+            if folder:
+                discard(folder, {result.job.trial_id for result in results if result.status == "timeout"})
             yield [result for result in results if not result.has_failed]
         if not again:
             return
         tried = f"attempt {attempt + 1} of {rounds}"
         LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
         jobs = again
-    for results in _driven(study, jobs, executor):
+    for results in _driven(study, jobs, executor, folder):
         yield [after(rounds, result) for result in results]
 
 
-def _driven(study: Study, jobs: Sequence[Job], executor: ExecutorFactory) -> Iterator[list[Result]]:
-    """What becomes of each job in one attempt."""
+def _driven(
+    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None
+) -> Iterator[list[Result]]:
+    """What becomes of each job in one attempt; with a `folder`, from its checkpoint there."""
+    trial = Checkpointed(run, folder, study.checkpoint) if folder and study.checkpoint else run
     limit = study.time_limit
     limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
-    return drive(jobs, run, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)
+    return drive(jobs, trial, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)

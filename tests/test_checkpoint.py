@@ -14,6 +14,8 @@ from typing import Any
 import builders
 import numpy as np
 import pytest
+from faults.campaign import tables
+from studies import SMALL, relaunch
 from test_trial import flown, in_another_process, small
 
 from kernels.metrics import METRICS
@@ -22,6 +24,7 @@ from sweep import checkpoint, checkpoint_file, trial
 from sweep.checkpoint import Checkpointed, discard, present
 from sweep.jobs import Job
 from sweep.result import Result
+from sweep.store import Store
 from sweep.trial import Simulation, run
 
 TRIAL = "0123456789abcdef01234567"
@@ -416,3 +419,92 @@ def test_folders_that_are_links_are_left_alone(tmp_path: Path) -> None:
     assert present(folder) == set()
     discard(folder, {TRIAL})
     assert (tmp_path / "elsewhere" / f"{TRIAL}.state").exists()
+
+
+LONG = SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
+
+
+def interrupted(spec: str, results: Path, monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Launch a study and be killed in its fourth trial; the trials that have a checkpoint, those of its chunk."""
+    look, calls = checkpoint._Checkpoint.look, iter(range(3 * 9 + 1))
+
+    def looking(self: Any, seconds: float) -> None:
+        look(self, seconds)
+        if next(calls, None) is None:
+            raise Killed
+
+    with monkeypatch.context() as patched:
+        patched.setattr(checkpoint._Checkpoint, "look", looking)
+        with pytest.raises(Killed):
+            relaunch(spec, results)
+    return present(results / "small" / "checkpoints")
+
+
+@pytest.fixture
+def whole(tmp_path: Path) -> dict[str, str]:
+    """The tables of LONG without checkpoints."""
+    relaunch(LONG.replace("1.0e-9", "false"), tmp_path / "whole")
+    return tables(tmp_path / "whole" / "small")
+
+
+def test_checkpoints_go_when_the_disk_holds_the_trial(
+    tmp_path: Path, whole: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, folder, seen = Store.append, tmp_path / "small" / "checkpoints", []
+
+    def appending(self: Store, parts: Any) -> Any:
+        seen.append(present(folder) == set(parts["trials"]["trial_id"].to_pylist()))
+        return append(self, parts)
+
+    monkeypatch.setattr(Store, "append", appending)
+    assert relaunch(LONG, tmp_path).statuses == {"done": 6}
+    assert seen == [True]
+    assert not folder.exists()
+    assert tables(tmp_path / "small") == whole
+
+
+def test_the_next_launch_goes_on_and_drops_what_nobody_asks_for(
+    tmp_path: Path, whole: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What is stored, and what is not in the plan."""
+    folder = tmp_path / "small" / "checkpoints"
+    going_on, stored = interrupted(LONG, tmp_path, monkeypatch), Store(tmp_path / "small").trial_ids()
+    assert going_on
+    assert stored
+    (folder / f"{next(iter(stored))}.state").touch()
+    (folder / f"{'f' * 24}.state").touch()
+    asked_for: list[set[str]] = []
+    monkeypatch.setattr(checkpoint._Checkpoint, "resume", noting_presence(folder, asked_for))
+    with caplog.at_level(logging.WARNING, "sweep"):
+        assert relaunch(LONG, tmp_path).stored == len(stored)
+    assert asked_for[0] == going_on
+    went_on = {message.split()[1].strip(":") for message in caplog.messages if "goes on from step" in message}
+    assert went_on == going_on
+    assert not folder.exists()
+    assert tables(tmp_path / "small") == whole
+
+
+def noting_presence(folder: Path, noted: list[set[str]]) -> Callable[[Any], float]:
+    """A `resume` that takes note of the checkpoints that there are when it begins."""
+    resume = checkpoint._Checkpoint.resume
+
+    def noting(self: Any) -> float:
+        noted.append(present(folder))
+        return resume(self)
+
+    return noting
+
+
+def test_a_trial_that_took_too_long_is_tried_again_from_its_beginning(
+    tmp_path: Path, whole: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    policy = "time_limit: 4000\non_error: retry\nretries: 1\n"
+    for late in interrupted(LONG, tmp_path, monkeypatch):
+        change(tmp_path / "small" / "checkpoints" / f"{late}.state", seconds=5000.0)
+    assert set(relaunch(LONG + policy, tmp_path).statuses) == {"done"}
+    assert tables(tmp_path / "small") == whole
+
+
+def test_without_checkpoints_there_are_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checkpoint, "_Checkpoint", None)
+    assert relaunch(LONG.replace("1.0e-9", "false"), tmp_path).statuses == {"done": 6}
