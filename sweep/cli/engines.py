@@ -1,5 +1,6 @@
 """Where trials run: the options that say so, and the engine that they stand for."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -13,6 +14,9 @@ from sweep.cli.app import stop
 
 if TYPE_CHECKING:
     from sweep.executors import ExecutorFactory
+
+
+ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 
 
 class Kind(StrEnum):
@@ -49,7 +53,7 @@ def _local(workers: int, address: str | None, scheduler_file: Path | None) -> "E
 
     for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
         if value is not None:
-            stop(f"{option}: a dask cluster has one; add --executor dask")
+            stop(f"{option}: only a dask cluster has one; add --executor dask")
     return Loky(workers or core_count())
 
 
@@ -58,6 +62,8 @@ def _dask(workers: int, address: str | None, scheduler_file: Path | None) -> "Ex
         stop("--workers: a dask cluster has the workers that were started for it; leave the option out")
     if (address is None) == (scheduler_file is None):
         stop("--executor dask: give either --address tcp://HOST:PORT or --scheduler-file FILE")
+    if address is not None and not ADDRESS.fullmatch(address):
+        stop(f"--address {address}: give it as the scheduler prints it, e.g. tcp://10.0.0.1:8786")
     if scheduler_file is not None and not scheduler_file.is_file():
         stop(f"{scheduler_file}: no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it")
     if find_spec("distributed") is None:

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 PATIENCE_SECONDS = 120.0
-QUIET = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
+SETTINGS = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
 
 
 def free_port() -> int:
@@ -35,10 +35,11 @@ class Cluster:
 
     def __init__(self, folder: Path, environment: dict[str, str]) -> None:
         self.folder = folder
-        self.environment = os.environ | QUIET | environment
+        self.environment = os.environ | SETTINGS | environment
         self.port = free_port()
         self.address = f"tcp://127.0.0.1:{self.port}"
         self.processes: list[subprocess.Popen[bytes]] = []
+        self.logs: list[Path] = []
         self.scheduler = self.start_scheduler()
 
     def start_scheduler(self) -> "subprocess.Popen[bytes]":
@@ -59,8 +60,8 @@ class Cluster:
             return caller.connect_ex(("127.0.0.1", self.port)) == 0
 
     def _started(self, command: str, options: Sequence[str], environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-        log = (self.folder / f"{command}-{len(self.processes)}.log").open("wb")
-        with log:
+        self.logs.append(self.folder / f"{len(self.logs)}-{command}.log")
+        with self.logs[-1].open("wb") as log:
             process = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.{command}", *options],
                 cwd=self.folder,

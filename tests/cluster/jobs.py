@@ -1,0 +1,33 @@
+"""Jobs for clusters, importable by worker processes."""
+
+import os
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+PATIENCE_SECONDS = 120.0
+
+
+class Staged(NamedTuple):
+    """A job that notes in `folder` which process runs it, and waits until its stage is allowed."""
+
+    number: int
+    stage: int
+    folder: str
+
+
+def staged(job: Staged) -> int:
+    """The number of the job; its file is named by number and process."""
+    folder = Path(job.folder)
+    (folder / f"began-{job.stage}-{job.number}-{os.getpid()}").touch()
+    deadline = time.monotonic() + PATIENCE_SECONDS
+    while job.stage > 0 and not (folder / f"allowed-{job.stage}").exists():
+        if time.monotonic() > deadline:
+            raise TimeoutError("the stage was never allowed")
+        time.sleep(0.02)
+    return job.number
+
+
+def processes(folder: Path, stage: int) -> set[int]:
+    """The processes that have begun jobs of a stage."""
+    return {int(path.name.rpartition("-")[2]) for path in folder.glob(f"began-{stage}-*")}

@@ -1,0 +1,131 @@
+"""Trials on a dask cluster of real processes: the same bits as here, whatever becomes of workers and scheduler."""
+
+import os
+import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+import runner_jobs
+from commands import sweep
+from faults import jobs as faulty
+from studies import SMALL, launched
+
+from cluster import jobs
+from cluster.started import Cluster, cluster, until
+from sweep.cluster import Dask
+from sweep.runner import Failure
+from sweep.study import StoredStudy
+from sweep.watch import Limits
+
+ROOT = Path(__file__).parent.parent.parent
+TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+SQUARES = {(job, job * job) for job in range(40)}
+
+
+@pytest.fixture
+def engines() -> Iterator[list[Dask]]:
+    """Engines that a test has made; all are stopped."""
+    made: list[Dask] = []
+    yield made
+    for engine in made:
+        engine.stop()
+
+
+def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_other_code(tmp_path: Path) -> None:
+    whole = launched(SMALL, tmp_path / "here")
+    (tmp_path / "small.yaml").write_text(SMALL, encoding="utf-8")
+    launch = ["launch", "small.yaml", "--executor", "dask", "--address"]
+    with cluster(tmp_path, 1, **TESTS) as made:
+        done = sweep(tmp_path, *launch, made.address, "--results", "there")
+        assert (done.returncode, "6 new trials (6 done)" in done.stderr) == (0, True), done.stderr
+        made.start_worker(PYTHONPATH=str(edited_copy(tmp_path)))
+        until(lambda: "Registered to" in log(made, 2), "another worker joins")
+        refused = sweep(tmp_path, *launch, made.address, "--results", "elsewhere")
+    stored = StoredStudy("small", tmp_path / "there")
+    pd.testing.assert_frame_equal(stored.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds"))
+    pd.testing.assert_frame_equal(stored.series, whole.series)
+    assert refused.returncode == 2
+    assert "workers have another environment than this process: tcp://127.0.0.1:" in refused.stderr
+    assert refused.stderr.rstrip().endswith(": other code in sweep/trial.py")
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def edited_copy(folder: Path) -> Path:
+    """A copy of the code with one line more in `sweep/trial.py`."""
+    copy = folder / "copy"
+    for package in ("kernels", "sweep"):
+        shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / "sweep" / "trial.py").open("a") as code:
+        code.write("\n# edited\n")
+    return copy
+
+
+def log(made: Cluster, number: int) -> str:
+    """What the command of a process of the cluster has said so far; the scheduler is the first."""
+    return made.logs[number].read_text(encoding="utf-8")
+
+
+def test_late_joiners_get_work_and_neither_a_killed_worker_nor_a_scheduler_that_restarts_loses_any(
+    tmp_path: Path, engines: list[Dask], caplog: pytest.LogCaptureFixture
+) -> None:
+    with cluster(tmp_path, 1, **TESTS) as made:
+        engines.append(Dask(made.address))
+        disturbing = threading.Thread(target=disturb, args=(made, tmp_path))
+        disturbing.start()
+        work = [jobs.Staged(number, number // 8, str(tmp_path)) for number in range(24)]
+        results = runner_jobs.run_all(
+            work, jobs.staged, engines[0], cost=lambda job: 24.0 - job.number, chunk_seconds=1e-6
+        )
+        disturbing.join()
+    assert sorted(results) == list(range(24))
+    assert "waiting for it to come back" in caplog.text or "no worker at" in caplog.text
+
+
+def disturb(made: Cluster, folder: Path) -> None:
+    """In the second stage a worker joins and the first is killed, in the third the scheduler is, and comes back."""
+    until(lambda: bool(jobs.processes(folder, 1)), "the first worker is at the second stage")
+    [first] = jobs.processes(folder, 1)
+    made.start_worker()
+    until(lambda: len(jobs.processes(folder, 1)) > 1, "the late joiner has work")
+    os.kill(first, signal.SIGKILL)
+    (folder / "allowed-1").touch()
+    until(lambda: bool(jobs.processes(folder, 2)), "the third stage has begun")
+    made.scheduler.kill()
+    made.scheduler.wait()
+    made.start_scheduler()
+    made.start_worker()
+    (folder / "allowed-2").touch()
+
+
+def test_a_job_that_kills_its_workers_or_hangs_convicts_only_itself(tmp_path: Path, engines: list[Dask]) -> None:
+    """With one worker all others queue behind it, and dask gives them up too at the first death."""
+    with cluster(tmp_path, 0, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0", **TESTS) as made:
+        made.start_worker("--nanny")
+        engines.append(Dask(made.address))
+        results = dict(runner_jobs.run_all(range(40), runner_jobs.square_or_die, engines[0]))
+        died = results.pop(7)
+        assert died == Failure("worker process died 3 times while running this trial alone: dask gave it up")
+        assert set(results.items()) == {pair for pair in SQUARES if pair[0] != 7}
+        limits = Limits(deadline=2.0)
+        hung = runner_jobs.run_all([0, 7, 8], faulty.square_or_hang, engines[0], overdue=late, limits=limits)
+        assert sorted(hung) == [(0, 0), (7, "late: did not return within 2 s, and was ended"), (8, 64)]
+    until(lambda: not wardens(made.address), "wardens end with their workers")
+
+
+def wardens(address: str) -> list[str]:
+    """The processes that watch workers of a cluster."""
+    commands = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            commands.append(path.read_text(encoding="utf-8"))
+    return [command for command in commands if "sweep.warden" in command and address in command]
+
+
+def late(job: Any, error: str) -> tuple[Any, str]:
+    return job, f"late: {error}"
