@@ -21,7 +21,7 @@ from sweep.parquet import move_durably
 from sweep.processes import host, started
 
 OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
-WRITTEN = ("parts", "writing", "damaged", "lock", "spec.yaml")
+WRITTEN = ("parts", "writing", "damaged", "lock", "checkpoints", "spec.yaml")
 
 
 class Folder:

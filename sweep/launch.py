@@ -101,7 +101,7 @@ def launch(
         message = "what trials follow depends on all that are stored: this study cannot be launched in shares"
         raise study.document.error(("replicates", "until"), message)
     design, store = expand(study), Store(results / study.name)
-    with custody(store) as lock:
+    with custody(store, share) as lock:
         return _Launch(study, design, store, executor, lock, report, share, retry).run()
 
 

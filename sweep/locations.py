@@ -32,7 +32,10 @@ AWAY = re.compile(
     r"AWS Error (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN|THROTTLING|REQUEST_TIMEOUT"
     r"|REQUEST_EXPIRED|UNKNOWN \(HTTP status (5\d\d|429)\))"
 )
-SAID = re.compile(r"AWS Error (?P<code>[A-Z_]+( \(HTTP status \d+\))?).*?operation: (?P<words>[^;\n]*)", re.DOTALL)
+GONE = "AWS Error NO_SUCH_KEY"
+SAID = re.compile(
+    r"AWS Error (?P<code>[A-Z_]+( \(HTTP status \d+\))?).*?operation: (curlCode: \d+, )?(?P<words>[^;\n]*)", re.DOTALL
+)
 ATTEMPTS = 3
 PATIENCE_SECONDS = 180.0
 FIRST_PAUSE = 0.5
@@ -97,6 +100,8 @@ class Server:
         except FileNotFoundError:
             raise
         except OSError as error:
+            if GONE in str(error):  # deleted between two requests that pyarrow makes
+                raise FileNotFoundError(str(path)) from error
             raise self.trouble(path, error) from error
 
     def _check(self, path: "ObjectPath") -> None:

@@ -42,6 +42,8 @@ YIELD_SECONDS = 5.0
 CLAIM_BYTES = 1000
 ASKING, HELD = "asking", "held"
 LOG = logging.getLogger("sweep")
+GIVEN_BACK: set[str] = set()
+"""Claims of this process that it holds no more, although a place that did not answer may have kept one."""
 
 
 class Claim(NamedTuple):
@@ -84,10 +86,10 @@ class Lock:
             while not self._granted():
                 time.sleep(POLL_SECONDS)
         except OSError as error:
-            self._claims.withdraw(self.token)
+            self._give_back()
             raise StoreError(f"{self.path}: cannot write ({error}); what was stored is intact") from error
         except BaseException:
-            self._claims.withdraw(self.token)
+            self._give_back()
             raise
         self._thread.start()
         return self
@@ -97,7 +99,7 @@ class Lock:
     ) -> None:
         self._over.set()
         self._thread.join()
-        self._claims.withdraw(self.token)
+        self._give_back()
 
     def check(self) -> None:
         """Raise StoreError where somebody has taken the lock over, as after this machine has slept."""
@@ -108,6 +110,10 @@ class Lock:
         """With a new token, as the old one may have been taken away."""
         self.token = secrets.token_hex(8)
         self._claims.create(self.token, self._text(ASKING))
+
+    def _give_back(self) -> None:
+        GIVEN_BACK.add(self.token)
+        self._claims.withdraw(self.token)
 
     def _text(self, state: str) -> str:
         """The claim in always as many bytes."""
@@ -125,7 +131,7 @@ class Lock:
                 return True
             self._ask()
         elif rivals[0].token < self.token:
-            self._claims.withdraw(self.token)
+            self._give_back()
             self._let_pass([rival.token for rival in rivals if rival.token < self.token])
             self._ask()
         return False
@@ -166,6 +172,8 @@ class Lock:
 
     def _death(self, claim: Claim) -> str:
         """How it is known that the owner is dead; empty where it may live."""
+        if claim.token in GIVEN_BACK:
+            return "that launch is over"
         if claim.machine == machine():
             return "" if started(int(claim.process)) == claim.started else "that process is gone"
         self._claims.touch(self.token)

@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sweep import parquet
+from sweep import merging, parquet
 from sweep import store as store_module
 from sweep import writer as writer_module
 from sweep.parquet import StoreError
@@ -269,6 +269,73 @@ def test_compaction_respects_parts_that_stay_between_the_merged_ones(store: Stor
     assert store.trial_ids() == {"a": "2", "b": "1", "c": "3"}
     append(store, {"c": "4"})
     assert store.trial_ids()["c"] == "4"
+
+
+def test_small_parts_are_merged_on_the_way_each_row_a_few_times(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 240 parts never more than three of a level are there, and a row is written again once a level."""
+    monkeypatch.setattr(merging, "MOST_GATHERED", 4)
+    write, written, most = pq.ParquetWriter.write_table, [0], 0
+
+    def counted(writer: pq.ParquetWriter, table: pa.Table, *options: Any) -> None:
+        written[0] += len(table)
+        write(writer, table, *options)
+
+    monkeypatch.setattr(pq.ParquetWriter, "write_table", counted)
+    with Writer(store, build, rows=2) as writer:
+        for index in range(120):
+            writer.add([f"{index}-{row}" for row in range(2)])
+            most = max(most, len(part_names(store)))
+    assert most <= 3 * 4
+    assert written[0] <= 240 * 5
+    assert len(store.trial_ids()) == 240
+    assert nothing_unfinished(store)
+
+
+def test_what_is_large_enough_is_not_merged_again(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(merging, "MERGED_ROWS", 6)
+    with Writer(store, build, rows=2) as writer:
+        for index in range(9):
+            writer.add([f"{index}-{row}" for row in range(2)])
+    assert len(part_names(store)) == 3
+    assert len(store.trial_ids()) == 18
+
+
+def test_on_the_way_too_the_latest_row_counts(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(merging, "MOST_GATHERED", 3)
+    for index in range(10):
+        append(store, {"a": str(index), f"b{index}": "ok"})
+        store.gather()
+        assert store.trial_ids() == {"a": str(index)} | {f"b{number}": "ok" for number in range(index + 1)}
+    assert len(part_names(store)) == 2
+
+
+def test_only_parts_of_this_launch_are_merged_on_the_way(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(merging, "MOST_GATHERED", 2)
+    old = [append(Store(store.folder), {f"old{index}": "ok"}) for index in range(5)]
+    for index in range(2):
+        append(store, {f"new{index}": "ok"})
+        store.gather()
+    assert {part.name for part in old} < part_names(store)
+    assert len(part_names(store)) == 6
+
+
+def test_a_listing_that_missed_a_merged_part_is_made_again(store: Store) -> None:
+    """As of a folder that is changed while it is read: neither the merged part nor those that it replaced are in it."""
+    for index in range(3):
+        append(store, {f"a{index}": "ok"})
+    last, listings = append(store, {"b": "ok"}), iter([1])
+    store.merge(store.all_parts()[:3], {})
+    parts = store.all_parts
+    store.all_parts = lambda: [last] if next(listings, None) else parts()  # type: ignore[method-assign]
+    assert len(store.trial_ids()) == 4
+
+
+def test_a_folder_that_is_a_link_is_not_written_through(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "study").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(StoreError, match="study: is a symbolic link"):
+        append(Store(tmp_path / "study"), {"a": "ok"})
+    assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
 @pytest.mark.parametrize(("call", "after"), [("replace", 0), ("rename", 0), ("rename", 2), ("fsync", 3)])

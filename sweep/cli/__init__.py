@@ -12,7 +12,7 @@ from sweep.cli import running, reading, keeping, catalogue  # noqa: F401  # isor
 from sweep.cli.app import app, stop
 
 INTERRUPTED = 130
-ENDINGS = {"SpecError": 2, "StoreError": 2, "WorkersError": 2, "FailedTrialsError": 1}
+ENDINGS = {"SpecError": 2, "StoreError": 2, "UnreachableError": 2, "WorkersError": 2, "FailedTrialsError": 1}
 """The exit codes of errors that a user can mend, by name: importing them would take a while."""
 
 

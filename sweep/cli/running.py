@@ -1,7 +1,6 @@
 """Commands that run trials."""
 
 import sys
-from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +8,7 @@ from typing import Annotated
 import typer
 
 from sweep.cli.app import Json, Results, Spec, Workers, app
+from sweep.cli.engines import Address, Engine, Kind, SchedulerFile, engine
 
 
 class Scale(StrEnum):
@@ -24,21 +24,21 @@ def launch(
     workers: Workers = 0,
     results: Results = Path("results"),
     retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+    executor: Engine = Kind.local,
+    address: Address = None,
+    scheduler_file: SchedulerFile = None,
 ) -> None:
     """Run the trials of a study that are not stored yet.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.executors import Loky, core_count
     from sweep.launch import launch as run_study
     from sweep.progress import ProgressBar
     from sweep.spec import load_spec
 
     study = load_spec(spec)
-    engine = Loky(workers or core_count())
-    with ProgressBar(study.name) as bar, ExitStack() as ending:
-        ending.callback(engine.stop)
-        progress = run_study(study, results, engine, retry=retry, report=bar.show)
+    with engine(executor, workers, address, scheduler_file) as made, ProgressBar(study.name) as bar:
+        progress = run_study(study, results, made, retry=retry, report=bar.show)
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     if progress.troubled:
         raise SystemExit(1)
@@ -58,12 +58,14 @@ def search(
     ] = None,
     retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
     as_json: Json = False,
+    executor: Engine = Kind.local,
+    address: Address = None,
+    scheduler_file: SchedulerFile = None,
 ) -> None:
     """Search for good settings, judge the best on new seeds, and report.
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.executors import Loky, core_count
     from sweep.search import report
     from sweep.search.export import check_export
     from sweep.search.export import export as write_export
@@ -75,10 +77,8 @@ def search(
     study = load_spec(spec)
     if export:
         check_export(export, study.name)
-    engine = Loky(workers or core_count())
-    with SearchBar(study.name) as bar, ExitStack() as ending:
-        ending.callback(engine.stop)
-        progress = run_search(study, results, engine, repetitions=repetitions, retry=retry, report=bar.show)
+    with engine(executor, workers, address, scheduler_file) as made, SearchBar(study.name) as bar:
+        progress = run_search(study, results, made, repetitions=repetitions, retry=retry, report=bar.show)
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     stored = StoredStudy(study.name, results)
     print(report.as_json(stored) if as_json else report.text(stored))
@@ -121,12 +121,13 @@ def reproduce(
     """
     from sweep.claims import read_all
     from sweep.executors import Loky, core_count
+    from sweep.locations import local_folder
     from sweep.reproduce import reproduce as run_all
 
-    quick = scale is Scale.quick
+    folder, quick = local_folder(results, "the page and its figures are written to"), scale is Scale.quick
     publications = read_all(experiments, quick=quick)
     engine = Loky(workers or core_count())
-    outcome = run_all(publications, results, engine, quick=quick, only=only or ())
+    outcome = run_all(publications, folder, engine, quick=quick, only=only or ())
     print(outcome.summary(), file=sys.stderr)
     if not outcome.whole:
         raise SystemExit(1)

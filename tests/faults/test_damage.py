@@ -96,7 +96,7 @@ def test_every_flipped_bit_and_every_cut_is_found(whole: Path, tmp_path: Path) -
         assert damage(copy).startswith(file.name)
 
 
-@pytest.mark.parametrize("what", ["truncated", "missing", "flipped"])
+@pytest.mark.parametrize("what", ["truncated", "missing", "flipped", "series"])
 def test_a_part_without_a_manifest_is_decoded(folder: Path, what: str) -> None:
     """As those of version 0.2.0 are."""
     part = Store(folder).all_parts()[0]
@@ -105,6 +105,9 @@ def test_a_part_without_a_manifest_is_decoded(folder: Path, what: str) -> None:
     if what == "truncated":
         os.truncate(part / "series.parquet", 300)
         assert damage(part) == "series.parquet cannot be read"
+    elif what == "series":
+        (part / "series.parquet").unlink()
+        assert damage(part) == "series.parquet is missing"
     elif what == "missing":
         (part / "trials.parquet").unlink()
         assert damage(part) == "trials.parquet cannot be read"
