@@ -1,7 +1,7 @@
 """The live simulator: a page in the browser, or a widget in a notebook, on the kernels that sweeps use.
 
-The package is a function too: `sweep.view(model="nguyen2024")` is the widget. A function of that name in `sweep` would be
-gone as soon as something imports the package.
+The package is a function too: `sweep.view(model="nguyen2024")` is the widget. A function of that name in `sweep` would
+be gone as soon as something imports the package.
 """
 
 import sys

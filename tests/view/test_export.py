@@ -1,10 +1,6 @@
 """Runs as files: pictures, animations, and the page that plays one from disk."""
 
-import base64
-import hashlib
 import io
-import json
-import re
 import xml.etree.ElementTree as Tree
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +12,6 @@ from PIL import Image
 
 import sweep.view.export as export
 import sweep.view.flight as flights
-import sweep.view.recording as recording
 from kernels import KERNELS_SHA
 from sweep.keeping.animation import Scene
 from sweep.parquet import StoreError
@@ -133,7 +128,7 @@ def test_a_file_is_saved_whole_under_its_ending_and_replaces_none(flight: Flight
     assert (tmp_path / "x.svg").read_bytes() == file.content
     with pytest.raises(StoreError, match="exists already"):
         file.save(tmp_path / "x.svg")
-    with pytest.raises(StoreError, match='unknown kind of file ".png"'):
+    with pytest.raises(StoreError, match=r'unknown kind of file "\.png"'):
         file.save(tmp_path / "x.png")
     file.save(tmp_path / "x.svg", force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["x.svg"]
