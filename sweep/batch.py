@@ -63,6 +63,7 @@ def run_jobs(
             writer.add(results)
             noted(results)
             failures.note(results)
+            failures.check()
 
 
 def _discard_stale(folder: Path, store: Store, jobs: Sequence[Job]) -> None:

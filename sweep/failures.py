@@ -34,17 +34,20 @@ class Failures:
         self.trials.update(trials)
 
     def note(self, results: Iterable[Result]) -> None:
-        """Count the failed ones of these results. Raises FailedTrialsError where they are too many now."""
+        """Count the failed ones of these results."""
         failed = [result for result in results if result.has_failed]
         if failed:
             self.first = self.first or (failed[0].job.trial_id, failed[0].error)
             self.trials.update(result.job.trial_id for result in failed)
-            self.check()
+
+    def too_many(self) -> bool:
+        """Whether more trials have failed than may."""
+        allowed = self.study.policy.allowed(self.most)
+        return allowed is not None and len(self.trials) > allowed
 
     def check(self) -> None:
         """Raise FailedTrialsError where more trials have failed than may."""
-        allowed = self.study.policy.allowed(self.most)
-        if allowed is not None and len(self.trials) > allowed:
+        if self.too_many():
             raise FailedTrialsError(self._sentence())
 
     def _sentence(self) -> str:

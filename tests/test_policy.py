@@ -22,7 +22,7 @@ import sweep.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.design import expand
 from sweep.document import SpecError
-from sweep.failures import FailedTrialsError, last_line
+from sweep.failures import FailedTrialsError, Failures, last_line
 from sweep.jobs import Job, Jobs
 from sweep.plan import make_plan
 from sweep.policy import Policy
@@ -31,6 +31,7 @@ from sweep.result import Result, after, failed, overdue
 from sweep.search.plan import make_search_plan
 from sweep.search.stored import read_asked
 from sweep.spec import parse_spec
+from sweep.store import Store
 from sweep.study import StoredStudy
 from sweep.trial import run
 
@@ -150,6 +151,19 @@ def test_errors_say_how_often_a_trial_was_tried_and_end_as_before() -> None:
     assert after(3, Result(job, "done", 1.0)) == Result(job, "done", 1.0)
     assert last_line(" a\nb\n") == "b"
     assert last_line("\n") == "no word about why"
+
+
+def test_the_first_error_of_this_launch_is_named(tmp_path: Path) -> None:
+    """Rather than a later one, or one that is stored from before."""
+    study = parse_spec(SMALL + "failure_budget: 2\n")
+    one, two, *_ = Jobs(study, expand(study), KERNELS_SHA)
+    failures = Failures(study, Store(tmp_path / "small"), 6)
+    failures.note_stored(["0" * 24])
+    failures.note([Result(two, "diverged", 0.0), failed(one, "first")])
+    failures.check()
+    failures.note([failed(two, "second")])
+    with pytest.raises(FailedTrialsError, match=rf'^small: 3 of 6 .*; the first: first \("sweep .* {one.trial_id}"'):
+        failures.check()
 
 
 class Trials:
