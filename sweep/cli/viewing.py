@@ -1,0 +1,108 @@
+"""The command that opens the live simulator."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweep.cli.app import Results, app, stop
+
+if TYPE_CHECKING:
+    from sweep.view.show import Show
+    from sweep.view.state import ViewState
+
+EXTRA = 'the live simulator needs more packages: pip install "boidsweep[view]"'
+SPECS = (".yaml", ".yml")
+
+
+@app.command()
+def view(
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="[SPEC | STUDY]", help="A spec or a study, of which the first point is shown."),
+    ] = None,
+    trial: Annotated[
+        str | None, typer.Argument(metavar="[TRIAL]", help="A stored trial of the study to replay.")
+    ] = None,
+    model: Annotated[str | None, typer.Option(help="A model; nguyen2024 by default.")] = None,
+    preset: Annotated[str | None, typer.Option(help="A preset of it; as_run by default.")] = None,
+    map_name: Annotated[str | None, typer.Option("--map", help="A map; that of the preset by default.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")] = 0,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Only print the address, as for a remote machine.")
+    ] = False,
+    results: Results = Path("results"),
+) -> None:
+    """See the swarm in the browser: a model, a spec or study from its first point, or a stored trial again.
+
+    The page is served to this machine only. Ctrl-C ends it.
+    """
+    if what and (model or preset or map_name):
+        stop(f"--model, --preset and --map are for a view without {what}, which has its own")
+    try:
+        from sweep.view.server import Server
+    except ModuleNotFoundError as error:
+        stop(f"{EXTRA} ({error.name} is missing)")
+    begin = _replayed(what, trial, results) if what and trial else _live(_state(what, model, preset, map_name, results))
+    server = Server(_first_at_once(begin), port)
+    print(server.url, flush=True)
+    print("Ctrl-C ends it", file=sys.stderr)
+    if not no_open:
+        _open(server.url)
+    server.run()
+
+
+def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
+    """What makes a show for each page, the first of which is made now: what is wrong with it is said at once."""
+    made = [begin()]
+    return lambda: made.pop() if made else begin()
+
+
+def _replayed(study: str, trial: str, results: Results) -> "Callable[[], Show]":
+    from sweep.study import StoredStudy
+    from sweep.view.replaying import Replay
+
+    stored = StoredStudy(study, results)
+    return lambda: Replay(stored, trial)
+
+
+def _live(state: "ViewState") -> "Callable[[], Show]":
+    from sweep.view.live import Live
+
+    return lambda: Live(state)
+
+
+def _state(
+    what: str | None, model: str | None, preset: str | None, map_name: str | None, results: Results
+) -> "ViewState":
+    """What a live run begins with."""
+    from sweep.spec import load_spec
+    from sweep.view.state import begin, from_study
+
+    if what is None:
+        state = begin(model or "nguyen2024", preset or "as_run")
+        return state.with_settings({"map": map_name}) if map_name else state
+    if what.endswith(SPECS) or Path(what).is_file():
+        return from_study(load_spec(Path(what)))
+    return _stored(what, results)
+
+
+def _stored(name: str, results: Results) -> "ViewState":
+    """The first stored trial of a study."""
+    from sweep.parquet import StoreError
+    from sweep.replay import stored_job, stored_trial
+    from sweep.study import StoredStudy
+    from sweep.view.state import from_job
+
+    study = StoredStudy(name, results)
+    if study.trials.empty:
+        raise StoreError(f"study {name}: no trial is stored yet")
+    return from_job(stored_job(study, stored_trial(study, study.trials["trial_id"].iloc[0])))
+
+
+def _open(url: str) -> None:
+    import webbrowser
+
+    webbrowser.open(url)

@@ -1,0 +1,221 @@
+"""A Show played to a page: steps at the wanted pace, and a frame whenever the page is ready for one.
+
+Stepping never waits for drawing. A page that is slow gets fewer frames, always the latest, and never a queue of them.
+"""
+
+import asyncio
+import logging
+import re
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Protocol, TypeVar
+
+from sweep.document import SpecError
+from sweep.parquet import StoreError
+from sweep.view.history import Cursor
+from sweep.view.messages import Export, Hello, Ready
+from sweep.view.protocol import MessageError, Reply, parse
+from sweep.view.show import Show
+
+CALL_SECONDS = 0.005
+"""How long steps are taken at a time: what the page asks waits no longer for them, unless one step takes longer."""
+ROUNDS = 3
+"""Of the event loop between two such times, so that what has been asked is done and the frame is sent."""
+SHORTEST_WAIT, LONGEST_WAIT = 1 / 120, 0.1
+LONGEST_DEBT = 0.25
+"""Seconds of steps that are made up for; a machine that is slower than the wanted pace does not try."""
+
+IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
+"""The page's spec has no lines that anybody has seen."""
+
+R = TypeVar("R")
+log = logging.getLogger("sweep")
+
+
+class Line(Protocol):
+    """The way to a page. All methods raise ConnectionError when it is gone."""
+
+    async def hear(self) -> str:
+        """The next message of the page."""
+
+    async def tell(self, reply: Reply) -> None:
+        """Send a message."""
+
+    async def show(self, frame: bytes) -> None:
+        """Send a frame."""
+
+
+class Pace:
+    """How many steps are due, by the clock; begun anew whenever a run goes on."""
+
+    def __init__(self) -> None:
+        self.owed, self.last = 1.0, time.monotonic()
+        self.most = 1
+
+    def due(self, show: Show) -> tuple[int, float]:
+        """How many steps to take now, and how many seconds to wait afterwards."""
+        before, self.last = self.last, time.monotonic()
+        if show.speed == 0 or not show.running:
+            return self.most, 0.0
+        self.owed = min(self.owed + (self.last - before) * show.speed, max(1.0, show.speed * LONGEST_DEBT))
+        steps = min(int(self.owed), self.most)
+        self.owed -= steps
+        wait = max(SHORTEST_WAIT, (1 - self.owed) / show.speed)
+        return steps, 0.0 if self.owed >= 1 else min(wait, LONGEST_WAIT)
+
+    def took(self, steps: int, seconds: float) -> None:
+        """So many steps took so long: the next are fewer or up to twice as many."""
+        self.most = max(1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6))))
+
+
+class Player:
+    """Plays one Show to whoever is on the line, one line at a time. Between two lines it stands still."""
+
+    def __init__(self, show: Show) -> None:
+        self.show = show
+        self.turn, self.filing = asyncio.Lock(), asyncio.Lock()
+        self.asked, self.changed, self.ready = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        self.cursor, self.told = Cursor(), dict[str, Reply]()
+        self.task: asyncio.Task[None] | None = None
+        self.left = time.monotonic()
+
+    async def play(self, line: Line) -> bool:
+        """Play to this line until it is gone, or another one takes over; whether that was so."""
+        if self.task:
+            self.task.cancel()
+        task = self.task = asyncio.create_task(self._play(line))
+        try:
+            await asyncio.wait({task})
+        finally:
+            task.cancel()
+            if self.task is task:
+                self.task, self.left = None, time.monotonic()
+        return task.cancelled()
+
+    async def _play(self, line: Line) -> None:
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                await self._greet(line)
+                tasks.create_task(self._step(line))
+                tasks.create_task(self._paint(line))
+                tasks.create_task(self._listen(line, tasks))
+        except* ConnectionError:
+            pass
+
+    async def in_turn(self, work: Callable[[], R]) -> R:
+        """What `work` with the show returns, which may take long: in a thread, alone, and to its end in any case."""
+
+        async def alone() -> R:
+            async with self.turn:
+                return await asyncio.to_thread(work)
+
+        return await asyncio.shield(asyncio.create_task(alone()))
+
+    async def _greet(self, line: Line) -> None:
+        self.cursor, self.told = Cursor(), {}
+        for reply in await self.in_turn(self.show.greeting):
+            await line.tell(reply)
+        for event in (self.ready, self.changed, self.asked):
+            event.set()
+
+    async def _listen(self, line: Line, tasks: asyncio.TaskGroup) -> None:
+        while True:
+            text = await line.hear()
+            try:
+                message = parse(text)
+                if isinstance(message, Ready):
+                    self.ready.set()
+                elif isinstance(message, Hello):
+                    await self._greet(line)
+                elif isinstance(message, Export):
+                    tasks.create_task(self._export(line, message.kind))
+                else:
+                    await self._answer(line, partial(self.show.handle, message))
+            except MessageError as error:
+                await line.tell(_error(str(error)))
+
+    async def _answer(self, line: Line, work: Callable[[], list[Reply]]) -> None:
+        """Tell what `work` returns or, where it is refused, why, and what holds still."""
+        try:
+            replies = await self.in_turn(work)
+        except Exception as error:
+            replies = [_error(_reason(error)), await self.in_turn(self.show.status)]
+        self.asked.set()
+        self.changed.set()
+        for reply in replies:
+            await line.tell(reply)
+
+    async def _export(self, line: Line, kind: str) -> None:
+        """Make a file while the show goes on, and tell it. One at a time."""
+        if self.filing.locked():
+            await line.tell(_error("a file is being made already; wait for it"))
+            return
+        async with self.filing:
+            try:
+                make = await self.in_turn(lambda: self.show.export(kind))
+                reply = await asyncio.to_thread(make)
+            except Exception as error:
+                reply = _error(_reason(error))
+            await line.tell(reply)
+
+    async def _step(self, line: Line) -> None:
+        """Advance the show while it is going, and tell when it stands still."""
+        while True:
+            self.asked.clear()
+            if not self.show.going:
+                await self.asked.wait()
+            pace = Pace()
+            while self.show.going:
+                steps, wait = pace.due(self.show)
+                if steps:
+                    pace.took(steps, await self._advance(line, steps))
+                for _ in range(ROUNDS if wait == 0.0 else 1):
+                    await asyncio.sleep(wait)
+
+    async def _advance(self, line: Line, steps: int) -> float:
+        """Take steps, unless somebody was faster and it stands still, and return the seconds that they took.
+
+        Kernels let no other thread run: in a thread of their own they would only make the others wait for their turn.
+        """
+        async with self.turn:
+            began = time.perf_counter()
+            if self.show.going:
+                self.show.advance(steps)
+                self.changed.set()
+            seconds = time.perf_counter() - began
+        if not self.show.going:
+            await line.tell(self.show.status())
+        return seconds
+
+    async def _paint(self, line: Line) -> None:
+        """Send the latest frame, and what belongs to it, whenever it is another one and the page is ready."""
+        version = -1
+        while True:
+            await self.ready.wait()
+            await self.changed.wait()
+            self.changed.clear()
+            if self.show.version == version:
+                continue
+            version = self.show.version
+            self.ready.clear()
+            async with self.turn:
+                replies, self.cursor = self.show.news(self.cursor)
+                frame = self.show.picture()
+            for reply in replies:
+                if self.told.get(reply["type"]) != reply:
+                    self.told[reply["type"]] = reply
+                    await line.tell(reply)
+            await line.show(frame)
+
+
+def _error(message: str) -> Reply:
+    return {"type": "error", "message": message}
+
+
+def _reason(error: Exception) -> str:
+    """What the page is told of an error; what is not the user's is logged in full."""
+    if isinstance(error, SpecError | StoreError):
+        return IN_SPEC.sub("", str(error))
+    log.error("the simulator failed", exc_info=error)
+    return f"the simulator failed: {type(error).__name__}; it goes on, and its terminal says more"
