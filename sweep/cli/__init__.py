@@ -8,11 +8,18 @@ Everything heavy is imported inside the commands, so that `sweep --help` answers
 import os
 import sys
 
-from sweep.cli import running, reading, keeping, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
+from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
 
 INTERRUPTED = 130
-ENDINGS = {"SpecError": 2, "StoreError": 2, "UnreachableError": 2, "WorkersError": 2, "FailedTrialsError": 1}
+ENDINGS = {
+    "SpecError": 2,
+    "StoreError": 2,
+    "UnreachableError": 2,
+    "WorkersError": 2,
+    "ShareError": 2,
+    "FailedTrialsError": 1,
+}
 """The exit codes of errors that a user can mend, by name: importing them would take a while."""
 
 

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,7 +52,8 @@ def view(
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:
         _open(server.url)
-    server.run()
+    with suppress(KeyboardInterrupt):
+        server.run()
 
 
 def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
