@@ -40,7 +40,7 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
     frames = b"".join(frame(int(step), one, size) for step, one in zip(few.steps, few.bodies, strict=True))
     said = {message["type"]: message for message in greeting}
     recording = {
-        "controls": said["controls"],
+        "controls": said["controls"] | {"overlays": []},
         "state": _state(few, said["state"]),
         "scene": said["scene"],
         "spec": spec,

@@ -123,7 +123,7 @@ class Replay(Live):
                 self.seek(frame)
                 return [self.status()]
             case messages.Spec():
-                return [{"type": "spec", "yaml": self.state.as_text(), "exact": True, "note": self._whereabouts()}]
+                return [{"type": "spec", "yaml": self.spec(), "exact": True, "note": ""}]
             case message if isinstance(message, CHANGING):
                 raise SpecError(FIXED)
         return super().handle(message)
@@ -131,7 +131,13 @@ class Replay(Live):
     def export(self, kind: str) -> Callable[[], Reply]:
         """What makes a file: a picture of this frame, or the whole run."""
         order = Order(self.study.name, self.job, self.step, self.bodies, tuple(self.track.values), self.track.last)
-        return filed(order, kind, self.greeting(), self.state.as_text())
+        return filed(order, kind, self.greeting(), self.spec())
+
+    def spec(self) -> str:
+        """The YAML that launches this trial, and those before it where it is one of several."""
+        number = self.state.replicate + 1
+        which = f"the last of {number:,} trials that this launches" if number > 1 else "the trial that this launches"
+        return f"# {which} is {self.job.trial_id} of {self.study.name}\n{self.state.as_text()}"
 
     def status(self) -> Reply:
         """The state message, with what is replayed."""
@@ -156,12 +162,6 @@ class Replay(Live):
             return f"Stored as {status}, after step {step:,}: nothing to compare. This is what it gives here and now."
         others = f"; and {len(self.differences) - 1:,} more columns" if len(self.differences) > 1 else ""
         return f"It differs from what is stored: {self.differences[0]}{others}."
-
-    def _whereabouts(self) -> str:
-        """Which of the trials of the copied spec is the one on the screen."""
-        if not self.state.replicate:
-            return ""
-        return f"this is trial {self.state.replicate + 1:,}, the last that the spec launches"
 
 
 def _measured(job: Job) -> tuple[str, ...]:

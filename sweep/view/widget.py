@@ -14,6 +14,7 @@ from sweep.keeping.outputs import check_output, unfinished
 from sweep.study import StoredStudy
 from sweep.view.filing import KINDS
 from sweep.view.live import Live
+from sweep.view.messages import Spec
 from sweep.view.page import STATIC, script, style
 from sweep.view.playing import IN_SPEC, Player
 from sweep.view.protocol import Reply
@@ -47,7 +48,7 @@ class View(AnyWidget):
     @property
     def spec(self) -> str:
         """The YAML that launches what is shown, or the sweep that is marked on it."""
-        return self._in_turn(self.show.state.as_text)
+        return str(self._in_turn(lambda: self.show.handle(Spec()))[0]["yaml"])
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write what is shown to `path`: the frame as .png or .svg, the run as .gif, .mp4 or .html.
@@ -76,7 +77,9 @@ class View(AnyWidget):
 
     def _in_turn(self, work: Callable[[], R]) -> R:
         """What `work` with the show returns, when nobody else works with it."""
-        return self._line.ask(work) if self._line and self._line.is_alive() else work()
+        if self._line and self._line.is_alive():
+            return self._line.ask(work)
+        return work()
 
     def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
         """The widget and, for where there is no front end, the picture of the frame."""
