@@ -120,6 +120,28 @@ def test_a_trial_goes_on_from_any_call_to_the_same_bits(
         assert numbers(resumed(wanted, folder, monkeypatch)) == numbers(run(wanted)), wanted
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_all_that_changes_is_in_a_checkpoint(model: str, tmp_path: Path) -> None:
+    """Also what matters to a rare boid only, as the heading of one at rest."""
+    earlier, later = (Simulation(named(small(model))) for _ in range(2))
+    earlier.advance(9)
+    earlier.take_frames()
+    for number, array in enumerate((earlier.work.heading_x, earlier.work.before.x, earlier.work.near.dx)):
+        array[:] = number + 0.5
+    saved = checkpoint_file.Saved(earlier.state(), 1.5, 2, 3)
+    checkpoint_file.write_state(tmp_path / "state", TRIAL, saved)
+    found = checkpoint_file.read_state(tmp_path / "state", TRIAL, later.state())
+    later.restore(found.state)
+    assert found[1:] == saved[1:]
+    assert (later.step, later.rng.bit_generator.state) == (9, earlier.rng.bit_generator.state)
+    mine, theirs = later.state().arrays, earlier.state().arrays
+    assert {name: array.tobytes() for name, array in mine.items()} == {
+        name: array.tobytes() for name, array in theirs.items()
+    }
+    names = {f"flock.{name}" for name in earlier.flock._fields} | {"work.heading_x", "record.coverage.visits"}
+    assert names | {f"record.watch.{name}" for name in ("touching", "arrived", "in_step", "events")} <= mine.keys()
+
+
 def plain_job(**changes: Any) -> Job:
     """A trial with noise, of twenty steps in seven calls."""
     return named(small("aziel_chen2025", **changes))
