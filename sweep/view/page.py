@@ -9,7 +9,17 @@ import re
 from pathlib import Path
 
 STATIC = Path(__file__).parent / "static"
-MODULES = ("dom.js", "frames.js", "stage.js", "pointer.js", "plots.js", "fields.js", "lists.js", "dialogs.js", "view.js")
+MODULES = (
+    "dom.js",
+    "frames.js",
+    "stage.js",
+    "pointer.js",
+    "plots.js",
+    "fields.js",
+    "lists.js",
+    "dialogs.js",
+    "view.js",
+)
 """Each after those that it needs. page.js, which speaks to the server, is not among them."""
 JOINED = re.compile(r'^import \{[^}]*\} from "\./[a-z]+\.js";\n', re.MULTILINE)
 EXPORTED = re.compile(r"^export (?=class|const|function)", re.MULTILINE)

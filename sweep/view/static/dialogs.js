@@ -43,9 +43,10 @@ export class SpecDialog {
     this.box = dialog(root, "This state as a spec", this.note, this.text, make("footer", {}, copy, save));
   }
 
-  show({ yaml, exact, note }) {
+  show({ yaml, exact, note }, sweeps) {
     this.text.value = yaml;
-    this.words = exact ? "sweep launch of it gives the very frames that you see." : note;
+    const given = sweeps ? "Without its sweep, it" : "Launched, it";
+    this.words = exact ? `${given} gives the very frames that you see.` : note;
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
     this.copy();

@@ -58,6 +58,8 @@ export class Field {
   }
 
   set(value) {
+    this.element.classList.remove("refused");
+    this.input.removeAttribute("aria-invalid");
     this.send({ type: "set", name: this.about.name, value });
   }
 
@@ -74,6 +76,7 @@ export class Field {
     }
     this.input = make("input", { ...act, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
     this.input.addEventListener("keydown", (event) => this.nudge(event));
+    this.input.addEventListener("input", () => (this.typing = true));
     if (!this.slide) return [this.input];
     const label = `${spaced(this.about.name)}, slider`;
     this.slider = make("input", { type: "range", min: 0, max: NOTCHES, step: 1, "aria-label": label });
@@ -97,6 +100,7 @@ export class Field {
   }
 
   step(direction) {
+    this.typing = false;
     const next = this.slide.beside(asNumber(this.value), direction);
     this.value = next;
     this.show();
@@ -106,10 +110,11 @@ export class Field {
 
   entered() {
     const { input, about } = this;
+    this.typing = false;
     if (about.kind === "bool") return this.set(input.checked);
     if (about.kind === "choice") return this.set(input.value);
     const text = input.value.trim().toLowerCase();
-    const value = /^[+-]?\.?inf(inity)?$/.test(text) ? (text.startsWith("-") ? "-inf" : "inf") : text === "" ? NaN : Number(text);
+    const value = text === "inf" ? text : text === "" ? NaN : Number(text);
     if (Number.isNaN(value)) this.refuse();
     else if (value !== this.value) this.set(value);
   }
@@ -151,9 +156,7 @@ export class Field {
 
   update(value, changed, sweep) {
     this.value = value;
-    this.element.classList.remove("refused");
     this.element.classList.toggle("changed", changed);
-    this.input.removeAttribute("aria-invalid");
     this.back.hidden = !changed;
     this.show();
     if (!this.slide) return;
@@ -166,8 +169,7 @@ export class Field {
   show() {
     const { input, value, slider } = this;
     if (this.about.kind === "bool") input.checked = value;
-    else if (!input.matches(":focus") || this.about.kind === "choice") input.value = String(value);
-    else if (Number(input.value) !== value) input.value = String(value);
+    else if (!this.typing && input.value !== String(value)) input.value = String(value);
     if (!slider) return;
     if (!slider.matches(":active")) slider.value = String(this.slide.notch(asNumber(value)));
     slider.style.setProperty("--part", `${slider.value / (NOTCHES / 100)}%`);
@@ -193,14 +195,11 @@ export class Tip {
 
   show(field) {
     this.field = field;
-    const { name, text, unit, low, high, default: preset, choices } = field.about;
+    const { name, text, allowed, default: preset } = field.about;
     this.name.textContent = name;
     this.text.textContent = text;
-    const least = low === null || low === undefined ? "" : `from ${low}`;
-    const most = high === null || high === undefined ? "" : ` to ${high}`;
-    const range = choices?.length ? "" : `${least}${most} ${unitText(unit)}`.trim();
     const usual = preset === undefined ? "" : `preset: ${typeof preset === "number" ? short(preset, 6) : preset}`;
-    this.facts.textContent = [range, usual].filter(Boolean).join(" · ");
+    this.facts.textContent = [unitText(allowed), usual].filter(Boolean).join(" · ");
     this.element.hidden = false;
     this.place(field.element.getBoundingClientRect());
   }

@@ -42,6 +42,7 @@ export class ObstacleList {
     if (obstacles.length > MOST_ROWS) shown.push(make("li", { textContent: `and ${obstacles.length - MOST_ROWS} more` }));
     this.rows.replaceChildren(...shown);
     if (focus) this.rows.querySelector(`[data-place="${focus}"]`)?.focus();
+    if (this.element.open) this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({ block: "nearest" });
   }
 
   focused() {

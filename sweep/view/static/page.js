@@ -4,6 +4,7 @@ import { mount } from "./view.js";
 
 const FIRST_WAIT = 300; // ms
 const LONGEST_WAIT = 8000;
+const OVER = { 4001: "This run went on in another window.", 4002: "The server has no run for this page." };
 
 function pageId() {
   const known = sessionStorage.getItem("boidsweep-page") ?? crypto.randomUUID();
@@ -27,7 +28,7 @@ class Socket {
       this.onopen();
     };
     this.socket.onmessage = ({ data }) => this.onmessage(typeof data === "string" ? JSON.parse(data) : data);
-    this.socket.onclose = () => this.again();
+    this.socket.onclose = ({ code }) => (OVER[code] ? this.onclose(OVER[code]) : this.again());
   }
 
   again() {

@@ -3,7 +3,7 @@
 import { button, make, short, spaced, unitText } from "./dom.js";
 
 const MOST = 3000;
-const EDGE = { left: 4, right: 4, top: 8, bottom: 15 };
+const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
 export class Plot {
   constructor(metric, settings, remove, fixed = false) {
@@ -85,14 +85,14 @@ export class Plot {
     context.setLineDash([]);
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
-    if (step < last) {
+    if (step < this.steps.at(-1)) {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
     }
     context.fillStyle = colours.muted;
     context.font = "11px system-ui, sans-serif";
     context.fillText(short(low, 3), area.left, area.bottom + 12);
-    context.fillText(short(high, 3), area.left + 1, area.top + 10);
+    context.fillText(short(high, 3), area.left, area.top - 4);
     context.textAlign = "right";
     context.fillText(`step ${last}`, area.right, area.bottom + 12);
     context.textAlign = "left";

@@ -4,7 +4,7 @@ import { paced } from "./dom.js";
 
 const NEAR = { mouse: 9, pen: 14, touch: 22 }; // CSS pixels
 const STILL = 4;
-const SEND_EVERY = 150; // ms while dragging
+const DRAG_SEND_EVERY = 150; // ms while dragging
 const PATIENCE = 3000; // ms to wait for the world that was asked for
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
@@ -27,7 +27,7 @@ export class Hand {
     this.fingers = new Map();
     this.past = [];
     this.waiting = 0;
-    this.sendPaced = paced(() => this.sendShapes(), SEND_EVERY);
+    this.sendPaced = paced(() => this.drag && this.sendShapes(), DRAG_SEND_EVERY);
     const { canvas } = stage;
     const listen = { pointerdown: "down", pointermove: "move", pointerup: "up", pointercancel: "up", keydown: "key" };
     for (const [event, method] of Object.entries(listen)) canvas.addEventListener(event, (given) => this[method](given));
@@ -73,7 +73,7 @@ export class Hand {
 
   sendShapes() {
     this.waiting = performance.now();
-    this.send({ type: "shapes", shapes: (this.stage.edited ?? []).map(shapeOf) });
+    this.send({ type: "shapes", shapes: this.stage.edited.map(shapeOf) });
   }
 
   undo() {
@@ -124,10 +124,10 @@ export class Hand {
     if (this.fingers.size > 1) return;
     const place = this.where(event);
     this.drag = { place, at: this.stage.toWorld(place), moved: false, ...this.grip(place, NEAR[event.pointerType] ?? 9) };
-    if (this.drag.kind === "shape" || this.drag.kind === "handle") this.mark(this.drag.index);
+    if (this.drag.kind === "shape" && this.drag.boid === null) this.mark(this.drag.index);
   }
 
-  // What the pointer has taken hold of.
+  // What the pointer has taken hold of: it is dragged. A boid there is what a click means.
   grip(place, near) {
     const { stage } = this;
     if (this.tool !== "select") return { kind: this.tool };
@@ -137,12 +137,12 @@ export class Hand {
       if (handle) return { kind: "handle", index: stage.marked, signs: handle.signs, row: stage.obstacles[stage.marked] };
     }
     const boid = stage.boidAt(place, near);
-    if (boid !== null) return { kind: "boid", boid };
-    if (this.frozen) return { kind: "pan" };
-    const goal = stage.scene.goal && stage.toScreen({ x: stage.scene.goal[0], y: stage.scene.goal[1] });
-    if (goal && reach(goal, near + 3)) return { kind: "goal" };
+    if (this.frozen) return { kind: "pan", boid };
+    const [goalX, goalY] = stage.scene.goal ?? [0, 0];
+    const goal = (goalX || goalY) && stage.toScreen({ x: goalX, y: goalY });
+    if (goal && reach(goal, near + 3)) return { kind: "goal", boid };
     const index = this.shapeAt(stage.toWorld(place));
-    return index < 0 ? { kind: "pan" } : { kind: "shape", index, row: stage.obstacles[index] };
+    return index < 0 ? { kind: "pan", boid } : { kind: "shape", boid, index, row: stage.obstacles[index] };
   }
 
   shapeAt({ x, y }) {
@@ -161,7 +161,7 @@ export class Hand {
     drag.moved ||= Math.hypot(place.x - drag.place.x, place.y - drag.place.y) > STILL;
     if (!drag.moved) return;
     const at = stage.toWorld(place);
-    if (drag.kind === "pan" || drag.kind === "boid") stage.pan(drag.at.x - at.x, drag.at.y - at.y);
+    if (drag.kind === "pan") stage.pan(drag.at.x - at.x, drag.at.y - at.y);
     else if (drag.kind === "goal") this.setGoal(at);
     else this.stretch(drag, at);
   }
@@ -169,8 +169,8 @@ export class Hand {
   hover(place) {
     const { canvas } = this.stage;
     if (!this.stage.scene || !this.stage.frame) return;
-    const { kind } = this.grip(place, NEAR.mouse);
-    canvas.dataset.over = kind;
+    const { kind, boid = null } = this.grip(place, NEAR.mouse);
+    canvas.dataset.over = boid === null ? kind : "boid";
   }
 
   pinch(id, place) {
@@ -238,7 +238,7 @@ export class Hand {
     const [x, y] = [this.tidy(place.x), this.tidy(place.y)];
     this.stage.scene.goal = [x, y, this.stage.scene.goal[2]];
     this.stage.redraw();
-    this.goalPaced ??= paced((message) => this.send(message), SEND_EVERY);
+    this.goalPaced ??= paced((message) => this.send(message), DRAG_SEND_EVERY);
     this.goalPaced({ type: "goal", x, y });
   }
 
@@ -261,7 +261,7 @@ export class Hand {
     const { x, y } = this.within(drag.at);
     if (drag.kind === "disc" || drag.kind === "rectangle") this.add(drag.kind, x, y);
     else if (drag.kind === "goal" && this.tool === "goal") this.setGoal(drag.at);
-    else if (drag.kind === "boid") this.send({ type: "select", boid: drag.boid });
+    else if (drag.boid !== null && drag.boid !== undefined) this.send({ type: "select", boid: drag.boid });
     else if (drag.kind === "pan") this.release();
   }
 
@@ -281,7 +281,7 @@ export class Hand {
     if (event.key in ARROWS && !event.ctrlKey && !event.metaKey) this.arrow(ARROWS[event.key], event.shiftKey);
     else if (event.key === "Delete" || event.key === "Backspace") this.remove();
     else if (event.key === "PageUp" || event.key === "PageDown") {
-      stage.zoom(event.key === "PageUp" ? 1.25 : 0.8, { x: stage.width / 2, y: stage.height / 2 });
+      stage.zoom(event.key === "PageUp" ? 1.25 : 0.8, stage.middle);
     } else if (event.key === "Escape") {
       this.use("select");
       this.release();

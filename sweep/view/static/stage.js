@@ -9,7 +9,7 @@ const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
 const BATCH = 400;
 const ARROW = 26;
-const MARGIN = 18;
+const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
 
 export class Stage {
   constructor(canvas, drawn) {
@@ -102,8 +102,8 @@ export class Stage {
     if (this.fit === "boids" && this.frame?.n) box = this.bodies();
     if (this.fit === "free") return;
     const [left, top, right, bottom] = box;
-    const across = (this.width - 2 * MARGIN) / Math.max(right - left, 1e-9);
-    const along = (this.height - 2 * MARGIN - 14) / Math.max(bottom - top, 1e-9);
+    const across = (this.width - 2 * MARGIN.side) / Math.max(right - left, 1e-9);
+    const along = (this.height - MARGIN.top - MARGIN.bottom) / Math.max(bottom - top, 1e-9);
     this.camera = { scale: Math.min(across, along), x: (left + right) / 2, y: (top + bottom) / 2 };
   }
 
@@ -142,14 +142,18 @@ export class Stage {
     return this.scene?.downwards === false ? -1 : 1;
   }
 
+  get middle() {
+    return { x: this.width / 2, y: (this.height + MARGIN.top - MARGIN.bottom) / 2 };
+  }
+
   toScreen({ x, y }) {
-    const { scale, x: middleX, y: middleY } = this.camera;
-    return { x: this.width / 2 + (x - middleX) * scale, y: this.height / 2 + 7 + (y - middleY) * scale * this.upright };
+    const { camera, middle } = this;
+    return { x: middle.x + (x - camera.x) * camera.scale, y: middle.y + (y - camera.y) * camera.scale * this.upright };
   }
 
   toWorld({ x, y }) {
-    const { scale, x: middleX, y: middleY } = this.camera;
-    return { x: middleX + (x - this.width / 2) / scale, y: middleY + ((y - this.height / 2 - 7) / scale) * this.upright };
+    const { camera, middle } = this;
+    return { x: camera.x + (x - middle.x) / camera.scale, y: camera.y + ((y - middle.y) / camera.scale) * this.upright };
   }
 
   // The boid nearest to a place on the screen, if it is within `reach` pixels, or null.
@@ -194,8 +198,8 @@ export class Stage {
     if (frame.coverage) this.coverage = frame.coverage;
     if (frame.coverage) this.paintHeat();
     if (frame.flocks) this.flocks.assign(frame.flocks);
-    const x = Float32Array.from({ length: frame.n }, (_, i) => placeX(frame, i));
-    const y = Float32Array.from({ length: frame.n }, (_, i) => placeY(frame, i));
+    const [x, y] = [new Float32Array(frame.n), new Float32Array(frame.n)];
+    for (let i = 0; i < frame.n; i++) [x[i], y[i]] = [placeX(frame, i), placeY(frame, i)];
     const most = Math.min(TRAIL_FRAMES, Math.max(4, Math.floor(TRAIL_SEGMENTS / Math.max(1, frame.n))));
     if (this.trail.at(-1)?.step !== frame.step) this.trail.push({ x, y, step: frame.step });
     this.trail.splice(0, this.trail.length - most);
@@ -262,7 +266,7 @@ export class Stage {
     const middle = this.toScreen({ x, y });
     const [across, along] = [halfWidth * this.camera.scale, halfHeight * this.camera.scale];
     context.beginPath();
-    if (round) context.arc(middle.x, middle.y, Math.max(across, 1.5), 0, 2 * Math.PI);
+    if (round) context.arc(middle.x, middle.y, Math.max(across, 2.5), 0, 2 * Math.PI);
     else context.rect(middle.x - across, middle.y - along, 2 * across, 2 * along);
   }
 
@@ -283,9 +287,9 @@ export class Stage {
   }
 
   drawGoal() {
-    if (!this.scene.goal) return;
     const { context } = this;
-    const [x, y, radius] = this.scene.goal;
+    const [x, y, radius] = this.scene.goal ?? [0, 0, 0];
+    if (x === 0 && y === 0) return; // where no model wants anybody to go
     const at = this.toScreen({ x, y });
     context.strokeStyle = context.fillStyle = this.colours.goal;
     context.lineWidth = 1.5;
@@ -321,16 +325,12 @@ export class Stage {
     context.globalAlpha = 1;
   }
 
-  angle(i) {
-    return (this.frame.heading[i] / 128) * Math.PI * this.upright;
-  }
-
   drawPerception() {
     const { context, selection: chosen } = this;
     if (!chosen || chosen.boid >= this.frame.n) return;
     const [x, y] = [this.screenX[chosen.boid], this.screenY[chosen.boid]];
     const half = ((Math.min(chosen.fov ?? 360, 360) / 2) * Math.PI) / 180;
-    const heading = this.angle(chosen.boid);
+    const heading = (chosen.heading ?? 0) * this.upright;
     context.strokeStyle = context.fillStyle = this.colours.chosen;
     context.lineWidth = 1.25;
     if (Number.isFinite(chosen.range)) {
@@ -491,7 +491,7 @@ export class Stage {
     const rough = 110 / this.camera.scale;
     const power = 10 ** Math.floor(Math.log10(rough));
     const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ?? power;
-    const [left, right, y] = [MARGIN, MARGIN + length * this.camera.scale, this.height - 10];
+    const [left, right, y] = [MARGIN.side, MARGIN.side + length * this.camera.scale, this.height - 11];
     context.strokeStyle = context.fillStyle = this.colours.muted;
     context.lineWidth = 1.5;
     context.beginPath();

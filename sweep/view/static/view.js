@@ -28,7 +28,7 @@ class View {
     this.counts = { drawn: 0, received: 0, since: performance.now() };
     this.fields = new Map();
     this.opened = new Map(OPEN.map((name) => [name, true]));
-    this.root = make("div", { className: "boidsweep" });
+    this.root = make("div", { className: "boidsweep", on: { pointerdown: () => (this.pointed = true) } });
     element.append(this.root);
     this.send = (message) => transport.send(message);
     this.build();
@@ -187,7 +187,7 @@ class View {
   // A labelled list of names, whose texts are hints.
   picker(label, value, options, act) {
     const id = `${this.prefix}-${label}`;
-    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: spaced(name), title: text }));
+    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: name, title: text }));
     const select = make("select", { id, on: { change: () => act(select.value) } }, ...choices);
     select.value = value;
     return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
@@ -306,7 +306,6 @@ class View {
   }
 
   on_scene(scene) {
-    this.hand.settle(scene);
     this.stage.setScene(scene);
     this.hand.settle(scene);
     this.tools.querySelector("[data-tool=goal]").hidden = !scene.goal;
@@ -325,7 +324,7 @@ class View {
   }
 
   on_spec(message) {
-    this.spec.show(message);
+    this.spec.show(message, Object.keys(this.state.sweeps ?? {}).length > 0);
   }
 
   on_file({ name, mime, data }) {
@@ -381,8 +380,7 @@ class View {
       return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
     });
     const head = make("tr", {}, ...["at the end", "stored", "replayed"].map((textContent) => make("th", { scope: "col", textContent })));
-    const words = replay.equal ? "Every number equals the stored one, bit for bit." : "The numbers differ from the stored ones.";
-    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: words });
+    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: replay.words });
     const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
     const table = known.length ? [make("table", {}, make("thead", {}, head), make("tbody", {}, ...known))] : [];
     this.record.replaceChildren(make("h2", { textContent: "Replay of a stored trial" }), trial, verdict, ...table);
@@ -408,12 +406,16 @@ class View {
   }
 
   key(event) {
+    if (event.key === "Tab") this.pointed = false;
     const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]");
     if (typing || !this.state) return;
     const undoing = event.key === "z" && (event.ctrlKey || event.metaKey);
     if (undoing) this.hand.undo();
     if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
-    if (event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")) return;
+    if (event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")) {
+      if (!this.pointed) return;
+      event.target.blur(); // it was clicked, not reached by the keyboard: the key is meant for the run
+    }
     if (!undoing && !this.shortcut(event.key)) return;
     event.preventDefault();
   }

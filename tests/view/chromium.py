@@ -1,0 +1,101 @@
+"""Debian's chromium, driven by playwright, on a page of a server in a thread of this process."""
+
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from sweep.view.live import Live
+from sweep.view.server import Server
+from sweep.view.show import Show
+from sweep.view.state import begin
+
+PATIENCE = 90.0
+"""Seconds until something that must happen is given up, on however slow a machine."""
+
+
+@contextmanager
+def running_browser() -> Iterator[Browser]:
+    """A browser without a screen. Raises RuntimeError with the way to install one where there is none."""
+    path = shutil.which("chromium")
+    if path is None:
+        raise RuntimeError("chromium is not installed: apt-get update && apt-get install -y chromium, as root")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def running_server() -> Iterator[Server]:
+    """A server that shows every page aziel_chen2025 in the cafeteria."""
+    server = Server(lambda: Live(begin("aziel_chen2025", "as_run")))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    yield server
+    server.stop()
+    thread.join(PATIENCE)
+
+
+class Opened:
+    """A page that shows a session: what the browser has, and the session itself, which lies in this process."""
+
+    def __init__(self, page: Page, server: Server) -> None:
+        self.page = page
+        self.server = server
+        self.complaints: list[str] = []
+        page.on("console", lambda message: self.complaints.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.goto(server.url)
+        self.until("Boolean(window.boidsweep?.view.stage.frame)")
+
+    @property
+    def show(self) -> Show:
+        """The session behind the page."""
+        return self.server.rooms.players[str(self.ask("boidsweep.view.page"))].show
+
+    def ask(self, expression: str) -> Any:
+        """The value of a JavaScript expression in the page."""
+        return self.page.evaluate(expression)
+
+    def until(self, expression: str) -> Any:
+        """The value of a JavaScript expression once it is true. Raises TimeoutError after PATIENCE seconds.
+
+        playwright's own waiting would need eval, which the page forbids.
+        """
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            value = self.ask(expression)
+            if value:
+                return value
+            self.page.wait_for_timeout(20)
+        raise TimeoutError(f"never true: {expression}; {self.complaints}")
+
+    def send(self, **message: Any) -> None:
+        """Let the page send a message."""
+        self.page.evaluate("message => boidsweep.view.send(message)", message)
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Where a place of the world is on the page."""
+        found = self.page.evaluate(
+            """([x, y]) => {
+              const { stage } = boidsweep.view;
+              const [at, box] = [stage.toScreen({ x, y }), stage.canvas.getBoundingClientRect()];
+              return [at.x + box.left, at.y + box.top];
+            }""",
+            [x, y],
+        )
+        return found[0], found[1]
+
+    def drag(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag the mouse between two places of the world."""
+        start, stop = self.place(*begin), self.place(*end)
+        self.page.mouse.move(*start)
+        self.page.mouse.down()
+        self.page.mouse.move((start[0] + stop[0]) / 2, (start[1] + stop[1]) / 2)
+        self.page.mouse.move(*stop)
+        self.page.mouse.up()

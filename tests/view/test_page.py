@@ -1,0 +1,396 @@
+"""The page in a real browser: what is done there happens to the flock, and what happens is seen there."""
+
+import json
+from dataclasses import replace
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+import studies
+from numpy.typing import NDArray
+from view.chromium import Opened
+
+from kernels.models import MODELS
+from sweep.design import expand
+from sweep.fields import fields
+from sweep.spec import parse_spec
+from sweep.trial import simulate
+from sweep.view.live import Live
+
+Open = Callable[..., Opened]
+Bodies = NDArray[np.float64]
+
+
+def live(page: Opened) -> Live:
+    show = page.show
+    assert isinstance(show, Live)
+    return show
+
+
+def go_to(page: Opened, step: int) -> Bodies:
+    """Step to a step and return the bodies there."""
+    page.send(type="step", count=step - live(page).step)
+    page.until(f"boidsweep.view.stage.frame.step === {step}")
+    return live(page).bodies.copy()
+
+
+def until_set(page: Opened, name: str, value: object) -> None:
+    page.until(f"boidsweep.view.state.settings.{name} === {json.dumps(value)}")
+
+
+def obstacles(page: Opened) -> list[list[float]]:
+    """Those of the simulation: x, y, half width, half height, and whether it is a disc."""
+    scene = live(page).scene()
+    return list(scene["obstacles"])
+
+
+def until_obstacles(page: Opened, count: int) -> list[list[float]]:
+    page.until(f"boidsweep.view.stage.scene.obstacles.length === {count} && !boidsweep.view.stage.edited")
+    return obstacles(page)
+
+
+CHANGE_ALL = """async () => {
+  const { view } = boidsweep;
+  const pause = () => new Promise((done) => setTimeout(done, 5));
+  const until = async (what, name) => {
+    for (let i = 0; i < 4000 && !what(); i++) await pause();
+    if (!what()) throw new Error(`nothing came of ${name}: ${view.words.textContent}`);
+  };
+  for (const [name, field] of view.fields) {
+    if (name === "seed") continue;
+    const { kind, choices } = field.about;
+    const before = view.state.settings[name];
+    if (kind === "bool") field.input.click();
+    else {
+      const number = field.slide ? field.slide.beside(before, 1) : 50;
+      field.input.value = kind === "choice" ? choices.find((one) => one !== before) : String(number);
+      field.input.dispatchEvent(new Event("change", { bubbles: true }));
+    }
+    await until(() => view.state.settings[name] !== before && view.state.changed.includes(name), name);
+    field.back.click();
+    await until(() => view.state.settings[name] === before && !view.state.changed.includes(name), name);
+  }
+}"""
+"""Each setting gets another value by its control, and goes back by the button beside it."""
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_has_a_control_for_every_setting(opened: Open, model: str) -> None:
+    page = opened()
+    page.page.get_by_label("model", exact=True).select_option(model)
+    page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
+    assert live(page).state.model == model
+    assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(fields(model)) - {"map"} | {"seed"}
+
+
+def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
+    opened: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = opened()
+    page.send(type="model", model="nguyen2024", preset="as_run")
+    page.until("boidsweep.view.controls.model === 'nguyen2024'")
+    met: dict[str, list[object]] = {}
+    change = Live.change
+
+    def noted(show: Live, changes: Mapping[str, object]) -> None:
+        change(show, changes)
+        for name in changes:
+            met.setdefault(name, []).append(show.simulation.job.settings[name])
+
+    monkeypatch.setattr(Live, "change", noted)
+    page.ask(CHANGE_ALL)
+    preset = MODELS["nguyen2024"].presets["as_run"]
+    assert set(met) == set(fields("nguyen2024")) - {"map"}
+    assert [name for name, values in met.items() if values[0] == preset[name] or values[-1] != preset[name]] == []
+
+
+def test_a_slider_by_keyboard_changes_the_flight_as_a_sweep_would(opened: Open) -> None:
+    page = opened()
+    usual = go_to(page, 30)
+    page.page.get_by_label("cohesion weight, slider").focus()
+    page.page.keyboard.press("ArrowRight")
+    page.until("boidsweep.view.state.settings.cohesion_weight > 0.213")
+    page.until("!boidsweep.view.state.exact")
+    page.page.keyboard.press("r")
+    page.until("boidsweep.view.state.exact && boidsweep.view.stage.frame.step === 0")
+    other = go_to(page, 30)
+    assert not np.array_equal(usual, other)
+    trajectory = simulate(live(page).state.job).trajectory
+    assert trajectory is not None
+    assert np.array_equal(trajectory[30], other)
+
+
+def test_keys_run_pause_step_and_reset(opened: Open) -> None:
+    page = opened()
+    for _ in range(3):
+        page.page.keyboard.press(".")
+    page.until("boidsweep.view.stage.frame.step === 3")
+    page.page.get_by_label("trails").check()
+    page.page.keyboard.press("Space")  # the switch was clicked: the key is meant for the run
+    page.until("boidsweep.view.state.running && boidsweep.view.stage.frame.step > 10")
+    page.page.keyboard.press("Space")
+    page.until("!boidsweep.view.state.running")
+    assert page.page.get_by_label("trails").is_checked()
+    assert not live(page).going
+    page.page.keyboard.press("r")
+    page.until("boidsweep.view.stage.frame.step === 0")
+    page.page.keyboard.press("3")
+    page.page.keyboard.press("+")
+    page.until("boidsweep.view.state.settings.cohesion_weight > 0.213")
+    page.page.keyboard.press("-")
+    page.until("boidsweep.view.state.settings.cohesion_weight <= 0.213")
+
+
+def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
+    page = opened()
+    page.send(type="set", name="steps", value=20)
+    page.send(type="speed", steps_per_second=0)
+    page.page.get_by_role("button", name="Run (Space)").click()
+    page.page.get_by_role("button", name="Go on").wait_for()
+    assert live(page).step == 20
+    page.page.get_by_role("button", name="Go on").click()
+    page.until("boidsweep.view.stage.frame.step === 40")
+    assert live(page).state.settings["steps"] == 40
+
+
+def test_boids_are_drawn_where_they_are(opened: Open) -> None:
+    """The pixels at their places have their colour; those between have that of the ground."""
+    page = opened()
+    bodies = go_to(page, 5)
+    found = page.page.evaluate(
+        """(places) => {
+          const { stage } = boidsweep.view;
+          const context = stage.canvas.getContext("2d");
+          const pixel = ({ x, y }) => context.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3).join(", ");
+          return [stage.colours.boid, places.map(([x, y]) => `rgb(${pixel(stage.toScreen({ x, y }))})`)];
+        }""",
+        bodies[:2].T.tolist(),
+    )
+    colour, pixels = found
+    assert pixels == [colour] * 100
+
+
+def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same_frames(
+    opened: Open, tmp_path: Path
+) -> None:
+    """Of those that start outside few come into the disc, and many cross its place where it is not."""
+    page = opened(permissions=["clipboard-read", "clipboard-write"])
+    page.page.get_by_label("map", exact=True).select_option("empty")
+    until_set(page, "map", "empty")
+    page.send(type="set", name="steps", value=300)
+    page.page.keyboard.press("d")
+    page.drag((400, 300), (470, 300))
+    ((x, y, radius, _, is_round),) = until_obstacles(page, 1)
+    assert (round(x), round(y), round(radius), is_round) == (400, 300, 70, 1)
+    page.send(type="speed", steps_per_second=0)
+    page.page.keyboard.press("Space")
+    page.until("boidsweep.view.stage.frame.step === 300")
+    page.page.get_by_role("button", name="Copy as spec").click()
+    page.page.get_by_text("Launched, it gives the very frames").wait_for()
+    text = page.page.get_by_label("spec.yaml").input_value()
+    assert page.ask("navigator.clipboard.readText()") == text
+    assert "disc: {x: 400" in text.replace(".0", "")
+    study = studies.launched(text, tmp_path)
+    _, flight = study.trajectory(study.trials["trial_id"][0])
+    assert np.array_equal(flight[-1], live(page).bodies)
+    empty = replace(live(page).state, own=None, fixed={"map": "empty", "steps": 300})
+    free = simulate(empty.job).trajectory
+    assert free is not None
+
+    def come_in(frames: Bodies) -> int:
+        inside = np.hypot(frames[:, 0] - x, frames[:, 1] - y) < radius
+        return int((inside.any(axis=0) & ~inside[0]).sum())
+
+    assert come_in(flight) * 5 < come_in(free)
+
+
+def test_obstacles_are_moved_resized_removed_and_brought_back(opened: Open) -> None:
+    page = opened()
+    page.send(type="shapes", shapes=[{"rectangle": {"x": 300, "y": 300, "width": 100, "height": 60}}])
+    until_obstacles(page, 1)
+
+    def now(row: list[float]) -> None:
+        page.until(f"boidsweep.view.stage.scene.obstacles[0]?.map(Math.round).join() === '{','.join(map(str, row))}'")
+        assert [round(value) for value in obstacles(page)[0]] == row
+
+    page.page.keyboard.press("v")
+    page.drag((300, 300), (500, 200))
+    now([500, 200, 50, 30, 0])
+    page.drag((550, 230), (600, 300))  # its corner, while the opposite one stays
+    now([525, 235, 75, 65, 0])
+    page.page.get_by_label("the swarm in a world").focus()
+    page.page.keyboard.press("ArrowRight")
+    now([533, 235, 75, 65, 0])
+    page.page.keyboard.press("Shift+ArrowDown")
+    now([533, 235, 75, 57, 0])
+    page.page.keyboard.press("Delete")
+    assert until_obstacles(page, 0) == []
+    page.page.keyboard.press("Control+z")
+    now([533, 235, 75, 57, 0])
+
+
+def test_obstacles_without_a_mouse(opened: Open) -> None:
+    """From the list: added, chosen, changed by its numbers, removed; those of a built-in map too."""
+    page = opened()
+    page.page.locator("summary", has_text="Obstacles").press("Enter")
+    page.page.get_by_role("button", name="Add a disc in the middle").press("Enter")
+    assert until_obstacles(page, 19)[-1][:2] == [400, 300]
+    page.page.get_by_label("disc radius").fill("55")
+    page.page.get_by_label("disc radius").press("Enter")
+    page.until("boidsweep.view.stage.scene.obstacles[18]?.[2] === 55 && !boidsweep.view.stage.edited")
+    assert obstacles(page)[-1] == [400, 300, 55, 55, 1]
+    page.page.get_by_role("button", name="Remove the disc at 400, 300").press("Enter")
+    until_obstacles(page, 18)
+
+
+def test_the_goal_is_set_by_mouse(opened: Open) -> None:
+    page = opened()
+    page.page.keyboard.press("g")
+    page.page.mouse.click(*page.place(100, 500))
+    page.until("boidsweep.view.state.settings.goal_x < 101")
+    settings = live(page).simulation.world
+    assert (round(settings.goal_x), round(settings.goal_y)) == (100, 500)
+    page.drag((100, 500), (700, 100))
+    page.until("boidsweep.view.state.settings.goal_x > 699")
+    assert round(live(page).simulation.world.goal_y) == 100
+
+
+def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:
+    page = opened()
+    bodies = go_to(page, 3)
+    page.page.mouse.click(*page.place(*bodies[:2, 17]))
+    page.until("boidsweep.view.stage.selection?.boid === 17")
+    selection = live(page).selection()
+    assert selection["boid"] == 17
+    assert page.ask("boidsweep.view.stage.selection.neighbours") == selection["neighbours"]
+    page.page.keyboard.press("]")
+    page.until("boidsweep.view.stage.selection?.boid === 18")
+    assert page.page.get_by_label("index of the boid").input_value() == "18"
+    page.page.get_by_label("index of the boid").fill("40")
+    page.page.get_by_label("index of the boid").press("Enter")
+    page.until("boidsweep.view.stage.selection?.boid === 40")
+    page.page.get_by_label("Look at no boid").click()
+    page.until("boidsweep.view.stage.selection === null")
+    assert live(page).selected is None
+
+
+COLOURS = """() => {
+  const { stage } = boidsweep.view;
+  const { width, height } = stage.canvas;
+  const pixels = new Uint32Array(stage.context.getImageData(0, 0, width, height).data.buffer);
+  return new Set(pixels).size;
+}"""
+
+
+@pytest.mark.parametrize("overlay", ["trails", "flocks", "coverage", "accelerations"])
+def test_an_overlay_is_drawn_and_explained(opened: Open, overlay: str) -> None:
+    page = opened()
+    go_to(page, 40)
+    plain = page.ask(COLOURS)
+    page.page.get_by_label(overlay, exact=True).check()
+    page.until(f"boidsweep.view.stage.overlays.has('{overlay}')")
+    sent = {"flocks": "frame.flocks", "coverage": "coverage", "accelerations": "frame.accelerations"}.get(overlay)
+    if sent:
+        page.until(f"boidsweep.view.state.overlays.includes('{overlay}') && boidsweep.view.stage.{sent}")
+        page.until(f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5")
+    page.until(f"({COLOURS})() > {plain} + 3")
+    assert live(page).overlays == ((overlay,) if sent else ())
+
+
+def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened: Open) -> None:
+    page = opened()
+    page.page.get_by_role("button", name="Choose metrics").click()
+    page.page.get_by_role("checkbox", name="polarization").check()
+    page.page.get_by_role("checkbox", name="escapes").uncheck()
+    page.page.keyboard.press("Escape")
+    page.until("boidsweep.view.state.plots.includes('polarization') && !boidsweep.view.state.plots.includes('escapes')")
+    go_to(page, 25)
+    page.until("boidsweep.view.plots.get('polarization').steps.length === 26")
+    history = live(page).history
+    row = history.names.index("polarization")
+    assert page.ask("boidsweep.view.plots.get('polarization').values") == [values[row] for values in history.rows]
+    assert page.page.get_by_role("img", name="polarization: ").count() == 1
+    page.page.get_by_role("button", name="Remove the plot of polarization").click()
+    page.until("!boidsweep.view.state.plots.includes('polarization')")
+
+
+def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(opened: Open) -> None:
+    page = opened()
+    page.page.get_by_role("button", name="Sweep fov in the copied spec").click()
+    page.page.get_by_label("fov, sweep: low").fill("60")
+    page.page.get_by_label("fov, sweep: low").press("Enter")
+    page.until("boidsweep.view.state.sweeps.fov?.low === 60")
+    page.page.get_by_label("fov, sweep: points").fill("4")
+    page.page.get_by_label("fov, sweep: points").press("Enter")
+    page.until("boidsweep.view.state.sweeps.fov?.points === 4")
+    page.page.get_by_role("button", name="Copy as spec").click()
+    page.page.get_by_text("Without its sweep").wait_for()
+    spec = parse_spec(page.page.get_by_label("spec.yaml").input_value())
+    points = expand(spec)
+    assert [points.settings(i)["fov"] for i in range(points.n_points)] == [60, 160, 260, 360]
+
+
+def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:
+    page = opened()
+    page.page.get_by_label("map", exact=True).select_option("narrow_corridor")
+    page.until("boidsweep.view.stage.scene.obstacles.length === 2")
+    page.page.get_by_label("preset", exact=True).select_option("as_written")
+    page.until("boidsweep.view.state.preset === 'as_written'")
+    page.page.get_by_label("seed", exact=True).fill("77")
+    page.page.get_by_label("seed", exact=True).press("Enter")
+    page.until("boidsweep.view.state.seed === 77")
+    assert (live(page).state.preset, live(page).state.seed) == ("as_written", 77)
+
+
+def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) -> None:
+    page = opened()
+    field = page.page.get_by_label("separation weight", exact=True)
+    field.fill("-3")
+    field.press("Enter")
+    page.page.get_by_text("-3 is not allowed for separation_weight").wait_for()
+    assert field.get_attribute("aria-invalid") == "true"
+    for text in ('{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}', "{", "[]", '{"type": "jump"}'):
+        page.page.evaluate("text => boidsweep.socket.socket.send(text)", text)
+    page.page.get_by_text('unknown message "jump"').wait_for()
+    assert page.ask("document.querySelectorAll('img').length") == 0
+    assert np.isfinite(go_to(page, 4)).all()
+    assert live(page).exact
+
+
+def test_a_page_comes_back_to_its_session(opened: Open) -> None:
+    """A socket is dropped in the middle: the run stands still meanwhile, and goes on where it was."""
+    page = opened()
+    page.send(type="set", name="cohesion_weight", value=0.1)
+    until_set(page, "cohesion_weight", 0.1)
+    go_to(page, 12)
+    show = page.show
+    page.ask("boidsweep.socket.socket.close()")
+    page.page.get_by_text("The connection is lost").wait_for()
+    page.until("boidsweep.view.banner.hidden && boidsweep.socket.socket.readyState === 1")
+    assert page.show is show
+    assert page.ask("boidsweep.view.state.settings.cohesion_weight") == 0.1
+    trajectory = simulate(live(page).state.job).trajectory
+    assert trajectory is not None
+    assert np.array_equal(go_to(page, 20), trajectory[20])
+
+
+def test_a_page_in_a_second_window_takes_the_session_over(opened: Open) -> None:
+    page = opened()
+    name = page.ask("boidsweep.view.page")
+    other = page.page.context.new_page()
+    other.add_init_script(f"sessionStorage.setItem('boidsweep-page', '{name}')")
+    other.goto(page.server.url)
+    page.page.get_by_text("This run went on in another window").wait_for()
+
+
+@pytest.mark.parametrize("kind", ["svg", "html"])
+def test_an_export_is_a_file_to_keep(opened: Open, kind: str, tmp_path: Path) -> None:
+    page = opened()
+    go_to(page, 6)
+    page.page.get_by_role("button", name="Export").click()
+    with page.page.expect_download() as download:
+        page.page.get_by_role("menuitem", name=kind.upper()).click()
+    assert download.value.suggested_filename.endswith(f".{kind}")
+    download.value.save_as(tmp_path / "file")
+    assert (tmp_path / "file").read_text().lstrip()[:14].lower().startswith(("<?xml", "<!doctype html"))
