@@ -1,11 +1,14 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sweep.locations import Location
     from sweep.study import StoredStudy
 
 __version__ = "0.3.0"
@@ -27,29 +30,30 @@ _kernels = find_spec("kernels")
 check_sibling(_kernels.origin if _kernels else None, __file__)
 
 
-def load(study: str, results: str | Path = "results") -> "StoredStudy":
+def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
     """The stored results of `study`, e.g. `load("nguyen2024/separation").trials`.
 
-    Raises StoreError where nothing of it is stored below `results`.
+    `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of it is stored there.
     """
     from sweep.study import StoredStudy
 
     return StoredStudy(study, results)
 
 
-def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", workers: int = 0) -> "StoredStudy":
+def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "results", workers: int = 0) -> "StoredStudy":
     """Run what is missing of a study, as `sweep launch` and `sweep search` do, and return what is stored of it.
 
     `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a mapping. It runs in `workers`
     processes, as many as there are cores for 0. Nothing is printed; trials that did not come to their end are a
     warning. Raises SpecError for what is wrong with the spec, StoreError where `results` cannot be read or written,
-    ValueError for a negative number of workers, and KeyboardInterrupt with all finished trials stored: the same call
-    goes on.
+    ValueError for a negative number of workers, FailedTrialsError where more trials have failed than the spec allows,
+    and KeyboardInterrupt, both with all finished trials stored: after the latter the same call goes on.
     """
     import warnings
 
     from sweep.executors import Loky, core_count
     from sweep.launch import launch
+    from sweep.locations import location
     from sweep.search.run import search
     from sweep.spec import load_spec, parse_spec
 
@@ -61,7 +65,7 @@ def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", w
         study = load_spec(Path(spec))
     engine = Loky(workers or core_count())
     try:
-        (search if study.search else launch)(study, Path(results), engine)
+        (search if study.search else launch)(study, location(results), engine)
     finally:
         engine.stop()
     stored = load(study.name, results)
@@ -70,3 +74,10 @@ def run(spec: str | Path | Mapping[str, Any], results: str | Path = "results", w
         counts = ", ".join(f"{count:,} {status}" for status, count in sorted(troubled.items()))
         warnings.warn(f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials", stacklevel=2)
     return stored
+
+
+def __getattr__(name: str) -> ModuleType:
+    """`view`, the live simulator, which is brought along when first asked for."""
+    if name == "view":
+        return import_module("sweep.view")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,9 @@ from sweep.rows import PROVENANCE
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
 from sweep.store import Store
+
+if TYPE_CHECKING:
+    from sweep.view.widget import View
 
 
 class StoredWorld(NamedTuple):
@@ -143,6 +146,15 @@ class StoredStudy:
         from sweep.replay import stored_world
 
         return stored_world(self, trial)
+
+    def replay(self, trial: str) -> "View":
+        """A stored trial run again, as a widget of a notebook in which it is played and scrubbed through.
+
+        Raises StoreError where there is no such trial or it cannot be run, and ImportError without anywidget.
+        """
+        from sweep.view.widget import replay
+
+        return replay(self, trial)
 
     @property
     def units(self) -> dict[str, str]:
