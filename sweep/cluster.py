@@ -27,7 +27,7 @@ from typing import Any, ParamSpec, TypeVar
 from uuid import uuid4
 
 from sweep.executors import ConnectionLostError, JobEndedError, NotYetError, WorkerDiedError, WorkersError
-from sweep.fingerprint import differences, fingerprint, imported
+from sweep.fingerprint import differences, fingerprint
 from sweep.remote import Post
 from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watch, Watching
 
@@ -251,7 +251,7 @@ class _Tasks(Executor):
         foreign = []
         for address, answer in answers.items():
             if isinstance(answer, str):
-                reason = differences(fingerprint(), answer, imported())
+                reason = differences(fingerprint(), answer)
             else:
                 reason = "" if isinstance(answer, OSError) else f"{type(answer).__name__}: {answer}"
             if reason:

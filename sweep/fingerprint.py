@@ -11,7 +11,6 @@ import hashlib
 import json
 import platform
 import sys
-from collections.abc import Collection
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -31,28 +30,33 @@ def fingerprint() -> str:
     return json.dumps(versions | _sources(ROOT))
 
 
+def own_part() -> str:
+    """The fingerprint of this process with those source files only that it has imported by now."""
+    everything, relevant = json.loads(fingerprint()), imported()
+    return json.dumps({name: value for name, value in everything.items() if not _is_file(name) or name in relevant})
+
+
 @lru_cache(maxsize=4)
 def refusal(expected: str) -> str:
-    """Why this process must not run trials for one whose fingerprint is `expected`; empty where it may.
-
-    Source files that this process has not imported do not count.
-    """
-    own = fingerprint()
-    return "" if own == expected else differences(expected, own, imported())
+    """Why this process must not run trials for one whose fingerprint is `expected`; empty where it may."""
+    return "" if fingerprint() == expected else differences(expected, own_part())
 
 
-def differences(ours: str, theirs: str, sources: Collection[str] | None = None) -> str:
-    """How the second fingerprint differs from the first, in words; of source files only `sources`, or all without."""
+def differences(ours: str, theirs: str) -> str:
+    """How the second fingerprint differs from the first, in words; of source files only those that it has."""
     one, other = json.loads(ours), json.loads(theirs)
-    files = {name for name in one.keys() | other.keys() if name.endswith(".py")}
-    changed = sorted(name for name in files if one.get(name) != other.get(name) and (not sources or name in sources))
-    versions = [name for name in one.keys() & other.keys() - files if one[name] != other[name]]
-    words = [f"{name} {one[name]:.12} here, {other[name]:.12} there" for name in sorted(versions)]
+    both = sorted(name for name in one.keys() & other.keys() if one[name] != other[name])
+    words = [f"{name} {one[name]:.12} here, {other[name]:.12} there" for name in both if not _is_file(name)]
+    changed = sorted(name for name in other if _is_file(name) and one.get(name) != other[name])
     if changed:
         more = len(changed) - MOST_NAMED
         others = f" and {more} more files" if more > 0 else ""
         words.append(f"other code in {', '.join(changed[:MOST_NAMED])}{others}")
     return "; ".join(words)
+
+
+def _is_file(name: str) -> bool:
+    return name.endswith(".py")
 
 
 def edited() -> str:

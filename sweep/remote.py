@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 from sweep.executors import ONE_THREAD
-from sweep.fingerprint import fingerprint, refusal
+from sweep.fingerprint import own_part, refusal
 from sweep.watch import Limits
 
 J = TypeVar("J")
@@ -22,11 +22,11 @@ _wardens: list["subprocess.Popen[bytes]"] = []
 
 
 def introduce() -> str:
-    """The fingerprint of this worker, with all imported that a trial needs."""
+    """The fingerprint of this worker and of the code that it has imported, which is all that a trial needs."""
     os.environ.update(ONE_THREAD)  # for libraries that are not loaded yet
     import sweep.trial  # noqa: F401
 
-    return fingerprint()
+    return own_part()
 
 
 def perform(task: bytes) -> bytes:

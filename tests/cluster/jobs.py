@@ -1,6 +1,7 @@
 """Jobs for clusters, importable by worker processes."""
 
 import os
+import signal
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -31,3 +32,11 @@ def staged(job: Staged) -> int:
 def processes(folder: Path, stage: int) -> set[int]:
     """The processes that have begun jobs of a stage."""
     return {int(path.name.rpartition("-")[2]) for path in folder.glob(f"began-{stage}-*")}
+
+
+def square_or_die(job: int) -> tuple[int, int]:
+    """Job 7 kills its worker when others have had the time to queue there."""
+    if job == 7:
+        time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return job, job * job
