@@ -49,7 +49,7 @@ def run_jobs(
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    folder = store.folder / FOLDER if isinstance(store.folder, Path) else None
+    folder = store.folder.absolute() / FOLDER if isinstance(store.folder, Path) else None
     if folder:
         _discard_stale(folder, store, jobs)
 
@@ -106,4 +106,4 @@ def _driven(
     trial = Checkpointed(run, folder, study.checkpoint) if folder and study.checkpoint else run
     limit = study.time_limit
     limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
-    return drive(jobs, trial, executor=executor, cost=job_seconds, failed=failed, overdue=overdue, limits=limits)
+    return drive(jobs, trial, executor=executor, costs=job_seconds, failed=failed, overdue=overdue, limits=limits)
