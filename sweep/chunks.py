@@ -1,6 +1,6 @@
 """How jobs are dealt out to workers: in chunks of about equal work."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
@@ -14,10 +14,10 @@ class Chunks:
     together; how many there are may change. Estimates are clipped to COST_RANGE, in seconds.
     """
 
-    def __init__(self, costs: Iterable[float], count: int, *, seconds: float) -> None:
+    def __init__(self, costs: Sequence[float], *, seconds: float) -> None:
         import numpy as np
 
-        self._costs = np.clip(np.fromiter(costs, float, count), *COST_RANGE)
+        self._costs = np.clip(np.asarray(costs, float), *COST_RANGE)
         self._order = np.argsort(-self._costs, kind="stable")
         self._through = np.concatenate([[0.0], np.cumsum(self._costs[self._order])])
         self._seconds = seconds

@@ -5,6 +5,7 @@ common factor, which the drive loop measures as it goes. What matters to it is t
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design import Design
 from sweep.fields import Value, fields, settings_tuple
-from sweep.jobs import Job
+from sweep.jobs import Job, SomeJobs
 from sweep.spec import Record, Study
 
 TRIAL_SECONDS = 1.5e-3
@@ -33,9 +34,13 @@ PAIR_METRICS = {
 }
 
 
-def job_seconds(job: Job) -> float:
-    """The estimated seconds of a trial."""
-    return trial_seconds(job.model, job.settings, job.record)
+def job_seconds(jobs: Sequence[Job]) -> Sequence[float]:
+    """The estimated seconds of each trial."""
+    if isinstance(jobs, SomeJobs):  # there may be millions, and few points
+        whole = jobs.jobs
+        seconds: list[float] = point_seconds(whole.study, whole.design)[jobs.points].tolist()
+        return seconds
+    return [trial_seconds(job.model, job.settings, job.record) for job in jobs]
 
 
 def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> float:

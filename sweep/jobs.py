@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import repeat
-from typing import Literal, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import pyarrow as pa
@@ -29,7 +29,7 @@ Counts = NDArray[np.int64]
 
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points, or trials, whose ids are made at once: of a million, what Python needs for the texts would take a gigabyte."""
+"""Points, or trials, whose ids are made at once: for a million, the texts would take a gigabyte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class Jobs(Sequence[Job]):
         if isinstance(index, slice):
             return [self[position] for position in range(len(self))[index]]
         place = range(len(self))[index]
-        point = int(np.searchsorted(self._ends, place, side="right"))
+        point = int(self.points_at(place))
         return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
     def table(self) -> pa.Table:
@@ -136,6 +136,10 @@ class Jobs(Sequence[Job]):
                 "seed": np.full(len(self), self.study.seed) if seeds is None else np.array(seeds)[replicate],
             }
         )
+
+    def points_at(self, indices: int | Counts) -> Any:
+        """The place in the design of the point of a job, or of each of several."""
+        return np.searchsorted(self._ends, indices, side="right")
 
     @property
     def points(self) -> list[str]:
@@ -183,6 +187,31 @@ class Jobs(Sequence[Job]):
         digest = self._common.copy()
         digest.update(f" {point} {ending}".encode())
         return digest.hexdigest()[:24]
+
+
+class SomeJobs(Sequence[Job]):
+    """Those of `jobs` at some indices, made when asked for."""
+
+    def __init__(self, jobs: Jobs, indices: Counts) -> None:
+        self.jobs, self.indices = jobs, indices
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    @overload
+    def __getitem__(self, index: int) -> Job: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Job]: ...
+    def __getitem__(self, index: int | slice) -> Job | list[Job]:
+        if isinstance(index, slice):
+            return [self.jobs[place] for place in self.indices[index].tolist()]
+        return self.jobs[int(self.indices[index])]
+
+    @property
+    def points(self) -> Counts:
+        """The place of each job's point in the design."""
+        points: Counts = self.jobs.points_at(self.indices)
+        return points
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:

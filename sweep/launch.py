@@ -2,9 +2,8 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import overload
 
 import numpy as np
 import pyarrow as pa
@@ -17,7 +16,7 @@ from sweep.custody import custody
 from sweep.design import Design, expand
 from sweep.executors import ExecutorFactory
 from sweep.failures import Failures, failed_among
-from sweep.jobs import Counts, Job, Jobs
+from sweep.jobs import Counts, Jobs, SomeJobs
 from sweep.locations import Location
 from sweep.lock import Lock
 from sweep.provenance import provenance
@@ -54,25 +53,6 @@ class Progress:
     def troubled(self) -> int:
         """New trials that did not come to their end."""
         return sum(count for status, count in self.statuses.items() if status != "done")
-
-
-class _Some(Sequence[Job]):
-    """Jobs at some indices, made when asked for."""
-
-    def __init__(self, jobs: Jobs, indices: Counts) -> None:
-        self.jobs, self.indices = jobs, indices
-
-    def __len__(self) -> int:
-        return len(self.indices)
-
-    @overload
-    def __getitem__(self, index: int) -> Job: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Job]: ...
-    def __getitem__(self, index: int | slice) -> Job | list[Job]:
-        if isinstance(index, slice):
-            return [self.jobs[place] for place in self.indices[index].tolist()]
-        return self.jobs[int(self.indices[index])]
 
 
 def launch(
@@ -132,8 +112,7 @@ class _Launch:
             further = _further(study.until, self.store, ids, trials)
             self.progress.settled = int((further == trials).sum())
             trials, settled = further, self.progress.settled == n_points
-        if self.progress.statuses:
-            self.store.compact()
+        self.store.compact()
         self.report(self.progress)
         return self.progress
 
@@ -141,7 +120,7 @@ class _Launch:
         """Run what is missing of a plan and return the ids of its trials."""
         plan, stored = plan_table(self.study, self.design, jobs, self.origin), _statuses(self.store)
         ids = plan["trial_id"]
-        missing = _Some(jobs, self._missing(ids, stored))
+        missing = SomeJobs(jobs, self._missing(ids, stored))
         self.progress.apart = len(stored) - _count(pc.is_in(stored["trial_id"], value_set=ids.combine_chunks()))
         if not self.retry:
             self.failures.note_stored(failed_among(stored, ids))

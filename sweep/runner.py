@@ -47,7 +47,7 @@ def drive(
     run: Callable[[J], R],
     *,
     executor: ExecutorFactory,
-    cost: Callable[[J], float],
+    costs: Callable[[Sequence[J]], Sequence[float]],
     failed: Callable[[J, str], R],
     overdue: Callable[[J, str], R] | None = None,
     limits: Limits = NO_LIMITS,
@@ -55,7 +55,7 @@ def drive(
 ) -> Iterator[list[R]]:
     """Run every job once and yield the results chunk by chunk, in the order in which they come back.
 
-    `cost` estimates the seconds of a job; the estimates are corrected by what is measured, so only their
+    `costs` estimates the seconds of each job; the estimates are corrected by what is measured, so only their
     ratios matter much. `failed` makes the result of a job that raised (given the traceback) or that ended its
     worker process MAX_ATTEMPTS times while running alone. `run` and the jobs are pickled.
 
@@ -69,7 +69,7 @@ def drive(
     iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
     code than this process, with what had finished yielded before.
     """
-    chunks = Chunks(map(cost, jobs), len(jobs), seconds=chunk_seconds)
+    chunks = Chunks(costs(jobs), seconds=chunk_seconds)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt)
         try:

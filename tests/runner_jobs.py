@@ -62,7 +62,7 @@ def break_at_start() -> None:
 
 def run_all(jobs: Any, run: Any, executor: Any, **options: Any) -> list[Any]:
     """Everything that `drive` yields, flattened; a failed job is (job, Failure)."""
-    batches = drive(jobs, run, executor=executor, failed=failed, **{"cost": a_millisecond} | options)
+    batches = drive(jobs, run, executor=executor, failed=failed, **{"costs": a_millisecond} | options)
     return [result for batch in batches for result in batch]
 
 
@@ -70,12 +70,12 @@ def failed(job: Any, error: str) -> tuple[Any, Failure]:
     return job, Failure(error)
 
 
-def a_millisecond(_job: Any) -> float:
-    return 0.001
+def a_millisecond(jobs: Sequence[Any]) -> list[float]:
+    return [0.001] * len(jobs)
 
 
-def shortest_first(seconds: float) -> float:
-    return 1 / seconds
+def shortest_first(jobs: Sequence[float]) -> list[float]:
+    return [1 / seconds for seconds in jobs]
 
 
 def processes_below(parent: int) -> set[int]:

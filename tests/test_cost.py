@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 from studies import COVERING, SMALL
 
 from kernels.models import MODELS
-from sweep.cost import point_seconds, study_cost, trial_bytes, trial_seconds
+from sweep.cost import job_seconds, point_seconds, study_cost, trial_bytes, trial_seconds
 from sweep.design import expand
+from sweep.jobs import Jobs, SomeJobs
 from sweep.plan import duration, make_plan, size
 from sweep.spec import Record, parse_spec
 
@@ -67,3 +69,10 @@ def test_words_for_times_and_sizes() -> None:
         "11.6 days",
     ]
     assert [size(count) for count in (12, 1500, 2.5e9)] == ["12 B", "1.5 kB", "2.5 GB"]
+
+
+def test_jobs_of_a_study_cost_what_each_of_them_does() -> None:
+    study = parse_spec(SMALL.replace("separation_weight: [0.5, 1]", "n: [10, 1000]").replace("n: 12, ", ""))
+    jobs = SomeJobs(Jobs(study, expand(study), "sha"), np.array([5, 0, 1]))
+    assert job_seconds(jobs) == job_seconds(list(jobs))
+    assert job_seconds(jobs)[0] > job_seconds(jobs)[1]

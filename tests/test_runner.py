@@ -42,7 +42,7 @@ def test_no_jobs_need_no_worker() -> None:
 
 
 def test_longest_job_starts_first() -> None:
-    results = runner_jobs.run_all(range(5), runner_jobs.square, Serial(), cost=float)
+    results = runner_jobs.run_all(range(5), runner_jobs.square, Serial(), costs=list)
     assert [job for job, _ in results] == [4, 3, 2, 1, 0]
 
 
@@ -104,7 +104,7 @@ def test_closing_the_iterator_ends_the_workers_at_once() -> None:
     before = runner_jobs.processes_below(os.getpid())
     jobs = [0.01] * 4 + [60.0] * 4
     batches = drive(
-        jobs, runner_jobs.nap, executor=executor, cost=runner_jobs.shortest_first, failed=runner_jobs.failed
+        jobs, runner_jobs.nap, executor=executor, costs=runner_jobs.shortest_first, failed=runner_jobs.failed
     )
     next(batches)
     workers = set(executor.start()._processes)
@@ -127,7 +127,7 @@ kept = []
 executor = Loky(2)
 try:
     for batch in drive([0.05] * 400 + [60.0] * 4, runner_jobs.nap, executor=executor,
-                       cost=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
+                       costs=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
         kept += batch
         print("batch", flush=True)
 except KeyboardInterrupt:
@@ -164,7 +164,7 @@ def squares_in_this_process() -> Iterator[list[tuple[int, int]]]:
         range(10),
         runner_jobs.square,
         executor=Serial(),
-        cost=runner_jobs.a_millisecond,
+        costs=runner_jobs.a_millisecond,
         failed=runner_jobs.failed,
     )
 
@@ -192,7 +192,7 @@ def test_a_second_interrupt_is_raised_on_the_spot() -> None:
 
 def deal(costs: list[float], workers: int, seconds: float, pace: float) -> list[list[int]]:
     """Take every chunk, each taking `pace` times its estimate and seen before the next is dealt."""
-    chunks = Chunks(costs, len(costs), seconds=seconds)
+    chunks = Chunks(costs, seconds=seconds)
     dealt = []
     while chunk := chunks.take(workers):
         dealt.append(chunk)
@@ -227,7 +227,7 @@ def test_chunks_have_at_most_a_thousand_jobs() -> None:
 
 
 def test_one_slow_first_chunk_is_soon_forgotten() -> None:
-    chunks = Chunks([0.02] * 10_000, 10_000, seconds=1.0)
+    chunks = Chunks([0.02] * 10_000, seconds=1.0)
     chunks.observe(chunks.take(2), 3.0)
     for _ in range(8):
         chunk = chunks.take(2)
@@ -241,7 +241,7 @@ def test_workers_finish_together(workers: int, seed: int) -> None:
     """Dealing to simulated workers wastes under 4 % of the time, with estimates wrong by half either way."""
     costs = runner_jobs.spread_costs(seed, 4000)
     truth = [cost * (0.5 + (index % 5) / 4) for index, cost in enumerate(costs)]
-    chunks = Chunks(costs, len(costs), seconds=1.0)
+    chunks = Chunks(costs, seconds=1.0)
     free = [0.0] * workers
     while chunk := chunks.take(workers):
         seconds = sum(truth[index] for index in chunk)
@@ -252,6 +252,6 @@ def test_workers_finish_together(workers: int, seed: int) -> None:
 
 def test_a_million_jobs_are_ordered_in_seconds() -> None:
     start = time.perf_counter()
-    chunks = Chunks((index % 7 for index in range(1_000_000)), 1_000_000, seconds=1.0)
+    chunks = Chunks([index % 7 for index in range(1_000_000)], seconds=1.0)
     chunks.take(2)
     assert time.perf_counter() - start < 5

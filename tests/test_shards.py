@@ -2,10 +2,12 @@
 
 import logging
 import os
+import re
 import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,9 @@ from faults.campaign import tables
 from studies import SMALL, launched, relaunch
 from test_store import append, part_names
 
+from sweep.cli import main
 from sweep.custody import custody
+from sweep.document import SpecError
 from sweep.executors import Serial
 from sweep.launch import launch
 from sweep.lock import Lock
@@ -196,3 +200,38 @@ def test_a_dead_share_is_taken_over_by_the_whole_and_by_itself_alone(
     with caplog.at_level(logging.WARNING), Lock(store.place):
         assert "that process is gone" in caplog.text
         assert len(store.place.lock.tokens()) == 1
+
+
+def test_the_command_runs_a_share_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "small.yaml"
+    spec.write_text(SMALL)
+    command = ["sweep", "launch", str(spec), "--workers", "1", "--results", str(tmp_path / "results"), "--shard"]
+    told, number = [], 0
+    for text in ("1/2", "2/2"):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("sys.argv", [*command, text])
+            patch.setattr("sweep.executors.Loky", lambda _workers: Serial())
+            with suppress(SystemExit):
+                main()
+        told.append(capsys.readouterr().err)
+        assert f"small, share {text}: " in told[-1]
+        number += int(re.search(r"(\d+) new trials", told[-1])[1])
+    assert number == 6
+    assert set(Store(tmp_path / "results" / "small").trial_ids().values()) == {"done"}
+
+
+@pytest.mark.parametrize(("text", "said"), [("3", "not of the form 3/16"), ("3/2", "they count from 1/2 to 2/2")])
+def test_the_command_refuses_what_is_no_share(text: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["sweep", "launch", "no.yaml", "--shard", text])
+        with pytest.raises(SystemExit) as ending:
+            main()
+    assert ending.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_study_whose_trials_depend_on_the_stored_ones_cannot_be_shared(tmp_path: Path) -> None:
+    rule = "replicates: {until: {metric: speed, half_width: 0.1}, max: 50}"
+    study = parse_spec(SMALL.replace("replicates: 3", rule))
+    with pytest.raises(SpecError, match=r"spec\.yaml:\d+: .*cannot be launched in shares"):
+        launch(study, tmp_path, Serial(), share=Share(1, 2))

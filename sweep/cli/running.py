@@ -24,6 +24,10 @@ def launch(
     workers: Workers = 0,
     results: Results = Path("results"),
     retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="K/N", help="Run this share of the trials only; other launches run the others."),
+    ] = None,
     executor: Engine = Kind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
@@ -34,11 +38,14 @@ def launch(
     """
     from sweep.launch import launch as run_study
     from sweep.progress import ProgressBar
+    from sweep.shares import Share
     from sweep.spec import load_spec
 
+    share = Share.parse(shard) if shard else None
     study = load_spec(spec)
-    with engine(executor, workers, address, scheduler_file) as made, ProgressBar(study.name) as bar:
-        progress = run_study(study, results, made, retry=retry, report=bar.show)
+    name = f"{study.name}, share {share}" if share else study.name
+    with engine(executor, workers, address, scheduler_file) as made, ProgressBar(name) as bar:
+        progress = run_study(study, results, made, retry=retry, share=share, report=bar.show)
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     if progress.troubled:
         raise SystemExit(1)

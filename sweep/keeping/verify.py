@@ -159,7 +159,7 @@ def _check(
         return
     # Compiled here once, or cold workers would each compile the same.
     warm(jobs[0])
-    for results in drive(jobs, run, executor=executor, cost=job_seconds, failed=failed):
+    for results in drive(jobs, run, executor=executor, costs=job_seconds, failed=failed):
         for result in results:
             trial = stored[result.job.trial_id]
             verification.note(trial, differences(study.name, trial, result))
