@@ -57,13 +57,13 @@ def run_jobs(
         if folder:
             discard(folder, {result.job.trial_id for result in results})
 
-    outcomes = closing(_outcomes(study, jobs, executor, folder))
+    outcomes = closing(_outcomes(study, jobs, executor, folder, failures))
     with Writer[Result](store, tables, size=result_bytes, stored=stored) as writer, outcomes as batches:
         for results in batches:
             writer.add(results)
             noted(results)
             failures.note(results)
-            failures.check()
+    failures.check()
 
 
 def _discard_stale(folder: Path, store: Store, jobs: Sequence[Job]) -> None:
@@ -79,7 +79,7 @@ def _discard_stale(folder: Path, store: Store, jobs: Sequence[Job]) -> None:
 
 
 def _outcomes(
-    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None
+    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None, failures: Failures
 ) -> Generator[list[Result], None, None]:
     """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
     rounds = 1 + study.policy.retries
@@ -95,15 +95,21 @@ def _outcomes(
         tried = f"attempt {attempt + 1} of {rounds}"
         LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
         jobs = again
-    for results in _driven(study, jobs, executor, folder):
+    for results in _driven(study, jobs, executor, folder, failures.too_many):
         yield [after(rounds, result) for result in results]
 
 
 def _driven(
-    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None
+    study: Study,
+    jobs: Sequence[Job],
+    executor: ExecutorFactory,
+    folder: Path | None,
+    ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[Result]]:
     """What becomes of each job in one attempt; with a `folder`, from its checkpoint there."""
     trial = Checkpointed(run, folder, study.checkpoint) if folder and study.checkpoint else run
     limit = study.time_limit
     limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
-    return drive(jobs, trial, executor=executor, costs=job_seconds, failed=failed, overdue=overdue, limits=limits)
+    return drive(
+        jobs, trial, executor=executor, costs=job_seconds, failed=failed, overdue=overdue, limits=limits, ended=ended
+    )

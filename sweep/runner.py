@@ -52,6 +52,7 @@ def drive(
     overdue: Callable[[J, str], R] | None = None,
     limits: Limits = NO_LIMITS,
     chunk_seconds: float = 1.0,
+    ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[R]]:
     """Run every job once and yield the results chunk by chunk, in the order in which they come back.
 
@@ -68,14 +69,16 @@ def drive(
     raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `sweep.interrupts` has made them so. Closing the
     iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
     code than this process, with what had finished yielded before.
+
+    As soon as `ended` says so, the workers are ended and what had finished is yielded, and no more.
     """
     chunks = Chunks(costs(jobs), seconds=chunk_seconds)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
         loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt)
         try:
-            while not interrupt.asked and loop.refill():
+            while not (interrupt.asked or ended()) and loop.refill():
                 yield from loop.finished()
-            if not interrupt.asked:
+            if not (interrupt.asked or ended()):
                 return
         except WorkersError:
             executor.stop()
@@ -86,7 +89,8 @@ def drive(
             raise
         executor.stop()
         yield from loop.salvaged()
-        raise KeyboardInterrupt
+        if interrupt.asked:
+            raise KeyboardInterrupt
 
 
 class _Chunk(NamedTuple):
