@@ -3,7 +3,7 @@
 import shutil
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -30,10 +30,15 @@ def running_browser() -> Iterator[Browser]:
         browser.close()
 
 
+def in_the_cafeteria() -> Live:
+    """The show of a page that says nothing else."""
+    return Live(begin("aziel_chen2025", "as_run"))
+
+
 @contextmanager
-def running_server() -> Iterator[Server]:
-    """A server that shows every page aziel_chen2025 in the cafeteria."""
-    server = Server(lambda: Live(begin("aziel_chen2025", "as_run")))
+def running_server(show: Callable[[], Show] = in_the_cafeteria) -> Iterator[Server]:
+    """A server that makes a show for every page."""
+    server = Server(show)
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server
@@ -72,7 +77,7 @@ class Opened:
             value = self.ask(expression)
             if value:
                 return value
-            self.page.wait_for_timeout(20)
+            self.page.wait_for_timeout(30)
         raise TimeoutError(f"never true: {expression}; {self.complaints}")
 
     def send(self, **message: Any) -> None:

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser
-from view.chromium import Opened, running_browser, running_server
 
 from sweep.view.server import Server
+from view.chromium import Opened, running_browser, running_server
 
 
 @pytest.fixture(scope="session")
@@ -27,9 +27,9 @@ def opened(browser: Browser, server: Server) -> Iterator[Callable[..., Opened]]:
     """Opens pages, and sees that none of them has met an error in its script or has broken its own rules."""
     pages: list[Opened] = []
 
-    def opened(width: int = 1280, height: int = 720, **about: Any) -> Opened:
+    def opened(width: int = 1280, height: int = 720, at: Server = server, **about: Any) -> Opened:
         context = browser.new_context(viewport={"width": width, "height": height}, **about)
-        pages.append(Opened(context.new_page(), server))
+        pages.append(Opened(context.new_page(), at))
         return pages[-1]
 
     yield opened

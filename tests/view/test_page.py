@@ -1,15 +1,15 @@
 """The page in a real browser: what is done there happens to the flock, and what happens is seen there."""
 
 import json
-from dataclasses import replace
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import studies
 from numpy.typing import NDArray
-from view.chromium import Opened
+from playwright.sync_api import Browser
 
 from kernels.models import MODELS
 from sweep.design import expand
@@ -17,6 +17,9 @@ from sweep.fields import fields
 from sweep.spec import parse_spec
 from sweep.trial import simulate
 from sweep.view.live import Live
+from sweep.view.page import script
+from sweep.view.replaying import Replay
+from view.chromium import Opened, running_server
 
 Open = Callable[..., Opened]
 Bodies = NDArray[np.float64]
@@ -75,13 +78,13 @@ CHANGE_ALL = """async () => {
 """Each setting gets another value by its control, and goes back by the button beside it."""
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_a_model_has_a_control_for_every_setting(opened: Open, model: str) -> None:
+def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
     page = opened()
-    page.page.get_by_label("model", exact=True).select_option(model)
-    page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
-    assert live(page).state.model == model
-    assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(fields(model)) - {"map"} | {"seed"}
+    for model in reversed(MODELS):
+        page.page.get_by_label("model", exact=True).select_option(model)
+        page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
+        assert live(page).state.model == model
+        assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(fields(model)) - {"map"} | {"seed"}
 
 
 def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
@@ -162,8 +165,9 @@ def test_boids_are_drawn_where_they_are(opened: Open) -> None:
         """(places) => {
           const { stage } = boidsweep.view;
           const context = stage.canvas.getContext("2d");
-          const pixel = ({ x, y }) => context.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3).join(", ");
-          return [stage.colours.boid, places.map(([x, y]) => `rgb(${pixel(stage.toScreen({ x, y }))})`)];
+          const pixel = (x, y) => context.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3);
+          const at = ([x, y]) => stage.toScreen({ x, y });
+          return [stage.colours.boid, places.map(at).map(({ x, y }) => `rgb(${pixel(x, y).join(", ")})`)];
         }""",
         bodies[:2].T.tolist(),
     )
@@ -283,19 +287,26 @@ COLOURS = """() => {
 }"""
 
 
-@pytest.mark.parametrize("overlay", ["trails", "flocks", "coverage", "accelerations"])
-def test_an_overlay_is_drawn_and_explained(opened: Open, overlay: str) -> None:
+def test_overlays_are_drawn_and_explained(opened: Open) -> None:
     page = opened()
     go_to(page, 40)
-    plain = page.ask(COLOURS)
-    page.page.get_by_label(overlay, exact=True).check()
-    page.until(f"boidsweep.view.stage.overlays.has('{overlay}')")
-    sent = {"flocks": "frame.flocks", "coverage": "coverage", "accelerations": "frame.accelerations"}.get(overlay)
-    if sent:
-        page.until(f"boidsweep.view.state.overlays.includes('{overlay}') && boidsweep.view.stage.{sent}")
-        page.until(f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5")
-    page.until(f"({COLOURS})() > {plain} + 3")
-    assert live(page).overlays == ((overlay,) if sent else ())
+    there = {
+        "trails": "trail",
+        "flocks": "frame.flocks",
+        "coverage": "coverage",
+        "accelerations": "frame.accelerations",
+    }
+    for overlay, section in there.items():
+        plain = page.ask(COLOURS)
+        switch = page.page.get_by_label(overlay, exact=True)
+        switch.check()
+        page.until(f"boidsweep.view.stage.overlays.has('{overlay}') && boidsweep.view.stage.{section}")
+        page.until(f"({COLOURS})() > {plain} + 3")
+        if overlay != "trails":
+            assert live(page).overlays == (overlay,)
+            page.until(f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5")
+        switch.uncheck()
+        page.until(f"!boidsweep.view.stage.overlays.has('{overlay}') && ({COLOURS})() === {plain}")
 
 
 def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened: Open) -> None:
@@ -384,13 +395,68 @@ def test_a_page_in_a_second_window_takes_the_session_over(opened: Open) -> None:
     page.page.get_by_text("This run went on in another window").wait_for()
 
 
-@pytest.mark.parametrize("kind", ["svg", "html"])
-def test_an_export_is_a_file_to_keep(opened: Open, kind: str, tmp_path: Path) -> None:
+def test_an_export_is_a_file_to_keep(opened: Open, tmp_path: Path) -> None:
     page = opened()
     go_to(page, 6)
     page.page.get_by_role("button", name="Export").click()
     with page.page.expect_download() as download:
-        page.page.get_by_role("menuitem", name=kind.upper()).click()
-    assert download.value.suggested_filename.endswith(f".{kind}")
+        page.page.get_by_role("menuitem", name="HTML").click()
+    assert download.value.suggested_filename.endswith(".html")
     download.value.save_as(tmp_path / "file")
-    assert (tmp_path / "file").read_text().lstrip()[:14].lower().startswith(("<?xml", "<!doctype html"))
+    assert (tmp_path / "file").read_text().lower().startswith("<!doctype html")
+
+
+STORED = """
+study: stored
+model: aziel_chen2025
+preset: as_run
+fixed: {n: 20, steps: 60}
+sweep: {fov: [150, 360]}
+replicates: 1
+seed: 3
+record: {series: [coverage], trajectories: true}
+"""
+
+
+def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(opened: Open, tmp_path: Path) -> None:
+    study = studies.launched(STORED, tmp_path)
+    row = study.trials.iloc[1]
+    steps, flight = study.trajectory(row["trial_id"])
+    with running_server(lambda: Replay(study, row["trial_id"])) as server:
+        page = opened(at=server)
+        page.page.get_by_text("Every number equals the stored one, bit for bit").wait_for()
+        scrubber = page.page.get_by_label("step", exact=True)
+        for step in (40, 7, 60):
+            scrubber.fill(str(step))
+            page.until(f"boidsweep.view.stage.frame.step === {step}")
+            assert np.array_equal(live(page).bodies, flight[steps.tolist().index(step)])
+        both = page.ask("boidsweep.view.state.replay.metrics.coverage")
+        assert both == {"stored": row["coverage"], "replayed": row["coverage"]}
+        assert page.ask("boidsweep.view.plots.get('coverage').steps.length") == 61
+        assert page.page.get_by_label("fov", exact=True).is_disabled()
+        page.page.keyboard.press("d")
+        page.drag((400, 300), (450, 300))
+        page.page.keyboard.press("Space")
+        page.until("boidsweep.view.state.running")
+        page.until("!boidsweep.view.state.running && boidsweep.view.stage.frame.step === 60")
+        assert len(obstacles(page)) == 18
+
+
+def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(browser: Browser) -> None:
+    """As a notebook and a file on disk have it: all top-level names in one module."""
+    page = browser.new_page()
+    page.set_content("<body></body>")
+    page.add_script_tag(content=script().replace("export { mount };", "globalThis.mount = mount;"), type="module")
+    assert page.evaluate("document.body.children.length") == 0
+    said = page.evaluate(
+        """() => {
+          const said = [];
+          const send = (message) => said.push(message.type);
+          mount(document.body, { send, close: () => said.push("closed") }).unmount();
+          return [...said, document.body.children.length];
+        }"""
+    )
+    page.close()
+    assert said == ["hello", "closed", 0]
+    assert "import" not in [line.split(" ")[0] for line in script().splitlines()]
+    assert "</script" not in script()

@@ -62,6 +62,9 @@ export function setIcon(element, name, label) {
   element.setAttribute("aria-label", label);
 }
 
+// randomUUID is only there for pages from this machine or by https, which a notebook need not be.
+export const randomName = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (part) => part.toString(36)).join("-");
+
 export const spaced = (name) => name.replaceAll("_", " ");
 
 const RAISED = { 2: "²", 3: "³", 4: "⁴" };

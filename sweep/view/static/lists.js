@@ -171,7 +171,8 @@ export class Overlays {
   }
 
   legend(name, wanted, parts) {
-    this.legends.get(name)?.replaceChildren(...(wanted ? parts() : []));
+    const [legend, fresh] = [this.legends.get(name), wanted ? parts() : []];
+    if (legend && legend.textContent !== fresh.map((part) => part.textContent).join("")) legend.replaceChildren(...fresh);
   }
 
   swatch(colour, words) {

@@ -1,5 +1,6 @@
 // The served page: a socket to the server that started it, opened again whenever it was dropped.
 
+import { randomName } from "./dom.js";
 import { mount } from "./view.js";
 
 const FIRST_WAIT = 300; // ms
@@ -7,7 +8,7 @@ const LONGEST_WAIT = 8000;
 const OVER = { 4001: "This run went on in another window.", 4002: "The server has no run for this page." };
 
 function pageId() {
-  const known = sessionStorage.getItem("boidsweep-page") ?? crypto.randomUUID();
+  const known = sessionStorage.getItem("boidsweep-page") ?? randomName();
   sessionStorage.setItem("boidsweep-page", known);
   return known;
 }

@@ -1,6 +1,6 @@
 // The whole view: built once in an element, then kept like what the other side of a transport says.
 
-import { button, make, setIcon, short, spaced, unitText } from "./dom.js";
+import { button, make, randomName, setIcon, short, spaced, unitText } from "./dom.js";
 import { Stage } from "./stage.js";
 import { Hand } from "./pointer.js";
 import { Plot } from "./plots.js";
@@ -23,7 +23,7 @@ let mounts = 0;
 
 class View {
   constructor(element, transport, { page, shortcuts }) {
-    Object.assign(this, { transport, page: page ?? crypto.randomUUID(), controls: null, state: null, rules: [], plots: new Map() });
+    Object.assign(this, { transport, page: page ?? randomName(), controls: null, state: null, rules: [], plots: new Map() });
     this.prefix = `boidsweep-${++mounts}`;
     this.counts = { drawn: 0, received: 0, since: performance.now() };
     this.fields = new Map();
