@@ -71,7 +71,8 @@ def point_table(
     """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
 
     The settings of an axis that ablates a preset become one column, `detail`: what is changed, as `details` says it.
-    Raises ValueError for a metric that the study has not recorded.
+    The last column, `view`, is the command that replays a trial of the point, the first one that is done. Raises
+    ValueError for a metric that the study has not recorded.
     """
     for name in chosen:
         if name not in study.metrics:
@@ -82,7 +83,15 @@ def point_table(
         trials = trials.assign(detail=details(study, preset).to_numpy())
         switched = {name for group in ablated for name in group}
         varied = [*(name for name in varied if name not in switched), "detail"]
-    return by_point(trials, varied, names, interval=interval, repeated=study.repeated), names
+    rows = by_point(trials, varied, names, interval=interval, repeated=study.repeated)
+    return rows.assign(view=_views(study.name, trials)), names
+
+
+def _views(study: str, trials: pd.DataFrame) -> list[str]:
+    """The command that shows a trial of each point, in the order of `by_point`."""
+    done_first = trials.assign(later=trials["status"] != "done").sort_values("later", kind="stable")
+    shown = done_first.groupby("point")["trial_id"].first()
+    return [f"sweep view {study} {shown[point]}" for point in trials["point"].unique()]
 
 
 def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
@@ -101,6 +110,8 @@ def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interva
     console().print(table)
     if len(rows) > MOST_ROWS:
         console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
+    for command in rows["view"].head(1):
+        console().print(f"a trial of the first point, and in --csv and --json of each: {command}", soft_wrap=True)
 
 
 def _caption(study: StoredStudy, interval: MeanKind) -> str:

@@ -10,15 +10,11 @@ import numpy as np
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from kernels.worlds import MAPS
 from sweep.document import SpecError
-from sweep.fields import preset_settings
 from sweep.jobs import Job
 from sweep.keeping.comparison import differences
 from sweep.keeping.flight import Report
-from sweep.maps import OwnMap
 from sweep.parquet import StoreError
-from sweep.points import SIDES
 from sweep.replay import stored_job, stored_trial
 from sweep.state import Taken
 from sweep.study import StoredStudy
@@ -29,7 +25,7 @@ from sweep.view.flight import silent
 from sweep.view.live import Live
 from sweep.view.messages import Message
 from sweep.view.protocol import Reply
-from sweep.view.state import MOST_PLOTS, ViewState
+from sweep.view.state import ViewState, from_job
 from sweep.view.track import go_to, quiet, survey
 
 CHANGING = messages.Set | messages.Model | messages.Shapes | messages.Goal | messages.Sweep | messages.Continue
@@ -54,7 +50,7 @@ class Replay(Live):
                 raise
             about = f"{type(error).__name__}: {error}"
             raise StoreError(f"trial {trial} cannot be shown, as it fails: {about}") from error
-        super().__init__(_state(self.job))
+        super().__init__(from_job(self.job))
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0
@@ -168,23 +164,3 @@ def _measured(job: Job) -> tuple[str, ...]:
     """The metrics that were recorded, and the model's own but for those that count visits: pixels may be many."""
     own = (name for name in MODELS[job.model].metrics if not METRICS[name].covers)
     return tuple(dict.fromkeys((*job.record.metrics, *own)))
-
-
-def _state(job: Job) -> ViewState:
-    """The trial as the screen has it."""
-    name, preset = str(job.settings["map"]), preset_settings(job.model, job.preset)
-    own = None
-    if job.obstacles is not None:
-        own = OwnMap((float(job.settings["width"]), float(job.settings["height"])), job.obstacles)
-    left = SIDES if own or MAPS[name].size else ()
-    return ViewState(
-        model=job.model,
-        preset=job.preset,
-        seed=job.seed,
-        fixed={key: value for key, value in job.settings.items() if value != preset[key] and key not in left},
-        own=own,
-        literal=job.literal,
-        replicate=0 if job.literal else job.replicate,
-        streams=job.streams,
-        plots=_measured(job)[:MOST_PLOTS],
-    ).checked()

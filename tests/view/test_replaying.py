@@ -14,6 +14,7 @@ import sweep.view.replaying as replaying
 import sweep.view.track as track
 from sweep.document import SpecError
 from sweep.keeping.stored import StoredTrial
+from sweep.listing import point_table, table_text
 from sweep.parquet import StoreError
 from sweep.spec import Record
 from sweep.study import StoredStudy
@@ -255,3 +256,17 @@ def test_a_file_of_it_is_of_the_stored_trial(show: Replay) -> None:
     assert '"steps":[0,1,2,3,4,5,6,7,8,9]' in page
     with pytest.raises(SpecError, match='unknown kind of file "pgn"; did you mean "png"'):
         show.export("pgn")
+
+
+def test_a_table_says_how_to_see_a_trial_of_each_point(flown: StoredStudy, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of one that is done, where there is one."""
+    study = StoredStudy(flown.name, flown.store.folder.parent)
+    trials = study.trials
+    trials.loc[trials["replicate"] == 0, "status"] = "timeout"
+    rows, names = point_table(study, ["speed"], half=False)
+    seen = trials.set_index("trial_id").loc[[command.split()[-1] for command in rows["view"]]]
+    assert rows["view"][0].startswith("sweep view small ")
+    assert seen["separation_weight"].tolist() == rows["separation_weight"].tolist()
+    assert seen["replicate"].tolist() == [1, 1]
+    table_text(study, rows, names)
+    assert rows["view"][0] in capsys.readouterr().out

@@ -170,9 +170,7 @@ def test_a_changed_run_is_saved_as_a_picture_only(tmp_path: Path, front_end: Cal
     page.until(lambda: page.last("state") and page.last("state")["step"] == 4)
     page.say(type="set", name="separation_weight", value=2)
     page.until(lambda: not page.last("state")["exact"])
-    with pytest.raises(
-        SpecError, match="the run that the spec gives, but separation_weight changed"
-    ):
+    with pytest.raises(SpecError, match="the run that the spec gives, but separation_weight changed"):
         view.save(tmp_path / "x.gif")
     view.save(tmp_path / "x.png")
     assert [path.name for path in tmp_path.iterdir()] == ["x.png"]
