@@ -115,7 +115,7 @@ def published(model: str, preset: str, experiments: Path) -> tuple[tuple[str, Re
 
 
 def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]:
-    claims = read_document(file).value.get("claims", [])
+    claims = _content(file).get("claims", [])
     specs = {spec: _fixed(file.parent / f"{spec}.yaml", model, preset) for spec in {c.get("spec") for c in claims}}
     for claim in claims:
         measure, expected = claim.get("measure", {}), claim.get("expect", {})
@@ -131,5 +131,11 @@ def _fixed(file: Path, model: str, preset: str) -> dict[str, Any] | None:
     """What a spec fixes, None where there is no such spec or it is of another model or preset."""
     if not file.exists():
         return None
-    spec: Mapping[str, Any] = read_document(file).value
+    spec = _content(file)
     return dict(spec.get("fixed", {})) if (spec.get("model"), spec.get("preset")) == (model, preset) else None
+
+
+@cache
+def _content(file: Path) -> Mapping[str, Any]:
+    content: Mapping[str, Any] = read_document(file).value
+    return content

@@ -84,15 +84,17 @@ class Rooms:
 
     async def player(self, page: str, line: Socket) -> Player:
         """The player of this page, a new one where there is none. Raises SpecError where there are too many."""
-        self._forget()
         if page not in self.players:
+            self._make_room()
             making = asyncio.create_task(asyncio.to_thread(self.begin))
             if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
                 await line.tell({"type": "info", "message": "compiling, which takes up to a minute the first time"})
-            self.players.setdefault(page, Player(await making))
+            show = await making
+            self._make_room()
+            self.players.setdefault(page, Player(show))
         return self.players[page]
 
-    def _forget(self) -> None:
+    def _make_room(self) -> None:
         """Forget sessions that nobody came back to and, where there are too many, the one left first."""
         empty = sorted((player.left, page) for page, player in self.players.items() if player.task is None)
         for left, page in empty:
