@@ -1,22 +1,31 @@
-"""What the README shows is true."""
+"""What the README and the guide show is true."""
 
 import re
 from pathlib import Path
 
 import pytest
+from studies import SMALL
 
 from sweep.design import expand
 from sweep.spec import parse_spec
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-SPECS = re.findall(r"```yaml\n(.*?)```", README, re.DOTALL)
+GUIDE = (ROOT / "GUIDE.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```yaml\n(.*?)```", README + GUIDE, re.DOTALL)
+SPECS = [block for block in BLOCKS if "study:" in block]
+PIECES = [block for block in BLOCKS if "study:" not in block]
 
 
 @pytest.mark.parametrize("spec", SPECS, ids=range(len(SPECS)))
 def test_its_specs_load(spec: str) -> None:
     study = parse_spec(spec)
     assert study.search or expand(study).n_points > 1
+
+
+@pytest.mark.parametrize("piece", PIECES, ids=range(len(PIECES)))
+def test_its_pieces_of_specs_fit_into_one(piece: str) -> None:
+    parse_spec(SMALL + piece)
 
 
 def test_its_map_of_the_house_names_every_module() -> None:
@@ -26,9 +35,16 @@ def test_its_map_of_the_house_names_every_module() -> None:
 
 
 def test_its_files_and_links_exist() -> None:
-    links = re.findall(r"\]\(([^)#:]+)\)", README)
+    links = re.findall(r"\]\(([^)#:]+)\)", README + GUIDE)
     assert links
     assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_guide_lists_its_chapters() -> None:
+    chapters = re.findall(r"^## (.*)$", GUIDE, re.MULTILINE)
+    assert re.findall(r"^- \[(.*)\]\(#(.*)\)$", GUIDE, re.MULTILINE) == [
+        (chapter, chapter.lower().replace(" ", "-")) for chapter in chapters
+    ]
 
 
 def test_make_help_explains_every_target() -> None:
