@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,8 @@ from studies import SMALL, launched
 from cluster import jobs
 from cluster.started import Cluster, cluster, until
 from sweep.cluster import Dask
-from sweep.runner import Failure
+from sweep.executors import WorkersError
+from sweep.runner import Failure, drive
 from sweep.study import StoredStudy
 from sweep.watch import Limits
 
@@ -86,6 +88,11 @@ def test_late_joiners_get_work_and_neither_a_killed_worker_nor_a_scheduler_that_
     assert "waiting for it to come back" in caplog.text or "no worker at" in caplog.text
 
 
+def task_names(dask_scheduler: Any) -> list[str]:
+    """What a scheduler has to do, asked there."""
+    return list(dask_scheduler.tasks)
+
+
 def earlier_first(work: Sequence[jobs.Staged]) -> list[float]:
     """Costs by which jobs run in the order of their numbers."""
     return [24.0 - job.number for job in work]
@@ -129,6 +136,67 @@ def wardens(address: str) -> list[str]:
         with suppress(OSError):
             commands.append(path.read_text(encoding="utf-8"))
     return [command for command in commands if "sweep.warden" in command and address in command]
+
+
+@pytest.mark.slow
+def test_a_job_of_too_much_memory_is_ended_on_the_cluster_too(tmp_path: Path, engines: list[Dask]) -> None:
+    with cluster(tmp_path, 0, **TESTS) as made:
+        made.start_worker("--nanny", "--memory-limit", "0")
+        engines.append(Dask(made.address))
+        limits = Limits(memory=900 * faulty.MEGABYTE)
+        results = dict(runner_jobs.run_all(range(10), faulty.square_or_grow, engines[0], limits=limits))
+    assert results.pop(5).error.startswith("memory limit of 900 MiB: its worker held ")
+    assert results == {job: job * job for job in range(10) if job != 5}
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(tmp_path: Path, engines: list[Dask]) -> None:
+    from distributed import Client
+
+    with cluster(tmp_path, 1, **TESTS) as made:
+        engines.append(Dask(made.address))
+        work = [jobs.Staged(number, number // 8, str(tmp_path)) for number in range(16)]
+        kept: list[int] = []
+        batches = drive(
+            work, jobs.staged, executor=engines[0], costs=earlier_first, failed=runner_jobs.failed, chunk_seconds=1e-6
+        )
+        while len(kept) < 5:
+            kept += next(batches)
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            kept.extend(chain.from_iterable(batches))
+        with Client(made.address, set_as_default=False) as client:
+            until(lambda: not client.run_on_scheduler(task_names), "nothing of ours is left on the cluster")
+    assert set(range(5)) <= set(kept) < set(range(16))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("several", [True, False])
+def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
+    tmp_path: Path, engines: list[Dask], several: bool
+) -> None:
+    path = {"PYTHONPATH": f"{edited_copy(tmp_path)}{os.pathsep}{ROOT / 'tests'}"}
+    options, environment = (["--nthreads", "2"], {}) if several else ([], path)
+    with cluster(tmp_path, 1, **TESTS) as made:
+        engines.append(Dask(made.address))
+        work = [jobs.Staged(number, min(number, 1), str(tmp_path)) for number in range(400)]
+        joining = threading.Thread(target=join_and_allow, args=(made, tmp_path, options, environment))
+        joining.start()
+        words = (
+            r"as trials hold Python's lock: tcp://\S+ has 2" if several else r"tcp://\S+ has another .* sweep/trial.py"
+        )
+        with pytest.raises(WorkersError, match=words):
+            runner_jobs.run_all(work, jobs.staged, engines[-1], chunk_seconds=1e-6)
+        joining.join()
+
+
+def join_and_allow(made: Cluster, folder: Path, options: Sequence[str], environment: dict[str, str]) -> None:
+    """Once jobs run another worker joins; they go on when it has."""
+    until(lambda: bool(jobs.processes(folder, 1)), "jobs run")
+    made.start_worker(*options, **environment)
+    number = len(made.logs) - 1
+    until(lambda: "Registered to" in log(made, number), "another worker joins")
+    (folder / "allowed-1").touch()
 
 
 def late(job: Any, error: str) -> tuple[Any, str]:
