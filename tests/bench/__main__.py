@@ -5,6 +5,7 @@
     mesa        boid-steps a second against Mesa's own flocking example (skipped where Mesa is not installed)
     framework   wall time of many short trials, storing included, against the time spent inside trials
     study       measured pace of the gain study, and its wall time at that pace
+    view        what being watched costs a run, and how many frames a page gets
 
 Name some of them to run only those.
 """
@@ -18,6 +19,7 @@ from statistics import median
 
 import numpy as np
 from bench.plain import plain_run
+from bench.view import view
 from numpy.typing import NDArray
 
 from kernels.models import MODELS
@@ -204,6 +206,7 @@ ALL: dict[str, Callable[[], None]] = {
     "mesa": mesa,
     "framework": framework,
     "study": study,
+    "view": view,
 }
 
 if __name__ == "__main__":

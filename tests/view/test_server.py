@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -285,9 +286,9 @@ def test_a_message_too_long_closes_the_socket_and_leaves_the_session(server: Ser
 
 def test_a_page_says_hello_first(server: Server) -> None:
     address = urlsplit(server.url)
-    with connect(f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}") as socket:  # type: ignore[arg-type]
-        socket.send('{"type": "run"}')
-        assert json.loads(socket.recv(DEADLINE)) == {"type": "error", "message": "a page says hello first"}
+    with connect(f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}") as plain:  # type: ignore[arg-type]
+        plain.send('{"type": "run"}')
+        assert json.loads(plain.recv(DEADLINE)) == {"type": "error", "message": "a page says hello first"}
         assert SHOWS == []
 
 
@@ -349,7 +350,9 @@ def test_another_name_of_this_machine_is_refused(server: Server, host: str) -> N
 
 
 def test_it_listens_on_this_machine_only(server: Server) -> None:
+    """And without Nagle's algorithm, for which asyncio asks sockets of TCP that say so."""
     assert server.socket.getsockname()[0] == "127.0.0.1"
+    assert server.socket.proto == socket.IPPROTO_TCP
     with pytest.raises(SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free one"):
         Server(watched, server.socket.getsockname()[1])
 
