@@ -32,7 +32,7 @@ AWAY = re.compile(
     r"AWS Error (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN|THROTTLING|REQUEST_TIMEOUT"
     r"|REQUEST_EXPIRED|UNKNOWN \(HTTP status (5\d\d|429)\))"
 )
-GONE = "AWS Error NO_SUCH_KEY"
+GONE = re.compile("AWS Error (NO_SUCH_KEY|RESOURCE_NOT_FOUND)")
 SAID = re.compile(
     r"AWS Error (?P<code>[A-Z_]+( \(HTTP status \d+\))?).*?operation: (curlCode: \d+, )?(?P<words>[^;\n]*)", re.DOTALL
 )
@@ -100,7 +100,7 @@ class Server:
         except FileNotFoundError:
             raise
         except OSError as error:
-            if GONE in str(error):  # deleted between two requests that pyarrow makes
+            if GONE.search(str(error)):  # deleted between two requests that pyarrow makes
                 raise FileNotFoundError(str(path)) from error
             raise self.trouble(path, error) from error
 

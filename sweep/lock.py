@@ -112,8 +112,8 @@ class Lock:
         self._claims.create(self.token, self._text(ASKING))
 
     def _give_back(self) -> None:
-        GIVEN_BACK.add(self.token)
         self._claims.withdraw(self.token)
+        GIVEN_BACK.add(self.token)
 
     def _text(self, state: str) -> str:
         """The claim in always as many bytes."""

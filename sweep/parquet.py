@@ -35,7 +35,7 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
         with pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file:
             yield file
     except (pa.ArrowException, OSError) as error:
-        if not isinstance(path, Path) and "AWS Error" in str(error) and GONE not in str(error):
+        if not isinstance(path, Path) and "AWS Error" in str(error) and not GONE.search(str(error)):
             raise path.server.trouble(path, OSError(str(error))) from error
         raise StoreError(f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}") from error
 

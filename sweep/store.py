@@ -73,7 +73,7 @@ class Store:
         while due := self._gathering.due():
             level, held = due
             parts = [one.part for one in held]
-            merged = self.merge(parts, superseded_rows(parts))
+            merged = self.merge(parts, patiently(lambda: superseded_rows(parts)))  # noqa: B023
             rows, size = sum(one.rows for one in held), sum(one.size for one in held)
             self._gathering.replace(level, Gathered(merged, rows, size))
 
@@ -114,8 +114,8 @@ class Store:
         """
         self.tidy()
         parts = self._gathering.parts() if self.shared else self.current_parts()
-        superseded = superseded_rows(parts)
-        for group in mergeable(parts, rows):
+        superseded = patiently(lambda: superseded_rows(parts))
+        for group in patiently(lambda: [*mergeable(parts, rows)]):
             self.merge(group, superseded)
         self._gathering = Gathering()
 
@@ -146,16 +146,20 @@ class Store:
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
-        if not self._plan.exists():
+        plan = patiently(lambda: _read_if_there(self._plan, "delete it and launch the study again"))
+        if plan is None:
             raise StoreError(f"{self.folder}: no study has been launched here (there is no plan.parquet)")
-        with opened(self._plan, "delete it and launch the study again") as file:
-            return file.read()
+        return plan
+
+    def read_asked(self) -> pa.Table | None:
+        """What a search has asked for; None where the study is no search."""
+        return patiently(lambda: _read_if_there(self.asked, "delete it and search again"))
 
     def current_parts(self) -> list[Location]:
         """The parts that count, oldest first."""
         parts = self.all_parts()
         merged = [part for part in parts if MERGED_MARK in part.name]
-        replaced = {name for names in each(merged, self._replaced_by) for name in names}
+        replaced = {name for names in patiently(lambda: each(merged, self._replaced_by)) for name in names}
         return [part for part in parts if part.name not in replaced]
 
     def all_parts(self) -> list[Location]:
@@ -216,6 +220,13 @@ class Store:
             except ValueError as error:
                 raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
         return self._replaced[part.name]
+
+
+def _read_if_there(path: Location, remedy: str) -> pa.Table | None:
+    if not path.exists():
+        return None
+    with opened(path, remedy) as file:
+        return file.read()
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:

@@ -87,7 +87,7 @@ class Crashed(BaseException):
 class Memory:
     """The calls of pyarrow's file system that a store makes, on a dictionary; after `allowed` requests it is over.
 
-    Like pyarrow it deletes what is below a prefix by several requests: here one for each object.
+    Like pyarrow it deletes what is below a prefix by several requests, here one for each object, in no good order.
     """
 
     def __init__(self) -> None:
@@ -136,7 +136,7 @@ class Memory:
             raise FileNotFoundError(key)
 
     def delete_dir(self, key: str) -> None:
-        for one in sorted(self.objects):
+        for one in sorted(self.objects, reverse=True):
             if one.startswith(f"{key}/"):
                 self._ask()
                 del self.objects[one]

@@ -15,6 +15,7 @@ from faults.campaign import tables
 from studies import SMALL, launched, relaunch
 from test_store import append, part_names
 
+from sweep import lock as lock_module
 from sweep.cli import main
 from sweep.custody import custody
 from sweep.document import SpecError
@@ -120,6 +121,25 @@ def test_what_excludes_what(tmp_path: Path, held: Share | None, asked: Share | N
                 Lock(store.place, asked).__enter__()
             assert len(store.place.lock.tokens()) == 1
     assert not (store.folder / "lock").exists()
+
+
+def test_of_two_who_ask_the_smaller_token_waits_and_the_larger_lets_it_pass(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Step by step: neither holds while the other asks; the second learns that the first holds."""
+    tokens = iter(["a", "b", "c"])
+    monkeypatch.setattr(lock_module.secrets, "token_hex", lambda _: next(tokens))
+    place, passed = Store(tmp_path / "study").place, list[bool]()
+    first, second = Lock(place), Lock(place, Share(1, 2))
+    first._ask()
+    second._ask()
+    assert not first._granted()
+    monkeypatch.setattr(second, "_let_pass", lambda _: passed.append(first._granted()))
+    assert not second._granted()
+    assert passed == [True]
+    with pytest.raises(StoreError, match="this study is being launched by"):
+        second._granted()
+    assert place.lock.tokens() == ["a", "c"]
 
 
 def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(tmp_path: Path) -> None:

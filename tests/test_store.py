@@ -306,6 +306,7 @@ def test_on_the_way_too_the_latest_row_counts(store: Store, monkeypatch: pytest.
         append(store, {"a": str(index), f"b{index}": "ok"})
         store.gather()
         assert store.trial_ids() == {"a": str(index)} | {f"b{number}": "ok" for number in range(index + 1)}
+        assert store.read("trials").num_rows == index + 2
     assert len(part_names(store)) == 2
 
 

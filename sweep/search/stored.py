@@ -16,7 +16,7 @@ import pyarrow as pa
 
 from sweep.fields import Value
 from sweep.jobs import Job
-from sweep.parquet import StoreError, opened
+from sweep.parquet import StoreError
 from sweep.recorded import MEAN
 from sweep.rows import PROVENANCE
 from sweep.search.candidates import section_of
@@ -57,10 +57,9 @@ class Asked:
 
 def read_asked(study: StoredStudy) -> Asked:
     """What a stored search has asked for. Raises StoreError where the study is no search."""
-    if not study.store.asked.exists():
+    asked = study.store.read_asked()
+    if asked is None:
         raise StoreError(f"study {study.name}: not a search (it has no asked.parquet)")
-    with opened(study.store.asked, "delete it and search again") as file:
-        asked = file.read()
     about = json.loads(asked.schema.metadata[ABOUT])
     metrics = [name + ending for name in study.metrics for ending in ("", MEAN)]
     stored = study.store.read("trials", trial_ids=asked["trial_id"].combine_chunks()).to_pandas()
