@@ -91,6 +91,8 @@ class Player:
             task.cancel()
             if self.task is task:
                 self.task, self.left = None, time.monotonic()
+        if not task.cancelled() and (error := task.exception()):
+            log.error("the simulator failed", exc_info=error)
         return task.cancelled()
 
     async def _play(self, line: Line) -> None:

@@ -272,6 +272,26 @@ def test_a_bug_is_told_without_its_traceback_and_logged(
     assert "secret" in caplog.text
 
 
+def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
+    server: Server, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("secret")
+
+    with Page(server) as page:
+        page.wait("frame")
+        monkeypatch.setattr(SHOWS[0], "picture", broken)
+        page.say("ready")
+        page.say("select", boid=2)
+        with pytest.raises(ConnectionClosed):
+            page.wait("nothing")
+    until(lambda: "secret" in caplog.text)
+    monkeypatch.undo()
+    with Page(server) as page:
+        page.wait("frame")
+        assert page.last["state"]["selected"] == 2
+
+
 def test_a_message_too_long_closes_the_socket_and_leaves_the_session(server: Server) -> None:
     with Page(server) as page:
         page.wait("frame")
