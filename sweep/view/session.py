@@ -15,7 +15,7 @@ from kernels.settings import StartSettings
 from sweep.document import SpecError
 from sweep.names import unknown
 from sweep.spec import Record
-from sweep.trial import Taken
+from sweep.state import Taken
 from sweep.view.history import History
 from sweep.view.protocol import OVERLAYS
 from sweep.view.running import changed, simulation_of
