@@ -73,6 +73,8 @@ class View(AnyWidget):
         if self._line is None:
             self._line = _Line(self)
             self._line.start()
+            if isinstance(message, dict) and message.get("type") == "hello":
+                return  # the line begins with the answer
         self._line.put(json.dumps(message))
 
     def _in_turn(self, work: Callable[[], R]) -> R:

@@ -199,7 +199,13 @@ def test_a_package_that_is_a_function_stays_one() -> None:
         _ = sweep.wiev
 
 
-PAGE = """<!doctype html><title>a notebook</title><body><div id="cell"></div>
+MIDDLE = """(() => {
+  const canvas = document.querySelector("canvas");
+  const { data } = canvas.getContext("2d").getImageData(canvas.width / 2, canvas.height / 2, 1, 1);
+  return [...data];
+})()"""
+DARK_GROUND = [18, 23, 30, 255]
+PAGE = """<!doctype html><title>a notebook</title><body data-jp-theme-light="false"><div id="cell"></div>
 <script type="module">
   const url = URL.createObjectURL(new Blob([ESM], { type: "text/javascript" }));
   const { default: widget } = await import(url);
@@ -215,7 +221,9 @@ PAGE = """<!doctype html><title>a notebook</title><body><div id="cell"></div>
     const buffers = frame ? [new DataView(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer)] : [];
     for (const [, act] of listeners) act(message, buffers);
   };
-  window.cleanup = widget.render({ model, el: document.querySelector("#cell") });
+  const el = document.createElement("div"); // which a notebook attaches only later
+  window.cleanup = widget.render({ model, el });
+  window.attach = () => document.querySelector("#cell").append(el);
   window.loaded = true;
 </script>"""
 
@@ -230,17 +238,20 @@ def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(browser: Browser, 
     page.goto((tmp_path / "cell.html").as_uri())
     page.wait_for_function("window.loaded")
     page.add_style_tag(content=view._css)
+    page.evaluate("attach()")
+    page.wait_for_function("sent.length")
     assert page.evaluate("sent.map(({ type }) => type)") == ["hello"]
     show = Live(view.show.state)
     for reply in show.greeting():
         page.evaluate("message => tell(message)", reply)
     page.evaluate("frame => tell({ type: 'frame' }, frame)", base64.b64encode(show.picture()).decode())
     page.wait_for_function("sent.some(({ type }) => type === 'ready')")
+    assert page.evaluate(MIDDLE) == DARK_GROUND
     page.get_by_role("button", name="Run").click()
     page.wait_for_function("sent.some(({ type }) => type === 'run')")
     assert page.locator("canvas").first.bounding_box()["height"] > 200
     page.evaluate("cleanup()")
-    assert page.evaluate("[listeners.length, document.querySelector('#cell').childElementCount]") == [0, 0]
+    assert page.evaluate("[listeners.length, document.querySelector('#cell > div').childElementCount]") == [0, 0]
     page.close()
     view.close()
     assert wrong == []
