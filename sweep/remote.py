@@ -13,11 +13,13 @@ from typing import Any, NamedTuple, TypeVar
 from sweep.executors import ONE_THREAD
 from sweep.fingerprint import own_part, refusal
 from sweep.watch import Limits
+from sweep.worker import run_chunk
 
 J = TypeVar("J")
 
 WARDEN = "import sys; sys.path[:] = {path!r}; from sweep.warden import main; main({scheduler!r})"
 _task = threading.local()
+_warmed: set[str] = set()
 _wardens: list["subprocess.Popen[bytes]"] = []
 
 
@@ -42,9 +44,22 @@ def perform(task: bytes) -> bytes:
     if reason := refusal(expected):
         return pickle.dumps(f"worker {worker.address} has another environment: {reason}")
     function, args, kwargs = pickle.loads(load)
+    if function is run_chunk:
+        _warm(args[1])
     _tell(worker, topic, name)
     _task.names = {"topic": topic, "name": name}
     return pickle.dumps(function(*args, **kwargs))
+
+
+def _warm(jobs: Sequence[object]) -> None:
+    """Compile what trials need before the clock of a trial runs: other machines than ours have caches of their own."""
+    from sweep.jobs import Job
+    from sweep.trial import warm
+
+    for job in jobs:
+        if isinstance(job, Job) and (kind := f"{job.model} {job.record}") not in _warmed:
+            warm(job)
+            _warmed.add(kind)
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 import pytest
@@ -169,6 +170,5 @@ def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(monkeypatch: pyt
     monkeypatch.setattr(fingerprint, "refusal", lambda _expected: "other code in sweep/trial.py")
     message = "not what they were when this launch began: other code in sweep/trial.py; what is done is stored"
     with pytest.raises(WorkersError, match=message):
-        for batch in batches:
-            kept += batch
+        kept.extend(chain.from_iterable(batches))
     assert set(kept) == set(SQUARES[:4])  # those that were in flight

@@ -190,6 +190,15 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
         joining.join()
 
 
+@pytest.mark.slow
+def test_compiling_on_another_machine_takes_no_time_of_a_trial(tmp_path: Path, engines: list[Dask]) -> None:
+    """It takes some ten seconds; a trial takes a millisecond."""
+    with cluster(tmp_path, 1, NUMBA_CACHE_DIR=str(tmp_path / "cold"), **TESTS) as made:
+        engines.append(Dask(made.address))
+        study = launched(SMALL + "time_limit: 2\n", tmp_path / "results", engines[0])
+    assert study.statuses() == {"done": 6}
+
+
 def join_and_allow(made: Cluster, folder: Path, options: Sequence[str], environment: dict[str, str]) -> None:
     """Once jobs run another worker joins; they go on when it has."""
     until(lambda: bool(jobs.processes(folder, 1)), "jobs run")

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import signal
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,10 @@ DOCUMENT = Path(__file__).parent / "cluster.md"
 @pytest.fixture
 def snippet(monkeypatch: pytest.MonkeyPatch) -> str:
     """The Python of the documentation, which asks for no job and prints nothing here."""
-    jobqueue = pytest.importorskip("dask_jobqueue")
+    ctrl_c = signal.getsignal(signal.SIGINT)
+    import dask_jobqueue as jobqueue
+
+    signal.signal(signal.SIGINT, ctrl_c)  # which the import has made a plain exit
     monkeypatch.setattr(jobqueue.SLURMCluster, "scale", lambda *_, **__: None)
     [code] = re.findall(r"```python\n(from dask_jobqueue.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
     return str(code)
