@@ -1,34 +1,34 @@
 """The page as text: its modules as one, for wherever it must go without a server.
 
 The served page loads the modules of `static` as they are. A notebook and a file that opens from disk need one text:
-the same modules, one after the other, without what binds them together. So a module imports from its neighbours only,
-in one line each, and no two have a top-level name in common.
+the same modules, each in a function of its own, after those that it imports. So a module imports from its neighbours
+only, by their names and in one line each, and exports where it declares.
 """
 
 import re
 from pathlib import Path
 
 STATIC = Path(__file__).parent / "static"
-MODULES = (
-    "dom.js",
-    "frames.js",
-    "stage.js",
-    "pointer.js",
-    "plots.js",
-    "fields.js",
-    "lists.js",
-    "dialogs.js",
-    "view.js",
-)
-"""Each after those that it needs. page.js, which speaks to the server, is not among them."""
-JOINED = re.compile(r'^import \{[^}]*\} from "\./[a-z]+\.js";\n', re.MULTILINE)
-EXPORTED = re.compile(r"^export (?=class|const|function)", re.MULTILINE)
+IMPORT = re.compile(r'^import \{ ([^}]*) \} from "\./([a-z]+)\.js";$', re.MULTILINE)
+EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
 
 
 def script() -> str:
     """One ES module that exports `mount(element, transport, options)` and does nothing when it is loaded."""
-    parts = (EXPORTED.sub("", JOINED.sub("", _text(name))) for name in MODULES)
-    return "\n".join([*parts, "export { mount };\n"])
+    parts: dict[str, str] = {}
+    _add("view", parts)
+    return "\n".join([*parts.values(), "const { mount } = view_js;", "export { mount };\n"])
+
+
+def _add(name: str, parts: dict[str, str]) -> None:
+    """Put the module of that name into `parts`, and before it those that it imports."""
+    text = _text(f"{name}.js")
+    for _, needed in IMPORT.findall(text):
+        if needed not in parts:
+            _add(needed, parts)
+    exported = ", ".join(member for _, member in EXPORT.findall(text))
+    body = EXPORT.sub(r"\1 \2", IMPORT.sub(r"const { \1 } = \2_js;", text))
+    parts[name] = f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
 
 
 def style() -> str:
