@@ -11,6 +11,13 @@ FAILED = ("failed", "timeout")
 """The statuses of trials that did not get to an end; a diverged one did, and that is what the model gives."""
 
 
+ENDINGS = {
+    "diverged": "a position or velocity was not a finite number after step {step}",
+    "timeout": "time limit of {limit} s reached after step {step}",
+}
+"""Why a trial ended before its time, by its status."""
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """What a trial gave.

@@ -35,9 +35,10 @@ from kernels.state import Flock, World
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS, Reach, build_reach, build_world
 from sweep.fields import fields, settings_tuple
+from sweep.generators import Randomness
 from sweep.jobs import Job, literal_seed, stream
 from sweep.maps import Obstacles
-from sweep.result import Result
+from sweep.result import ENDINGS, Result
 from sweep.state import State, Taken, changing, check, joined
 
 BOID_STEPS_A_CALL = 200_000
@@ -87,7 +88,7 @@ class Simulation:
         self.place = _place(job, world_settings, margin, grid)
         self.world = self.place.world
         self.flock = _start(job, self.schedule.n, start_settings, self.world, self.place.contact)
-        self.rng = np.random.default_rng(stream(job, "noise"))
+        self.noise = Randomness(stream(job, "noise"))
         reach = self.model.interaction_range(self.params)
         self.work = build_workspace(self.flock, self.world, reach, self.place.reach, self.place.occupancy)
         self.record = _record(job, self.schedule, self.place, world_settings, self.observation)
@@ -107,7 +108,8 @@ class Simulation:
         Frames stay recorded until `take_frames`.
         """
         steps = min(steps, self.steps_left, self._room())
-        going = self.model.advance(self.flock, self.world, self.params, self.work, self.record, self.rng, steps)
+        with self.noise.lent() as rng:
+            going = self.model.advance(self.flock, self.world, self.params, self.work, self.record, rng, steps)
         self.step = int(self.record.progress[0])
         grid = self.work.grid
         room = grid.members.shape[1]
@@ -140,12 +142,12 @@ class Simulation:
         """The state between two calls, all frames being taken; its arrays are those in use."""
         parts = {"flock": self.flock, "work": self.work, "record": self.record}
         fixed = self.place, self.work.grid, self.record.frames, self.record.coverage.stamp
-        return State(changing(parts, fixed), dict(self.rng.bit_generator.state), self.work.grid.members.shape[1])
+        return State(changing(parts, fixed), dict(self.noise.state), self.work.grid.members.shape[1])
 
     def restore(self, state: State) -> None:
         """Go on from the `state` of a simulation of the same job, with its arrays. Raises ValueError if it is none."""
         check(state, self.schedule.n, self.schedule.steps)
-        self.rng.bit_generator.state = state.generator
+        self.noise.state = state.generator
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
         self.rebuild_grid(state.room)
@@ -180,7 +182,7 @@ class Simulation:
             status,
             time.perf_counter() - began,
             self.step,
-            _ERRORS.get(status, "").format(step=self.step, limit=self.job.time_limit),
+            ENDINGS.get(status, "").format(step=self.step, limit=self.job.time_limit),
             {name: float(value[-1]) for name, value in values.items()} if done else {},
             {name: float(value[late].mean()) for name, value in values.items()} if done else {},
             taken.steps if wanted.series or wanted.trajectories else None,
@@ -188,12 +190,6 @@ class Simulation:
             heatmap(self.record.coverage) if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
         )
-
-
-_ERRORS = {
-    "diverged": "a position or velocity was not a finite number after step {step}",
-    "timeout": "time limit of {limit} s reached after step {step}",
-}
 
 
 class Place(NamedTuple):
@@ -243,7 +239,8 @@ def _build_place(
 def _start(job: Job, n: int, settings: StartSettings, world: World, contact: Reach) -> Flock:
     if settings.start_draws == PYTHON_RANDOM:
         return start_python_random(n, settings, world, contact, literal_seed(job, "start"))
-    return start_numpy(n, settings, world, contact, np.random.default_rng(stream(job, "start")))
+    with Randomness(stream(job, "start")).lent() as rng:
+        return start_numpy(n, settings, world, contact, rng)
 
 
 @lru_cache(maxsize=4)

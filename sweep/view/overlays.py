@@ -129,8 +129,8 @@ def _tried(simulation: Simulation, weights: dict[str, float]) -> Floats:
     """The velocities (2, N) after one step with these weights, of a copy of the flock."""
     flock, work = _copied(simulation.flock), _copied(simulation.work)
     record, params = _lean(simulation.record), simulation.params._replace(**weights)
-    generator = copy.deepcopy(simulation.rng)
-    simulation.model.advance(flock, simulation.world, params, work, record, generator, 1)
+    with copy.copy(simulation.noise).lent() as rng:
+        simulation.model.advance(flock, simulation.world, params, work, record, rng, 1)
     return np.stack([flock.vx, flock.vy])
 
 

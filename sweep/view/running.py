@@ -48,7 +48,7 @@ def changed(earlier: Simulation, job: Job) -> Simulation:
     Visits are kept where the same pixels can be visited.
     """
     simulation = simulation_of(job)
-    simulation.rng, simulation.step = earlier.rng, earlier.step
+    simulation.noise.state, simulation.step = earlier.noise.state, earlier.step
     simulation.record.progress[:] = earlier.record.progress
     watches = zip(simulation.record.watch, earlier.record.watch, strict=True)
     for mine, theirs in (*zip(simulation.flock, earlier.flock, strict=True), *watches):

@@ -1,0 +1,52 @@
+"""Random numbers for kernels, from one generator a thread.
+
+A kernel is compiled without reference counts (`kernels/jit.py`), and so never lets go of a generator that it was given:
+new ones for every trial would stay in memory for ever, 6 kB a trial. So what belongs to a trial is a state, with which
+the generator of the thread is lent for a call. What is left is 50 bytes a call.
+"""
+
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, cast
+
+from numpy.random import PCG64, Generator, SeedSequence
+
+
+class _Own(threading.local):
+    def __init__(self) -> None:
+        self.generator = Generator(PCG64(0))
+
+
+_OWN = _Own()
+
+
+class Randomness:
+    """One stream of random numbers: those of `np.random.default_rng(seed)`.
+
+    `state` is that of the bit generator; setting one that is none raises what NumPy does, a ValueError, TypeError or
+    KeyError.
+    """
+
+    def __init__(self, seed: SeedSequence) -> None:
+        self._state: Mapping[str, Any] = PCG64(seed).state
+
+    @property
+    def state(self) -> Mapping[str, Any]:
+        return self._state
+
+    @state.setter
+    def state(self, state: Mapping[str, Any]) -> None:
+        bits = PCG64(0)
+        bits.state = cast(Any, state)
+        self._state = bits.state
+
+    @contextmanager
+    def lent(self) -> Iterator[Generator]:
+        """A generator that goes on with the stream, for use inside only, and for one stream at a time."""
+        bits = _OWN.generator.bit_generator
+        bits.state = cast(Any, self._state)
+        try:
+            yield _OWN.generator
+        finally:
+            self._state = bits.state
