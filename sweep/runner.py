@@ -276,9 +276,9 @@ def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldIn
             if isinstance(refusal, str):
                 raise WorkersError(_refused(refusal))
             return pool
-    if edited := fingerprint.edited():
-        raise WorkersError(_refused(f"other code in {edited}"))
-    raise WorkersError(f"no worker process can be given a job: {failure}") from failure
+    edited = fingerprint.edited()  # which may be why, or not
+    changed = f"; {_refused(f'other code in {edited}')}" if edited else ""
+    raise WorkersError(f"no worker process can be given a job: {failure}{changed}") from failure
 
 
 def _error(future: Future[T]) -> BaseException | None:

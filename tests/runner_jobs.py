@@ -11,8 +11,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from sweep.runner import Failure, drive
 
 
@@ -103,7 +101,3 @@ def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-
-
-def spread_costs(seed: int, count: int) -> list[float]:
-    return np.random.default_rng(seed).lognormal(-4, 1, count).tolist()

@@ -6,13 +6,17 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 import runner_jobs
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sweep import fingerprint, processes
 from sweep.chunks import MAX_CHUNK_JOBS, Chunks
 from sweep.executors import Loky, Serial
 from sweep.runner import Failure, WorkersError, drive
@@ -27,8 +31,16 @@ def loky() -> Iterator[Loky]:
     executor.stop()
 
 
-def test_serial_and_parallel_deliver_the_same_for_any_chunk_size(loky: Loky) -> None:
-    for executor in (Serial(), loky):
+@pytest.fixture(scope="module")
+def warm() -> Iterator[Loky]:
+    """One pool for all tests that leave its workers alive: to start them costs more than these tests."""
+    executor = Loky(2)
+    yield executor
+    executor.stop()
+
+
+def test_serial_and_parallel_deliver_the_same_for_any_chunk_size(warm: Loky) -> None:
+    for executor in (Serial(), warm):
         for seconds in (0.001, 1.0, 1000.0):
             results = runner_jobs.run_all(range(40), runner_jobs.square, executor, chunk_seconds=seconds)
             assert len(results) == 40
@@ -65,8 +77,8 @@ def test_a_worker_that_dies_once_loses_nothing(loky: Loky, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("parallel", [False, True])
-def test_a_job_that_raises_fails_alone(loky: Loky, parallel: bool) -> None:
-    executor = loky if parallel else Serial()
+def test_a_job_that_raises_fails_alone(warm: Loky, parallel: bool) -> None:
+    executor = warm if parallel else Serial()
     results = dict(runner_jobs.run_all(range(40), runner_jobs.square_or_raise, executor))
     assert len(results) == 40
     assert "ValueError: three is not allowed" in results[3].error
@@ -74,8 +86,8 @@ def test_a_job_that_raises_fails_alone(loky: Loky, parallel: bool) -> None:
     assert sum(isinstance(value, Failure) for value in results.values()) == 2
 
 
-def test_a_result_that_cannot_be_pickled_fails_alone(loky: Loky) -> None:
-    results = dict(runner_jobs.run_all(range(6), runner_jobs.unpicklable_for_two, loky, chunk_seconds=0.01))
+def test_a_result_that_cannot_be_pickled_fails_alone(warm: Loky) -> None:
+    results = dict(runner_jobs.run_all(range(6), runner_jobs.unpicklable_for_two, warm, chunk_seconds=0.01))
     assert "no result came back" in results[2].error
     assert {job: value for job, value in results.items() if job != 2} == {0: 0, 1: 1, 3: 9, 4: 16, 5: 25}
 
@@ -83,20 +95,37 @@ def test_a_result_that_cannot_be_pickled_fails_alone(loky: Loky) -> None:
 def test_workers_that_cannot_start_stop_the_study_instead_of_failing_every_job(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    with pytest.raises(WorkersError, match="no worker process can be given a job"):
+    """Whatever has been edited meanwhile by somebody else."""
+    with pytest.raises(WorkersError, match=r"^no worker process can be given a job: A worker process"):
         runner_jobs.run_all(range(4), runner_jobs.square, Loky(1, initializer=runner_jobs.break_at_start))
     assert "no such cache" in capfd.readouterr().err
 
 
-def test_a_worker_has_one_thread_for_each_library(loky: Loky) -> None:
-    assert runner_jobs.run_all([0], runner_jobs.thread_counts, loky) == [("1", "1")]
+@dataclass(frozen=True)
+class NoneStarts(Serial):
+    """An engine whose workers cannot start."""
+
+    def start(self) -> Executor:
+        raise OSError("no room")
 
 
-def test_the_pool_stays_warm_between_drives(loky: Loky) -> None:
-    runner_jobs.run_all(range(4), runner_jobs.square, loky)
-    pool = loky.start()
-    runner_jobs.run_all(range(4), runner_jobs.square, loky)
-    assert loky.start() is pool
+def test_where_no_worker_starts_both_that_and_edited_code_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one may be the cause of the other, or have nothing to do with it."""
+    for edited, ending in (("", "$"), ("sweep/cost.py", "; the code or .*: other code in sweep/cost.py; what is done")):
+        monkeypatch.setattr(fingerprint, "edited", lambda edited=edited: edited)
+        with pytest.raises(WorkersError, match=f"^no worker process can be given a job: no room{ending}"):
+            runner_jobs.run_all(range(4), runner_jobs.square, NoneStarts())
+
+
+def test_a_worker_has_one_thread_for_each_library(warm: Loky) -> None:
+    assert runner_jobs.run_all([0], runner_jobs.thread_counts, warm) == [("1", "1")]
+
+
+def test_the_pool_stays_warm_between_drives(warm: Loky) -> None:
+    runner_jobs.run_all(range(4), runner_jobs.square, warm)
+    pool = warm.start()
+    runner_jobs.run_all(range(4), runner_jobs.square, warm)
+    assert warm.start() is pool
 
 
 def test_closing_the_iterator_ends_the_workers_at_once() -> None:
@@ -154,7 +183,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_promptly_without_orphans() -> None
     assert kept[2:] == ["{0.05}", "None"]
     assert len(workers) >= 2
     deadline = time.monotonic() + 5
-    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+    while any(processes.started(worker) for worker in workers):
         assert time.monotonic() < deadline, "orphan processes"
         time.sleep(0.05)
 
@@ -239,7 +268,7 @@ def test_one_slow_first_chunk_is_soon_forgotten() -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_workers_finish_together(workers: int, seed: int) -> None:
     """Dealing to simulated workers wastes under 4 % of the time, with estimates wrong by half either way."""
-    costs = runner_jobs.spread_costs(seed, 4000)
+    costs = np.random.default_rng(seed).lognormal(-4, 1, 4000).tolist()
     truth = [cost * (0.5 + (index % 5) / 4) for index, cost in enumerate(costs)]
     chunks = Chunks(costs, seconds=1.0)
     free = [0.0] * workers
