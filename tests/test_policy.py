@@ -4,8 +4,6 @@ import json
 import logging
 import re
 import signal
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
@@ -14,6 +12,7 @@ from typing import Any
 
 import pandas as pd
 import pytest
+from commands import sweep
 from searches import ANALYTIC, TINY, analytic, asked_by, done, edited, equal, replace_trials, searched
 from specs import short
 from studies import SMALL, launched, relaunch
@@ -392,7 +391,7 @@ on_error: stop
 
 def test_the_command_ends_with_one_sentence_and_the_first_error_can_be_replayed(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SLOW)
-    done = command(tmp_path, "launch", "spec.yaml", "--workers", "1")
+    done = sweep(tmp_path, "launch", "spec.yaml", "--workers", "1")
     assert done.returncode == 1
     said = done.stderr.splitlines()[-1]
     found = re.fullmatch(
@@ -402,12 +401,6 @@ def test_the_command_ends_with_one_sentence_and_the_first_error_can_be_replayed(
         said,
     )
     assert found is not None, done.stderr
-    assert "timeout" in command(tmp_path, "status", "slow").stdout
-    replayed = command(tmp_path, *found[1].split()[1:])
+    assert "timeout" in sweep(tmp_path, "status", "slow").stdout
+    replayed = sweep(tmp_path, *found[1].split()[1:])
     assert "last_step                          8000" in replayed.stdout
-
-
-def command(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
-    """The finished `sweep` command, run in `folder` by a process of its own."""
-    sweep = [sys.executable, "-c", "from sweep.cli import main; main()", *arguments]
-    return subprocess.run(sweep, cwd=folder, capture_output=True, text=True, timeout=120)
