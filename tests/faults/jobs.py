@@ -1,20 +1,23 @@
-"""Jobs that hang, fill the memory or die at a bad moment, importable by worker processes."""
+"""Jobs that hang, fill the memory or die at a bad moment, importable by worker processes.
 
+Workers are started again and again: so what only one of these jobs needs is imported by it alone.
+"""
+
+import ctypes
 import os
-import re
 import signal
 import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from sweep.jobs import Job
-from sweep.result import Result
+if TYPE_CHECKING:
+    from sweep.jobs import Job
+    from sweep.result import Result
 
 MEGABYTE = 2**20
-HELD: list[np.ndarray] = []
+HELD: list[bytes] = []
 
 
 def square(job: int) -> tuple[int, int]:
@@ -22,8 +25,8 @@ def square(job: int) -> tuple[int, int]:
 
 
 def hang(_job: object = None) -> None:
-    """Within one call, and without letting any other thread run: hopeless backtracking."""
-    re.match("(a+)+b", "a" * 60)
+    """Within one call, and without letting any other thread run: this way into C keeps Python's lock."""
+    ctypes.PyDLL(None).pause()
 
 
 def square_or_hang(job: int) -> tuple[int, int]:
@@ -38,14 +41,14 @@ def square_or_grow(job: int) -> tuple[int, int]:
     """Job 5 takes 100 MB every 0.1 s, 20 GB in all."""
     held = []
     for _ in range(200 if job == 5 else 0):
-        held.append(np.ones(100 * MEGABYTE // 8))
+        held.append(b"x" * (100 * MEGABYTE))
         time.sleep(0.1)
     return square(job)
 
 
 def square_and_leave(job: int) -> tuple[int, int]:
     """Every job leaves 150 MB behind, none needs more."""
-    HELD.append(np.ones(150 * MEGABYTE // 8))
+    HELD.append(b"x" * (150 * MEGABYTE))
     time.sleep(0.2)
     return square(job)
 
@@ -88,16 +91,26 @@ def kill_in_the_middle(marker: Path) -> Callable[[], bool]:
     return in_the_middle
 
 
-def trial_or_hang(job: Job) -> Result:
-    """The first replicate of each point hangs; the others are over at once."""
-    if job.replicate == 0:
+def trial_or_hang(job: "Job") -> "Result":
+    """The first replicate of the first point hangs; the others are over at once."""
+    from sweep.result import Result
+
+    if job.settings["separation_weight"] == 0.5 and job.replicate == 0:
         hang()
     return Result(job, "diverged", 0.0)
 
 
-def nap_or_hang(seconds: float) -> float:
-    """A short nap; a long one is a hang."""
+def nap(seconds: float) -> float:
+    """A nap; a long one is announced on stdout."""
     if seconds > 1:
-        hang()
+        os.write(1, b"long\n")
     time.sleep(seconds)
     return seconds
+
+
+def nap_or_hang(seconds: float) -> float:
+    """A short nap; a long one is a hang, and announced on stdout."""
+    if seconds > 1:
+        os.write(1, b"long\n")
+        hang()
+    return nap(seconds)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,7 @@ executor = Loky(2)
 with ended_like_ctrl_c():
     try:
         for batch in drive([0.05] * 40 + [60.0] * 4, jobs.{job}, executor=executor,
-                           cost=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
+                           costs=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
             kept += batch
             print("batch", flush=True)
     except KeyboardInterrupt:
@@ -38,24 +39,25 @@ with ended_like_ctrl_c():
 
 
 def driven(job: str) -> list[str]:
-    """A process that drives jobs, of which the last hang."""
+    """A process that drives jobs, of which the last are long."""
     return [sys.executable, "-c", DRIVEN.format(tests=str(HERE), root=str(HERE.parent), job=job)]
 
 
-def await_hanging(process: "subprocess.Popen[str]") -> list[int]:
-    """The workers, once all batches are there that will come."""
+def await_long_jobs(process: "subprocess.Popen[str]") -> None:
+    """Wait until both workers are at a long job, and three batches are there at least."""
     assert process.stdout is not None
-    for _ in range(3):
-        assert process.stdout.readline() == "batch\n"
-    time.sleep(1.5)
-    found = workers(process.pid)
-    assert len(found) == 2
-    return found
+    said = Counter[str]()
+    while said["long\n"] < 2 or said["batch\n"] < 3:
+        line = process.stdout.readline()
+        assert line, "it has ended"
+        said[line] += 1
+    assert len(workers(process.pid)) == 2
 
 
 def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
     with started(driven("nap_or_hang"), HERE) as process:
-        await_hanging(process)
+        await_long_jobs(process)
+        time.sleep(0.2)  # they say so just before
         process.kill()
         process.wait()
         assert_no_orphans(process.pid, patience=5)
@@ -64,8 +66,8 @@ def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
 @pytest.mark.parametrize(("number", "whole_group"), [(signal.SIGTERM, False), (signal.SIGHUP, True)])
 def test_being_told_to_end_is_like_ctrl_c(number: signal.Signals, whole_group: bool) -> None:
     """Also where everybody is told, as by a closing terminal: the coordinator alone decides."""
-    with started(driven("nap_or_hang"), HERE) as process:
-        await_hanging(process)
+    with started(driven("nap"), HERE) as process:
+        await_long_jobs(process)
         (os.killpg if whole_group else os.kill)(process.pid, number)
         output, errors = process.communicate(timeout=20)
         assert process.returncode == 130, errors
@@ -76,8 +78,8 @@ def test_being_told_to_end_is_like_ctrl_c(number: signal.Signals, whole_group: b
 
 @pytest.mark.parametrize("pause", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
-    with started(driven("nap_or_hang"), HERE) as process:
-        await_hanging(process)
+    with started(driven("nap"), HERE) as process:
+        await_long_jobs(process)
         for _ in range(2):
             os.killpg(process.pid, signal.SIGINT)
             time.sleep(pause)
@@ -85,24 +87,36 @@ def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
         assert_no_orphans(process.pid, patience=5)
 
 
+HOLDING = """
+from sweep.cli import main
+from sweep.writer import Writer
+
+def tell(self, results, add=Writer.add):
+    add(self, results)
+    print("held", flush=True)
+
+Writer.__init__.__kwdefaults__["seconds"] = 1e9
+Writer.add = tell
+main()
+"""
+"""The command, which says when results have come back, and stores none before its end."""
+
+
 def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -> None:
     """Exit code 130 as after Ctrl-C; the lock is given back."""
     (tmp_path / "spec.yaml").write_text(SPEC.replace("replicates: 30", "replicates: 3000"))
     folder = tmp_path / "results" / "faulty"
-    launch = [sys.executable, "-c", "from sweep.cli import main; main()", "launch", "spec.yaml", "--workers", "2"]
+    launch = [sys.executable, "-c", HOLDING, "launch", "spec.yaml", "--workers", "2"]
     with started(launch, tmp_path) as process:
-        deadline = time.monotonic() + 90
-        while not Store(folder).all_parts():
-            assert process.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        assert process.stdout is not None
+        for _ in range(2):
+            assert process.stdout.readline() == "held\n"
         assert (folder / "lock").exists()
-        time.sleep(1.0)
         process.terminate()
-        _, errors = process.communicate(timeout=30)
+        output, errors = process.communicate(timeout=30)
         assert process.returncode == 130
         assert errors.splitlines()[-1].startswith("interrupted; what is done is stored")
         assert_no_orphans(process.pid, patience=5)
-    assert len(Store(folder).all_parts()) >= 2
+    assert len(Store(folder).trial_ids()) >= 2 + output.count("held")
     assert list((folder / "writing").iterdir()) == []
     assert not (folder / "lock").exists()
