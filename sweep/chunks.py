@@ -1,6 +1,10 @@
 """How jobs are dealt out to workers: in chunks of about equal work."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
@@ -14,7 +18,7 @@ class Chunks:
     together; how many there are may change. Estimates are clipped to COST_RANGE, in seconds.
     """
 
-    def __init__(self, costs: Sequence[float], *, seconds: float) -> None:
+    def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:
         import numpy as np
 
         self._costs = np.clip(np.asarray(costs, float), *COST_RANGE)

@@ -34,13 +34,12 @@ PAIR_METRICS = {
 }
 
 
-def job_seconds(jobs: Sequence[Job]) -> Sequence[float]:
-    """The estimated seconds of each trial."""
+def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
+    """The estimated seconds of each trial, shape (number of jobs,)."""
     if isinstance(jobs, SomeJobs):  # there may be millions, and few points
         whole = jobs.jobs
-        seconds: list[float] = point_seconds(whole.study, whole.design)[jobs.points].tolist()
-        return seconds
-    return [trial_seconds(job.model, job.settings, job.record) for job in jobs]
+        return point_seconds(whole.study, whole.design)[jobs.points]
+    return np.array([trial_seconds(job.model, job.settings, job.record) for job in jobs])
 
 
 def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> float:

@@ -106,18 +106,18 @@ class _Launch:
         self.origin = provenance(study)
         trials, settled = np.full(n_points, study.until.least if study.until else study.trials_per_point), False
         while not settled:
-            ids = self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
+            self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
             if study.until is None:
                 break
-            further = _further(study.until, self.store, ids, trials)
+            further = _further(study.until, self.store, trials)
             self.progress.settled = int((further == trials).sum())
             trials, settled = further, self.progress.settled == n_points
         self.store.compact()
         self.report(self.progress)
         return self.progress
 
-    def _run_plan(self, jobs: Jobs) -> pa.ChunkedArray:
-        """Run what is missing of a plan and return the ids of its trials."""
+    def _run_plan(self, jobs: Jobs) -> None:
+        """Publish a plan and run what is missing of it."""
         plan, stored = plan_table(self.study, self.design, jobs, self.origin), _statuses(self.store)
         ids = plan["trial_id"]
         missing = SomeJobs(jobs, self._missing(ids, stored))
@@ -125,12 +125,11 @@ class _Launch:
         if not self.retry:
             self.failures.note_stored(failed_among(stored, ids))
         _publish(self.study, self.store, plan)
-        del plan, stored
+        del plan, stored, ids  # of a million trials they would be a hundred megabytes, all the while
         if missing:
             self.report(self.progress)
             tables = Tables(self.study, self.origin)
             run_jobs(self.study, missing, self.store, tables, self.executor, self.failures, self._note)
-        return ids
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
         """The places in the plan of the trials to run; takes note of how many are stored."""
@@ -168,9 +167,9 @@ def _publish(study: Study, store: Store, plan: pa.Table) -> None:
     store.write_spec(study.text)
 
 
-def _further(until: Until, store: Store, ids: pa.ChunkedArray, trials: Counts) -> Counts:
+def _further(until: Until, store: Store, trials: Counts) -> Counts:
     """How many trials each point gets from now on, all those in the plan being stored."""
-    wanted = ids.combine_chunks()
+    wanted = store.read_plan()["trial_id"].combine_chunks()
     table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
     place = pc.index_in(wanted, value_set=table["trial_id"].combine_chunks())
     values = table[until.metric].cast(pa.float64()).take(place).to_numpy()

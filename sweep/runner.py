@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
-from typing import Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 from sweep import fingerprint
 from sweep.chunks import Chunks
@@ -34,6 +34,9 @@ from sweep.interrupts import HeldInterrupt
 from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watching
 from sweep.worker import Failure, Outcomes, run_chunk
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 J = TypeVar("J")
 R = TypeVar("R")
 T = TypeVar("T")
@@ -47,7 +50,7 @@ def drive(
     run: Callable[[J], R],
     *,
     executor: ExecutorFactory,
-    costs: Callable[[Sequence[J]], Sequence[float]],
+    costs: Callable[[Sequence[J]], "ArrayLike"],
     failed: Callable[[J, str], R],
     overdue: Callable[[J, str], R] | None = None,
     limits: Limits = NO_LIMITS,

@@ -74,5 +74,5 @@ def test_words_for_times_and_sizes() -> None:
 def test_jobs_of_a_study_cost_what_each_of_them_does() -> None:
     study = parse_spec(SMALL.replace("separation_weight: [0.5, 1]", "n: [10, 1000]").replace("n: 12, ", ""))
     jobs = SomeJobs(Jobs(study, expand(study), "sha"), np.array([5, 0, 1]))
-    assert job_seconds(jobs) == job_seconds(list(jobs))
+    assert job_seconds(jobs).tolist() == job_seconds(list(jobs)).tolist()
     assert job_seconds(jobs)[0] > job_seconds(jobs)[1]
