@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sweep.locations import Location
+    from sweep.storing.locations import Location
     from sweep.study import StoredStudy
 
 __version__ = "0.3.0"
@@ -51,11 +51,11 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     """
     import warnings
 
-    from sweep.executors import Loky, core_count
     from sweep.launch import launch
-    from sweep.locations import location
+    from sweep.running.executors import Loky, core_count
     from sweep.search.run import search
     from sweep.spec import load_spec, parse_spec
+    from sweep.storing.locations import location
 
     if workers < 0:
         raise ValueError(f"workers: {workers}; allowed: 0, as many as there are cores, or more")

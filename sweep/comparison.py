@@ -32,8 +32,8 @@ from sweep.analysis import (
 from sweep.fields import spelled
 from sweep.matching import Matching, match
 from sweep.names import unknown
-from sweep.parquet import StoreError
 from sweep.sides import Side
+from sweep.storing.parquet import StoreError
 
 Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]

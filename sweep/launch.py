@@ -11,21 +11,21 @@ import pyarrow.compute as pc
 
 from kernels import KERNELS_SHA
 from sweep.axes import Axis
-from sweep.batch import run_jobs
-from sweep.custody import custody
 from sweep.design import Design, expand
-from sweep.executors import ExecutorFactory
-from sweep.failures import Failures, failed_among
 from sweep.jobs import Counts, Jobs, SomeJobs
-from sweep.locations import Location
-from sweep.lock import Lock
 from sweep.provenance import provenance
 from sweep.result import Result
-from sweep.rows import PROVENANCE, Tables
+from sweep.running.batch import run_jobs
+from sweep.running.executors import ExecutorFactory
+from sweep.running.failures import Failures, failed_among
 from sweep.sequential import Until, look
-from sweep.shares import Share
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.custody import custody
+from sweep.storing.locations import Location
+from sweep.storing.lock import Lock
+from sweep.storing.rows import PROVENANCE, Tables
+from sweep.storing.shares import Share
+from sweep.storing.store import Store
 
 
 @dataclass

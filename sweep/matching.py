@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from sweep.analysis import replicates
 from sweep.fields import fields
-from sweep.parquet import StoreError
 from sweep.sides import Side
+from sweep.storing.parquet import StoreError
 
 DIGITS = 9
 """Numbers that agree in so many figures are the same, so that 0.3 finds 3 * 0.1."""

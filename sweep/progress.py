@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from sweep.launch import Progress
-from sweep.locations import Location
+from sweep.storing.locations import Location
 
 LINE_SECONDS = 10.0
 

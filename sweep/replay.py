@@ -9,9 +9,9 @@ from sweep.keeping.comparison import differences
 from sweep.keeping.stored import StoredTrial, stored_trials
 from sweep.maps import Obstacles, OwnMap, from_json
 from sweep.names import unknown
-from sweep.parquet import StoreError
-from sweep.rows import trial_metrics
 from sweep.spec import Streams
+from sweep.storing.parquet import StoreError
+from sweep.storing.rows import trial_metrics
 from sweep.study import StoredStudy, StoredWorld
 from sweep.trial import obstacles, simulate
 

@@ -13,15 +13,15 @@ from sweep.claims import QUICK, Claim, Publication
 from sweep.document import SpecError
 from sweep.drawings import FigureFile
 from sweep.estimates import MeasureError, measure
-from sweep.executors import ExecutorFactory
 from sweep.launch import launch
 from sweep.measures import specs_of
 from sweep.names import unknown
-from sweep.parquet import StoreError
 from sweep.progress import ProgressBar
+from sweep.running.executors import ExecutorFactory
 from sweep.scorecard import Page, Picture, Row, Section
 from sweep.scorecard_html import as_html
 from sweep.scorecard_markdown import as_markdown
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.verdicts import judge, untestable
 

@@ -10,8 +10,8 @@ import pandas as pd
 
 from sweep.analysis import agrees
 from sweep.fields import Field, NotAllowedError, Value, study_fields
-from sweep.locations import Location, StoreError
 from sweep.names import SHORT_LIST, unknown
+from sweep.storing.locations import Location, StoreError
 from sweep.study import StoredStudy, details
 
 INSIDE = {"parts", "writing", "figures"}

@@ -11,12 +11,12 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.ablation import fitted_preset
-from sweep.locations import Location, StoreError, location
 from sweep.names import unknown
-from sweep.rows import PROVENANCE
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
-from sweep.store import Store
+from sweep.storing.locations import Location, StoreError, location
+from sweep.storing.rows import PROVENANCE
+from sweep.storing.store import Store
 
 if TYPE_CHECKING:
     from sweep.view.widget import View

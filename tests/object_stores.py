@@ -16,7 +16,7 @@ from typing import ClassVar
 import pyarrow as pa
 from pyarrow import fs
 
-from sweep.locations import ObjectPath, location
+from sweep.storing.locations import ObjectPath, location
 
 CREDENTIALS = {
     "AWS_ACCESS_KEY_ID": "key",

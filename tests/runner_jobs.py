@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from sweep.runner import Failure, drive
+from sweep.running.runner import Failure, drive
 
 
 def square(job: int) -> tuple[int, int]:

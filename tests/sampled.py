@@ -12,8 +12,8 @@ from specs import short
 from sweep.design import expand
 from sweep.jobs import Jobs
 from sweep.launch import plan_table
-from sweep.rows import PROVENANCE
 from sweep.spec import parse_spec
+from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 FIELDS = ("separation_weight", "alignment_weight", "cohesion_weight")

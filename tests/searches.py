@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.batch as batch_module
-from sweep.executors import ExecutorFactory, Serial
+import sweep.running.batch as batch_module
 from sweep.jobs import Job
 from sweep.result import Result
+from sweep.running.executors import ExecutorFactory, Serial
 from sweep.search.ledger import Ledger
 from sweep.search.progress import SearchProgress
 from sweep.search.run import search

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sweep.executors import ExecutorFactory, Serial
 from sweep.launch import Progress, launch
+from sweep.running.executors import ExecutorFactory, Serial
 from sweep.spec import parse_spec
 from sweep.study import StoredStudy
 

@@ -14,8 +14,8 @@ from sweep.document import SpecError
 from sweep.fields import Value, fields, preset_settings
 from sweep.jobs import Jobs
 from sweep.listing import point_table, table_text
-from sweep.parquet import StoreError
 from sweep.spec import Study, parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.study import details
 
 ABLATED = "sweep: {detail: {ablate: as_written}}"

@@ -19,8 +19,8 @@ import sweep.keeping.video as video
 from sweep.keeping.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.keeping.flight import frames, write_flight
 from sweep.keeping.showing import Wanted, check, show
-from sweep.parquet import StoreError
 from sweep.replay import stored_job, stored_trial
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 SPEC = SMALL.replace("every: 2", "every: 3, trajectories: true").replace("n: 12,", "n: 12, n_obstacles: 3,")

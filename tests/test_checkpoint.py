@@ -20,11 +20,12 @@ from test_trial import flown, in_another_process, small
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep import checkpoint, checkpoint_file, trial
-from sweep.checkpoint import Checkpointed, discard, present
+from sweep import trial
 from sweep.jobs import Job
 from sweep.result import Result
-from sweep.store import Store
+from sweep.running import checkpoint, checkpoint_file
+from sweep.running.checkpoint import Checkpointed, discard, present
+from sweep.storing.store import Store
 from sweep.trial import Simulation, run
 
 TRIAL = "0123456789abcdef01234567"

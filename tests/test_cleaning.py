@@ -18,9 +18,9 @@ from studies import COVERING, SMALL, launched, relaunch
 
 import sweep.launch as launch_module
 from sweep.keeping.cleaning import clean, find_waste
-from sweep.lock import Lock
-from sweep.parquet import StoreError
-from sweep.store import Store
+from sweep.storing.lock import Lock
+from sweep.storing.parquet import StoreError
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
 
 SPEC = SMALL.replace("steps: 9", "steps: 3")

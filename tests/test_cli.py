@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from io import StringIO
 from pathlib import Path
 
@@ -15,10 +16,13 @@ import pytest
 from commands import started as finished
 from commands import sweep
 from faults.campaign import LAUNCH, workers
+from faults.jobs import run_or_die
 from runner_jobs import started
 from studies import IMPOSSIBLE, SMALL, launched
 
 from sweep.cli import app
+from sweep.running import batch
+from sweep.running.executors import Loky
 
 STORING_OFTEN = LAUNCH[:3]
 """The command, which stores a part five times a second."""
@@ -29,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a spec that has been launched by the command."""
     folder = tmp_path_factory.mktemp("user")
     (folder / "spec.yaml").write_text(SMALL)
-    done = finished(folder, "launch", "spec.yaml", "--workers", "2")
+    done = finished(folder, "launch", "spec.yaml", "--workers", "1")
     assert done.returncode == 0, done.stderr
     assert "6 new trials (6 done)" in done.stderr
     assert done.stdout == ""
@@ -64,7 +68,7 @@ def test_plan_counts_without_running(folder: Path) -> None:
     done = sweep(folder, "plan", "spec.yaml", "--json")
     plan = json.loads(done.stdout)
     assert (plan["points"], plan["trials"], plan["varied"]) == (2, 6, ["separation_weight"])
-    text = finished(folder, "plan", "spec.yaml").stdout
+    text = sweep(folder, "plan", "spec.yaml").stdout
     assert "trials     6 (3 a point)" in text
 
 
@@ -141,9 +145,8 @@ def test_failed_trials_make_exit_code_1_and_show_how_to_replay(tmp_path: Path) -
     status = sweep(tmp_path, "status", "small").stdout
     command = re.search(r"sweep (replay small \w+)", status)
     assert command is not None
-    replayed = finished(tmp_path, *command[1].split())
-    assert replayed.returncode == 1
-    assert "no free place for a boid" in replayed.stderr
+    with pytest.raises(RuntimeError, match="no free place for a boid"):
+        sweep(tmp_path, *command[1].split())
 
 
 def test_replay_gives_the_stored_bits(folder: Path) -> None:
@@ -219,8 +222,22 @@ def wait_for_part(folder: Path, process: "subprocess.Popen[str]") -> None:
     raise AssertionError("nothing was stored in a minute")
 
 
-def test_a_killed_worker_loses_no_trial(tmp_path: Path) -> None:
-    """The whole study is there although a worker is killed while it runs."""
+def test_a_worker_that_is_killed_loses_no_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole study is there, after one launch."""
+    quiet, engine = launched(SMALL, tmp_path / "quiet"), Loky(1)
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, "run", partial(run_or_die, str(tmp_path / "died")))
+        troubled = launched(SMALL, tmp_path / "troubled", engine)
+    engine.stop()
+    assert (tmp_path / "died").exists()
+    pd.testing.assert_frame_equal(
+        troubled.trials.drop(columns="seconds"), quiet.trials.drop(columns="seconds"), check_exact=True
+    )
+
+
+@pytest.mark.slow
+def test_a_worker_killed_at_any_moment_loses_no_trial(tmp_path: Path) -> None:
+    """Of the command itself, from outside."""
     spec = SMALL.replace("replicates: 3", "replicates: 30").replace("steps: 9", "steps: 8000")
     (tmp_path / "spec.yaml").write_text(spec)
     with started([*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:

@@ -11,7 +11,7 @@ from sweep.analysis import mean_interval
 from sweep.figures import coverage_figure
 from sweep.figures.pieces import estimated
 from sweep.figures.selection import select
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 def test_each_panel_is_the_mean_of_the_trials_of_a_point() -> None:

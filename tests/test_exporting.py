@@ -20,7 +20,7 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 import sweep.keeping.exporting as exporting
 import sweep.keeping.netcdf as netcdf
 from sweep.keeping.exporting import export
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 KEPT = COVERING.replace("heatmaps: true", "heatmaps: true, trajectories: true, every: 8")

@@ -12,7 +12,7 @@ from sweep.analysis import curves
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
 from sweep.figures.selection import select
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 

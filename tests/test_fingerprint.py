@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from kernels import KERNELS_SHA
-from sweep import fingerprint
+from sweep.running import fingerprint
 
 ROOT = Path(__file__).parent.parent
 LAUNCH = """
@@ -18,8 +18,8 @@ import os, signal, sys, time
 from pathlib import Path
 import sweep.trial
 import naps
-from sweep.executors import Loky, WorkersError
-from sweep.runner import drive
+from sweep.running.executors import Loky, WorkersError
+from sweep.running.runner import drive
 
 assert Path(sweep.trial.__file__).is_relative_to(os.getcwd())
 engine, kept = Loky(2), []
@@ -96,7 +96,7 @@ def test_code_beside_the_kernels_counts_and_such_as_cannot_be_imported(copy: Pat
 IMPORTED = """
 import builders, sweep.trial
 from kernels.models import MODELS
-from sweep.fingerprint import imported
+from sweep.running.fingerprint import imported
 
 before = imported()
 print({sweep.trial.run(builders.job(name, steps=2)).status for name in MODELS}, imported() - before)

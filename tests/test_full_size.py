@@ -8,8 +8,8 @@ import pytest
 from builders import job
 
 from sweep.analysis import by_point
-from sweep.executors import Loky, core_count
 from sweep.launch import launch
+from sweep.running.executors import Loky, core_count
 from sweep.spec import parse_spec
 from sweep.study import StoredStudy
 from sweep.trial import run

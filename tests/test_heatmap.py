@@ -9,7 +9,7 @@ from sampled import axis
 from sweep.analysis import by_point, mean_interval
 from sweep.figures import heatmap_figure
 from sweep.figures.scales import cell_edges
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 def values(figure: Figure) -> list[np.ndarray]:

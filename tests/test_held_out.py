@@ -1,6 +1,7 @@
 """What a search has chosen is judged on other seeds: the winner's curse is seen there, and intervals hold."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
@@ -30,13 +31,20 @@ def made_up(
     noise: float = 1.0,
 ) -> MadeUp:
     """A search over candidates with these true gains, of which the best `judged` have held-out blocks."""
-    seen = [truth + noise * rng.normal(size=(blocks, 1)) for truth in truths]
-    order = np.argsort([-values.mean() for values in seen])[:judged]
-    parts = [rows("search", "search", k, {"gain": values, "weight": k / 10}) for k, values in enumerate(seen)]
-    for k in order:
-        values = truths[k] + noise * rng.normal(size=(fresh, 1))
-        parts.append(rows("search", "held_out", int(k), {"gain": values, "weight": k / 10}))
+    seen = np.array(truths)[:, None] + noise * rng.normal(size=(len(truths), blocks))
+    order = np.argsort(-seen.mean(axis=1))[:judged]
+    parts = [gains("search", np.arange(len(truths)), seen)]
+    if judged:
+        again = np.array(truths)[order, None] + noise * rng.normal(size=(judged, fresh))
+        parts.append(gains("held_out", order, again))
     return searched(*parts, full=blocks)
+
+
+def gains(phase: str, candidates: np.ndarray, values: np.ndarray) -> pd.DataFrame:
+    """The rows of several candidates at once, whose values are (candidates, blocks): a table each would take long."""
+    candidate, block = np.repeat(candidates, values.shape[1]), np.tile(np.arange(values.shape[1]), len(candidates))
+    columns = {"gain": values.ravel(), "candidate": candidate, "block": block, "weight": candidate / 10}
+    return rows("search", phase, 0, {name: column[:, None] for name, column in columns.items()})
 
 
 def test_the_winner_has_both_estimates_with_intervals_over_blocks() -> None:
@@ -67,13 +75,14 @@ def test_held_out_intervals_hold_together_over_candidates_and_references() -> No
     assert winners(asked)["search_high"].tolist() == alone["search_high"].tolist()
 
 
-def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_one() -> None:
+@pytest.mark.parametrize("searches", [80, pytest.param(150, marks=pytest.mark.slow)])
+def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_one(searches: int) -> None:
     """Twenty equally good candidates: the luckiest of them is no better than others on other seeds.
 
     Each exceeds the upper end of its own interval with 2.5 %, so that about 0.975^20 = 60 % of the search
     intervals of winners cover, not 95 %.
     """
-    searches, rng = 150, np.random.default_rng(4)
+    rng = np.random.default_rng(4)
     tables = [winners(made_up(rng, [0.0] * 20)).iloc[0] for _ in range(searches)]
     held = sum(table["held_out_low"] <= 0.0 <= table["held_out_high"] for table in tables)
     seen = sum(table["search_low"] <= 0.0 <= table["search_high"] for table in tables)
@@ -91,10 +100,11 @@ def test_simultaneous_held_out_intervals_cover_all_shown_candidates() -> None:
     assert covers_as_it_should(held, searches, (1.0 - 0.05 / 3) ** 3)
 
 
+@pytest.mark.parametrize("times", [80, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("statistic", [Statistic("cvar", 0.3), Statistic("quantile", 0.25)])
-def test_bootstrap_intervals_of_other_statistics_cover(statistic: Statistic) -> None:
+def test_bootstrap_intervals_of_other_statistics_cover(statistic: Statistic, times: int) -> None:
     """Of 40 normal values. Few values make a bootstrap somewhat too narrow: 90 to 97 % are accepted."""
-    objective, rng, times = Objective("gain", True, statistic), np.random.default_rng(6), 200
+    objective, rng = Objective("gain", True, statistic), np.random.default_rng(6)
     truth = {"cvar": -1.1590, "quantile": -0.6745}[statistic.kind]
     found = [block_interval(objective, rng.normal(size=(40, 1))) for _ in range(times)]
     held = sum(interval.low <= truth <= interval.high for interval in found)
@@ -137,8 +147,9 @@ def test_the_winner_is_compared_with_references_on_the_same_blocks() -> None:
     assert reference["held_out"] == pytest.approx(row["difference"] * -1 + winners(asked)["held_out"].iloc[0])
 
 
-def test_the_difference_from_an_equal_reference_is_covered() -> None:
-    rng, times = np.random.default_rng(9), 150
+@pytest.mark.parametrize("times", [80, pytest.param(150, marks=pytest.mark.slow)])
+def test_the_difference_from_an_equal_reference_is_covered(times: int) -> None:
+    rng = np.random.default_rng(9)
     tables = [differences(referred(0.0, 1.0, rng)).iloc[0] for _ in range(times)]
     assert covers_as_it_should(sum(row["low"] <= 0.0 <= row["high"] for row in tables), times, 0.95)
 

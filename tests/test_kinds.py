@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from sweep.cli.app import app
 from sweep.figures import KINDS, Choices, Kind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 
@@ -20,6 +20,14 @@ def files(name: str, folder: Path, *kinds: str, formats: tuple[str, ...] = ("png
     """What `sweep plot` draws of a study into a folder, in its order."""
     chosen = Choices(**choices)  # type: ignore[arg-type]
     return list(draw_figures(study(name), plan_figures(study(name), kinds, chosen), folder, formats, chosen))
+
+
+def blank(name: str, folder: Path, *kinds: str, formats: tuple[str, ...] = ("png",), **choices: object) -> list[Path]:
+    """As `files`, with an empty figure in place of each: where it is about the files and not about what is in them."""
+    chosen = Choices(**choices)  # type: ignore[arg-type]
+    plot = plan_figures(study(name), kinds, chosen)
+    empty = [(kind, planned._replace(draw=partial(Figure, (1, 1)))) for kind, planned in plot.figures]
+    return list(draw_figures(study(name), plot._replace(figures=empty), folder, formats, chosen))
 
 
 def names(paths: list[Path]) -> list[str]:
@@ -48,7 +56,7 @@ def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
 
 
 def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(tmp_path: Path) -> None:
-    drawn = files("drawn", tmp_path, "pareto", "parallel", metrics=("speed+", "dispersion-"), formats=("svg", "png"))
+    drawn = blank("drawn", tmp_path, "pareto", "parallel", metrics=("speed+", "dispersion-"), formats=("svg", "png"))
     assert names(drawn) == [
         "pareto-speed-dispersion.svg",
         "pareto-speed-dispersion.png",
@@ -90,14 +98,14 @@ def test_every_kind_is_among_those_whose_bytes_are_compared() -> None:
 
 
 def test_files_say_which_points_they_show(tmp_path: Path) -> None:
-    (path,) = files("grid", tmp_path, "scatter", metrics=("speed",), where={"borders": "torus"}, formats=("pdf",))
+    (path,) = blank("grid", tmp_path, "scatter", metrics=("speed",), where={"borders": "torus"}, formats=("pdf",))
     assert b"Where: borders=torus" in path.read_bytes()
 
 
 def test_over_half_takes_the_means_of_the_last_half(tmp_path: Path) -> None:
-    drawn = files("drawn", tmp_path, "heatmap", "parallel", metrics=("speed+",), half=True)
+    drawn = blank("drawn", tmp_path, "heatmap", "parallel", metrics=("speed+",), half=True)
     assert names(drawn) == ["heatmap-speed_mean.png", "parallel-speed_mean.png"]
-    drawn = files("covering", tmp_path, "pareto", half=True)
+    drawn = blank("covering", tmp_path, "pareto", half=True)
     assert names(drawn) == ["pareto-coverage_mean-coverage_cv_mean.png"]
 
 

@@ -10,16 +10,16 @@ import pandas as pd
 import pytest
 from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
-import sweep.batch as batch_module
 import sweep.launch as launch_module
+import sweep.running.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.design import expand
-from sweep.executors import Loky, Serial
 from sweep.jobs import Job, Jobs
 from sweep.launch import launch
-from sweep.parquet import StoreError
 from sweep.result import Result
+from sweep.running.executors import Loky, Serial
 from sweep.spec import parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import run
 

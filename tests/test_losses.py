@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 import runner_jobs
 
-from sweep import fingerprint
-from sweep.executors import (
+from sweep.running import fingerprint
+from sweep.running.executors import (
     ConnectionLostError,
     JobEndedError,
     NotYetError,
     WorkerDiedError,
     WorkersError,
 )
-from sweep.runner import Failure, drive
-from sweep.watch import Limits, Verdict, Watch
+from sweep.running.runner import Failure, drive
+from sweep.running.watch import Limits, Verdict, Watch
 
 SQUARES = [(job, job * job) for job in range(40)]
 

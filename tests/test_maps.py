@@ -18,14 +18,14 @@ from kernels.worlds import MAPS, build_reach, inside_any
 from sweep import images, maps
 from sweep.design import expand
 from sweep.document import SpecError
-from sweep.executors import Serial
 from sweep.images import obstacles_of, rectangles
 from sweep.jobs import Jobs, point_id
 from sweep.launch import launch
 from sweep.maps import OwnMap, from_json
-from sweep.parquet import StoreError
 from sweep.replay import replay
+from sweep.running.executors import Serial
 from sweep.spec import Study, load_spec, parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import Simulation
 

@@ -15,9 +15,9 @@ MOST_BYTES = 300_000
 MACHINE = re.compile(r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\|site-packages")
 """Folders of one machine."""
 
-FEWER = {"finite_size": ("replicates: 12", "replicates: 2")}
-"""Of a notebook with 121 million boid-steps, what `make test` runs in its place; `make test-slow` runs it whole."""
-IN_PROCESS = "import sweep.executors\n\nsweep.executors.Loky = sweep.executors.Serial\n"
+FEWER = {"finite_size": ("replicates: 12", "replicates: 2"), "what_matters": ("points: 64", "points: 8")}
+"""Of notebooks with many boid-steps, what `make test` runs in their place; `make test-slow` runs them whole."""
+IN_PROCESS = "import sweep.running.executors\n\nsweep.running.executors.Loky = sweep.running.executors.Serial\n"
 """Starting workers takes longer than these trials, and changes no bit of them."""
 
 pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

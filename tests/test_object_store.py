@@ -20,16 +20,16 @@ from object_stores import CREDENTIALS, Crashed, Line, Memory, ObjectStore
 from studies import SMALL, launched, relaunch
 from test_store import append, sorted_tables
 
-from sweep import buckets, locations
-from sweep import lock as lock_module
-from sweep import store as store_module
-from sweep.custody import custody, set_aside_damaged
-from sweep.locations import ObjectPath, Server, StoreError, UnreachableError, location
-from sweep.lock import Lock
-from sweep.manifest import MANIFEST
 from sweep.search.stored import read_asked
-from sweep.shares import Share
-from sweep.store import Store
+from sweep.storing import buckets, locations
+from sweep.storing import lock as lock_module
+from sweep.storing import store as store_module
+from sweep.storing.custody import custody, set_aside_damaged
+from sweep.storing.locations import ObjectPath, Server, StoreError, UnreachableError, location
+from sweep.storing.lock import Lock
+from sweep.storing.manifest import MANIFEST
+from sweep.storing.shares import Share
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
 
 SPEC = campaign.SPEC.replace("replicates: 30", "replicates: 12")
@@ -328,7 +328,7 @@ def test_only_the_columns_that_are_asked_for_are_fetched(store: Store, monkeypat
 
 
 def test_parts_are_merged_on_the_way(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sweep.merging.MOST_GATHERED", 3)
+    monkeypatch.setattr("sweep.storing.merging.MOST_GATHERED", 3)
     for index in range(7):
         append(store, {f"a{index}": "ok"})
         store.gather()
@@ -481,8 +481,8 @@ def test_ctrl_c_ends_the_waiting(server: ObjectStore, line: Line) -> None:
 
 
 def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -> None:
-    from sweep.executors import Serial
     from sweep.launch import launch
+    from sweep.running.executors import Serial
     from sweep.spec import parse_spec
 
     done = [launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total() for k in (1, 2, 3)]
@@ -496,7 +496,7 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
 def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> None:
     from searches import TINY
 
-    from sweep.executors import Serial
+    from sweep.running.executors import Serial
     from sweep.search.run import search
     from sweep.spec import parse_spec
 
@@ -510,9 +510,9 @@ def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> No
 
 def test_python_takes_the_same_places(bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import sweep
-    from sweep.executors import Serial
+    from sweep.running.executors import Serial
 
-    monkeypatch.setattr("sweep.executors.Loky", Serial)
+    monkeypatch.setattr("sweep.running.executors.Loky", Serial)
     monkeypatch.chdir(tmp_path)
     study = sweep.run(SMALL, results=bucket)
     assert len(study.trials) == 6

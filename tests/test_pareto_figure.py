@@ -8,7 +8,7 @@ from kernels.metrics import METRICS
 from sweep.analysis import by_point
 from sweep.figures import pareto_figure
 from sweep.figures.aims import LOW_IS_BETTER, aim
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 @pytest.mark.parametrize(

@@ -17,20 +17,20 @@ from searches import ANALYTIC, TINY, analytic, asked_by, done, edited, equal, re
 from specs import short
 from studies import SMALL, launched, relaunch
 
-import sweep.batch as batch_module
+import sweep.running.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.design import expand
 from sweep.document import SpecError
-from sweep.failures import FailedTrialsError, Failures, last_line
 from sweep.jobs import Job, Jobs
 from sweep.plan import make_plan
 from sweep.policy import Policy
 from sweep.replay import stored_trial
 from sweep.result import Result, after, failed, overdue
+from sweep.running.failures import FailedTrialsError, Failures, last_line
 from sweep.search.plan import make_search_plan
 from sweep.search.stored import read_asked
 from sweep.spec import parse_spec
-from sweep.store import Store
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
 from sweep.trial import run
 

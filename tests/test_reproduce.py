@@ -9,9 +9,9 @@ from publications import FIGURES, PUBLISHED, SPEC, experiments
 
 from sweep.claims import read_all
 from sweep.document import SpecError
-from sweep.executors import Serial
-from sweep.parquet import StoreError
 from sweep.reproduce import Outcome, reproduce
+from sweep.running.executors import Serial
+from sweep.storing.parquet import StoreError
 
 BROKEN_TRIALS = SPEC.replace("n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,").replace(
     "replicates: 8", "replicates: 1"

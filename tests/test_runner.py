@@ -16,10 +16,11 @@ import runner_jobs
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep import fingerprint, processes
-from sweep.chunks import MAX_CHUNK_JOBS, Chunks
-from sweep.executors import Loky, Serial
-from sweep.runner import Failure, WorkersError, drive
+from sweep.running import fingerprint
+from sweep.running.chunks import MAX_CHUNK_JOBS, Chunks
+from sweep.running.executors import Loky, Serial
+from sweep.running.runner import Failure, WorkersError, drive
+from sweep.storing import processes
 
 SQUARES = {(job, job * job) for job in range(40)}
 
@@ -149,8 +150,8 @@ INTERRUPTED = """
 import os, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import runner_jobs
-from sweep.executors import Loky
-from sweep.runner import drive
+from sweep.running.executors import Loky
+from sweep.running.runner import drive
 
 kept = []
 executor = Loky(2)

@@ -9,7 +9,7 @@ from sampled import axis
 from sweep.analysis import by_point
 from sweep.analysis.estimate import rank_estimate
 from sweep.figures import heatmap_figure, scatter_figure
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 def dots(axes: Axes) -> np.ndarray:

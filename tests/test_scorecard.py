@@ -13,8 +13,8 @@ from publications import PUBLISHED, experiments
 from sweep.analysis import mean_estimate
 from sweep.claims import Claim, read_all
 from sweep.estimates import Measured
-from sweep.executors import Serial
 from sweep.reproduce import reproduce
+from sweep.running.executors import Serial
 from sweep.scorecard import Row, noticeable_text, ours_text, published_text, sentence, trials_text
 from sweep.verdicts import Above, Below, Expectation, Value, Within, judge
 

@@ -24,13 +24,12 @@ from searches import (
 )
 
 from sweep.document import SpecError
-from sweep.executors import Loky, Serial
 from sweep.jobs import Job
 from sweep.launch import launch
 from sweep.listing import point_table, status_json
-from sweep.parquet import StoreError
 from sweep.replay import replay
 from sweep.result import Result, failed
+from sweep.running.executors import Loky, Serial
 from sweep.search import loop
 from sweep.search.loop import Course, Run
 from sweep.search.outcome import candidates
@@ -39,6 +38,7 @@ from sweep.search.progress import SearchProgress
 from sweep.search.run import search
 from sweep.search.stored import Asked, read_asked
 from sweep.spec import parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 
@@ -48,7 +48,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Asked:
     return asked_by(TINY, tmp_path_factory.mktemp("whole"))
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_workers_change_nothing(whole: Asked, tmp_path: Path, workers: int) -> None:
     engine = Loky(workers)
     equal(asked_by(TINY, tmp_path, engine), whole)
@@ -69,7 +69,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     return len(list((results / study.name / "parts").glob("*")))
 
 
-@pytest.mark.parametrize("after", [0, 1, 5, 12, 20, 32])
+@pytest.mark.parametrize("after", [5, 32, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 12, 20))])
 def test_an_interrupted_search_goes_on_the_same_way(whole: Asked, tmp_path: Path, after: int) -> None:
     assert interrupted(TINY, tmp_path, after) > 0
     progress = searched(TINY, tmp_path)

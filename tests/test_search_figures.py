@@ -14,8 +14,8 @@ from sweep.figures import search as history_module
 from sweep.figures import search_runs as runs_module
 from sweep.figures.search import front_figure, history_figure
 from sweep.figures.search_runs import comparison_figure, hypervolume_figure
-from sweep.parquet import StoreError
 from sweep.search.objectives import Constraint, Objective, Statistic
+from sweep.storing.parquet import StoreError
 
 LOSS = Objective("loss", False, MEAN)
 HITS = Constraint("hits", 0.0, True, Statistic("worst"))

@@ -11,7 +11,7 @@ from studies import IMPOSSIBLE, launched
 
 from sweep.analysis import mean_interval
 from sweep.figures.selection import select, where_of
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 def flat(settings: pd.DataFrame) -> np.ndarray:

@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 import pytest
 
-from sweep.shares import Share, ShareError
+from sweep.storing.shares import Share, ShareError
 
 IDS = [hashlib.sha256(str(number).encode()).hexdigest()[:24] for number in range(10_000)]
 

@@ -11,24 +11,24 @@ from specs import short, short_study
 from studies import IMPOSSIBLE, SMALL, launched, relaunch
 from test_launch import interrupting_after, same
 
-import sweep.batch as batch_module
+import sweep.running.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.analysis import by_point, mean_interval
 from sweep.design import expand
 from sweep.document import SpecError
-from sweep.executors import Loky, Serial
 from sweep.jobs import Job, Jobs
 from sweep.launch import Progress, launch
 from sweep.listing import point_table, status_text, table_text
-from sweep.parquet import StoreError
 from sweep.plan import make_plan
 from sweep.progress import ProgressBar
 from sweep.replication import read_replication
 from sweep.result import Result, failed
+from sweep.running.executors import Loky, Serial
 from sweep.schema import json_schema
 from sweep.sensitivity import morris
 from sweep.sequential import Until, looks, nominal_confidence
 from sweep.spec import parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.strict_yaml import parse_document
 from sweep.study import StoredStudy
 from sweep.trial import run
@@ -79,7 +79,7 @@ def test_two_workers_make_the_same_decisions(whole: StoredStudy, tmp_path: Path)
     engine.stop()
 
 
-@pytest.mark.parametrize("stop_after", [0, 5, 14, 60, 150])
+@pytest.mark.parametrize("stop_after", [5, 150, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 14, 60))])
 def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

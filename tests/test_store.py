@@ -18,12 +18,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sweep import merging, parquet
-from sweep import store as store_module
-from sweep import writer as writer_module
-from sweep.parquet import StoreError
-from sweep.store import Store
-from sweep.writer import Writer
+from sweep.storing import merging, parquet
+from sweep.storing import store as store_module
+from sweep.storing import writer as writer_module
+from sweep.storing.parquet import StoreError
+from sweep.storing.store import Store
+from sweep.storing.writer import Writer
 
 PROVENANCE = {"spec": "study: test", "kernels_sha": "abc"}
 
@@ -359,7 +359,7 @@ KILLED = """
 import os, pathlib, signal, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import test_store
-from sweep.store import Store
+from sweep.storing.store import Store
 
 store = Store(pathlib.Path({folder!r}))
 setattr(os, {call!r}, lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL))

@@ -5,7 +5,7 @@ import pytest
 from plotted import shown, study, titles
 
 from sweep.figures import trajectories_figure
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 
 def test_the_first_trials_of_few_points_have_a_panel_each() -> None:

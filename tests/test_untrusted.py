@@ -22,8 +22,8 @@ import sweep.tables as tables
 from sweep.document import SpecError
 from sweep.expressions import ExpressionError, parse
 from sweep.fields import fields
-from sweep.parquet import StoreError
 from sweep.spec import load_spec, parse_spec
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 ROOT = Path(kernels.__file__).parent.parent
@@ -113,8 +113,12 @@ FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
 FORBIDDEN_MODULES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib.numpy_pickle", "yaml"}
 
 
+OVER_THE_CLUSTER = ["running/cluster.py pickle", "running/remote.py pickle"]
+"""What a launch and its workers send each other, over connections on which dask itself sends code to run."""
+
+
 def test_no_module_evaluates_text_or_loads_pickles() -> None:
-    """joblib and numba pickle between our own processes and into the user's own cache; we do not."""
+    """joblib and numba pickle between our own processes and into the user's cache; nothing stored is read so."""
     found = []
     for path in [*ROOT.glob("sweep/**/*.py"), *ROOT.glob("kernels/**/*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -128,8 +132,8 @@ def test_no_module_evaluates_text_or_loads_pickles() -> None:
                     found.append(f"{path.name}:{node.lineno} {name}")
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            found += [f"{path.name} {name}" for name in names if name in FORBIDDEN_MODULES]
-    assert found == []
+            found += [f"{path.parent.name}/{path.name} {name}" for name in names if name in FORBIDDEN_MODULES]
+    assert sorted(found) == OVER_THE_CLUSTER
 
 
 NAMES = [

@@ -13,12 +13,12 @@ from commands import sweep
 from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
 import sweep.keeping.verify as verify_module
-from sweep.executors import Loky, Serial
 from sweep.keeping.comparison import differences, error_kind, ulps
 from sweep.keeping.stored import stored_trials
 from sweep.keeping.verify import Verification, upper_bound, verify
-from sweep.parquet import StoreError, new_file
 from sweep.replay import replay, stored_job
+from sweep.running.executors import Loky, Serial
+from sweep.storing.parquet import StoreError, new_file
 from sweep.study import StoredStudy
 from sweep.trial import run
 

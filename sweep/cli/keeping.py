@@ -65,9 +65,9 @@ def verify(
     results: Results = Path("results"),
 ) -> None:
     """Run a random sample of the stored trials again and compare every bit; exit code 1 where one differs."""
-    from sweep.executors import Loky, core_count
     from sweep.keeping.counting import Counter
     from sweep.keeping.verify import verify as check
+    from sweep.running.executors import Loky, core_count
     from sweep.study import StoredStudy
 
     engine = Loky(workers or core_count())

@@ -38,8 +38,8 @@ def launch(
     """
     from sweep.launch import launch as run_study
     from sweep.progress import ProgressBar
-    from sweep.shares import Share
     from sweep.spec import load_spec
+    from sweep.storing.shares import Share
 
     share = Share.parse(shard) if shard else None
     study = load_spec(spec)
@@ -102,8 +102,8 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
-    from sweep.executors import core_count
     from sweep.plan import make_plan
+    from sweep.running.executors import core_count
     from sweep.search.plan import make_search_plan
     from sweep.spec import load_spec
 
@@ -127,9 +127,9 @@ def reproduce(
     The verdicts are on the page scorecard.html below the results.
     """
     from sweep.claims import read_all
-    from sweep.executors import Loky, core_count
-    from sweep.locations import local_folder
     from sweep.reproduce import reproduce as run_all
+    from sweep.running.executors import Loky, core_count
+    from sweep.storing.locations import local_folder
 
     folder, quick = local_folder(results, "the page and its figures are written to"), scale is Scale.quick
     publications = read_all(experiments, quick=quick)

@@ -93,8 +93,8 @@ def _state(
 
 def _stored(name: str, results: Results) -> "ViewState":
     """The first stored trial of a study."""
-    from sweep.parquet import StoreError
     from sweep.replay import stored_job, stored_trial
+    from sweep.storing.parquet import StoreError
     from sweep.study import StoredStudy
     from sweep.view.state import from_job
 

@@ -15,7 +15,7 @@ from sweep.analysis import CONFIDENCE, mean_interval
 from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of, without_trials
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,7 @@ from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import MOST_COLOURS, Facet, Selection, among, is_number, select
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
 from sweep.names import unknown
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 MOST_LINES = 60

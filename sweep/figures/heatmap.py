@@ -16,7 +16,7 @@ from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.scales import Floats, bin_edges, cell_edges, is_logarithmic, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import STYLE
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 MOST_LISTED, MOST_DRAWN = 30, 12

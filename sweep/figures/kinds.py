@@ -26,11 +26,11 @@ from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
 from sweep.names import unknown
-from sweep.parquet import StoreError
 from sweep.sampling import SAMPLERS
 from sweep.search.stored import read_asked
 from sweep.sensitivity import morris, rank_correlations, sobol
 from sweep.sensitivity.sampled import sampled_axis
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 ANALYSES = {"saltelli": sobol, "morris": morris}

@@ -17,7 +17,7 @@ from sweep.figures.pieces import note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, is_number, select
 from sweep.figures.style import STYLE, VERMILION
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 BEST = 0.05

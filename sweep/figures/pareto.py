@@ -14,8 +14,8 @@ from sweep.figures.aims import LOW_IS_BETTER, Aim, aim
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
-from sweep.parquet import StoreError
 from sweep.search.fronts import nondominated
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 MOST_INTERVALS = 60

@@ -15,7 +15,7 @@ from sweep.figures.pieces import estimated, note, quantity, span, title_panel, w
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import COLOURS, MARKERS, STYLE
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 MOST_INTERVALS = 60

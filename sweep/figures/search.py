@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
-from sweep.parquet import StoreError
 from sweep.search.fronts import nondominated
 from sweep.search.held_out import front, references, winners
 from sweep.search.objectives import Floats, Objective
 from sweep.search.outcome import FAILED, candidates, objectives
 from sweep.search.repetitions import best_so_far
 from sweep.search.stored import Asked, read_asked
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 SHOWN = 0.75

@@ -12,11 +12,11 @@ from sweep.analysis import half_width, mean_interval
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
-from sweep.parquet import StoreError
 from sweep.search.objectives import Floats
 from sweep.search.outcome import SEARCH, objectives
 from sweep.search.repetitions import RANDOM, REPETITION, against_random, best_so_far, reference_point, runs
 from sweep.search.stored import Asked, read_asked
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from sweep.analysis import agrees, by_point
 from sweep.figures.pieces import named, span, words
 from sweep.names import unknown
-from sweep.parquet import StoreError
 from sweep.sides import BOOLEANS
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy, details
 
 MOST_PANELS = 12

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sweep.figures.pieces import draw_flock, draw_map, note, span, title_panel, units_of
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 Floats = NDArray[np.float64]

@@ -21,8 +21,8 @@ from sweep.jobs import Job
 from sweep.keeping.flight import Report, frames
 from sweep.keeping.outputs import unfinished
 from sweep.keeping.video import write_gif, write_mp4
-from sweep.parquet import StoreError
 from sweep.replay import world_of
+from sweep.storing.parquet import StoreError
 
 MOST_FRAMES = 600
 WIDTH_INCHES, DPI = 6.4, 110

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.locations import Location, StoreError
-from sweep.lock import Lock
-from sweep.merging import superseded_rows
-from sweep.parquet import each, load_table
 from sweep.plan import size
-from sweep.rows import PROVENANCE
+from sweep.storing.locations import Location, StoreError
+from sweep.storing.lock import Lock
+from sweep.storing.merging import superseded_rows
+from sweep.storing.parquet import each, load_table
+from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 

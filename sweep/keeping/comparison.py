@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sweep.keeping.stored import Columns, StoredTrial
 from sweep.result import Result
-from sweep.rows import trial_row
+from sweep.storing.rows import trial_row
 
 NOT_COMPARED = ("seconds", "error", "replay")
 """Columns of trials that are the run's own; of an error the kind is compared."""

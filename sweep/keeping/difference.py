@@ -13,9 +13,9 @@ from kernels import KERNELS_SHA
 from sweep.design import expand
 from sweep.document import Document
 from sweep.jobs import Jobs
-from sweep.locations import Location
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.locations import Location
+from sweep.storing.store import Store
 from sweep.strict_yaml import parse_document
 from sweep.study import StoredStudy
 

@@ -14,8 +14,8 @@ from sweep.keeping.netcdf import check_netcdf, write_netcdf
 from sweep.keeping.outputs import check_output, unfinished, write_checksum
 from sweep.keeping.stored import origins
 from sweep.names import unknown
-from sweep.parquet import StoreError, new_file
-from sweep.rows import PROVENANCE
+from sweep.storing.parquet import StoreError, new_file
+from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 TABLES = ("trials", "series", "heatmaps", "trajectories")

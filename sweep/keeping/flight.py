@@ -10,10 +10,10 @@ import pyarrow as pa
 
 from sweep.jobs import Job
 from sweep.keeping.outputs import unfinished
-from sweep.parquet import new_file
-from sweep.rows import trajectories_schema
 from sweep.spec import Record
 from sweep.state import Taken
+from sweep.storing.parquet import new_file
+from sweep.storing.rows import trajectories_schema
 from sweep.trial import BOID_STEPS_A_CALL, Simulation
 
 Report = Callable[[int, int], None]

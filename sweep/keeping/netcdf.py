@@ -17,8 +17,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.parquet import StoreError
-from sweep.rows import PROVENANCE
+from sweep.storing.parquet import StoreError
+from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 if TYPE_CHECKING:

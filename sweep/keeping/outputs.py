@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sweep.names import unknown
-from sweep.parquet import StoreError, move_durably
+from sweep.storing.parquet import StoreError, move_durably
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:

@@ -11,11 +11,11 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
-from sweep.locations import Location
-from sweep.parquet import each, load_table, load_trials, stored_schema
-from sweep.rows import PROVENANCE
 from sweep.spec import Record
-from sweep.store import Store
+from sweep.storing.locations import Location
+from sweep.storing.parquet import each, load_table, load_trials, stored_schema
+from sweep.storing.rows import PROVENANCE
+from sweep.storing.store import Store
 
 Columns = dict[str, NDArray[Any]]
 """The columns of one trial in a table by name; lists, such as those of heatmaps, stand one after the other."""

@@ -14,14 +14,14 @@ import numpy as np
 
 from kernels import KERNELS_SHA
 from sweep.cost import job_seconds
-from sweep.executors import ExecutorFactory
 from sweep.keeping.comparison import Difference, differences, values_compared
 from sweep.keeping.stored import StoredTrial, by_part, stored_trials
-from sweep.parquet import StoreError
 from sweep.provenance import machine
 from sweep.replay import stored_job
 from sweep.result import failed
-from sweep.runner import drive
+from sweep.running.executors import ExecutorFactory
+from sweep.running.runner import drive
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import run, warm
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 
 FRAMES_A_SECOND = 25
 COLOURS = 64

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.parquet import StoreError
 from sweep.search.blocks import Blocks
 from sweep.search.findings import plain
 from sweep.search.held_out import held_out_values
@@ -15,6 +14,7 @@ from sweep.search.outcome import FAILED, HELD_OUT, SEARCH, blocks, candidates, c
 from sweep.search.samplers import distributions, quiet
 from sweep.search.section import Parameter
 from sweep.search.stored import Asked, read_asked
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 if TYPE_CHECKING:

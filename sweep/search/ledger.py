@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sweep.batch import run_jobs
-from sweep.executors import ExecutorFactory
-from sweep.failures import Failures
 from sweep.jobs import Job
 from sweep.result import FAILED, Result
-from sweep.rows import Tables, trial_metrics
+from sweep.running.batch import run_jobs
+from sweep.running.executors import ExecutorFactory
+from sweep.running.failures import Failures
 from sweep.search.objectives import Floats
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.rows import Tables, trial_metrics
+from sweep.storing.store import Store
 
 Known = dict[str, tuple[float, ...] | None]
 """By trial the columns that decide, in their order; None where it is not done or one of them is not finite."""

@@ -2,15 +2,11 @@
 
 from collections.abc import Callable
 
-from sweep.custody import custody
-from sweep.executors import ExecutorFactory
-from sweep.failures import FailedTrialsError, Failures
 from sweep.jobs import Job
-from sweep.locations import Location
-from sweep.lock import Lock
 from sweep.provenance import provenance
 from sweep.result import Result
-from sweep.rows import Tables
+from sweep.running.executors import ExecutorFactory
+from sweep.running.failures import FailedTrialsError, Failures
 from sweep.search.candidates import (
     RANDOM,
     REPETITION,
@@ -27,7 +23,11 @@ from sweep.search.outcome import HELD_OUT, REFERENCES, SEARCH, candidates, chose
 from sweep.search.progress import SearchProgress
 from sweep.search.stored import Sheet, about_search, read_asked
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.custody import custody
+from sweep.storing.locations import Location
+from sweep.storing.lock import Lock
+from sweep.storing.rows import Tables
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
 
 RANDOM_BLOCKS = 3

@@ -16,13 +16,13 @@ import pyarrow as pa
 
 from sweep.fields import Value
 from sweep.jobs import Job
-from sweep.parquet import StoreError
 from sweep.recorded import MEAN
-from sweep.rows import PROVENANCE
 from sweep.search.candidates import section_of
 from sweep.search.samplers import options
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.parquet import StoreError
+from sweep.storing.rows import PROVENANCE
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
 
 ABOUT = b"search"

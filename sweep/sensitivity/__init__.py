@@ -18,11 +18,11 @@ import pandas as pd
 
 from sweep.analysis import CONFIDENCE
 from sweep.blocks import INSTALL, OPTIONS
-from sweep.parquet import StoreError
 from sweep.sampling import SAMPLERS
 from sweep.sensitivity.sampled import Analysis, Floats, Sample, sampled_axis, samples
 from sweep.sensitivity.screening import effect_analysis, rank_analysis
 from sweep.sensitivity.sobol_indices import index_analysis
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 RESAMPLES = 1000

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.names import unknown
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
 Floats = NDArray[np.float64]

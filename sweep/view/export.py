@@ -20,7 +20,7 @@ from sweep.jobs import Job
 from sweep.keeping.animation import MOST_FRAMES, Picture, Scene
 from sweep.keeping.outputs import check_output, unfinished
 from sweep.keeping.video import find_ffmpeg, write_gif, write_mp4
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.view.flight import Flight
 
 MIME = {

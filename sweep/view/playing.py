@@ -12,7 +12,7 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from sweep.document import SpecError
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.view.history import Cursor
 from sweep.view.messages import Export, Hello, Ready
 from sweep.view.protocol import MessageError, Reply, parse

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.view.encoding import frame
 from sweep.view.export import MIME, File, about, file_name, thinned
 from sweep.view.flight import Flight

@@ -14,9 +14,9 @@ from sweep.document import SpecError
 from sweep.jobs import Job
 from sweep.keeping.comparison import differences
 from sweep.keeping.flight import Report
-from sweep.parquet import StoreError
 from sweep.replay import stored_job, stored_trial
 from sweep.state import Taken
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import simulate
 from sweep.view import messages

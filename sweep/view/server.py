@@ -21,7 +21,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from sweep.document import SpecError
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.view.messages import Hello
 from sweep.view.playing import Player
 from sweep.view.protocol import MOST_BYTES, MessageError, Reply, parse, write

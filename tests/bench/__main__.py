@@ -6,6 +6,7 @@
     framework   wall time of many short trials, storing included, against the time spent inside trials
     study       measured pace of the gain study, and its wall time at that pace
     view        what being watched costs a run, and how many frames a page gets
+    page        how many frames a browser draws of it
 
 Name some of them to run only those.
 """
@@ -18,14 +19,15 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
+from bench.page import page
 from bench.plain import plain_run
 from bench.view import view
 from numpy.typing import NDArray
 
 from kernels.models import MODELS
-from sweep.executors import Loky
 from sweep.jobs import Job
 from sweep.launch import launch
+from sweep.running.executors import Loky
 from sweep.spec import Record, Streams, parse_spec
 from sweep.study import StoredStudy
 from sweep.trial import Simulation, run
@@ -207,6 +209,7 @@ ALL: dict[str, Callable[[], None]] = {
     "framework": framework,
     "study": study,
     "view": view,
+    "page": page,
 }
 
 if __name__ == "__main__":

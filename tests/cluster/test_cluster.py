@@ -19,11 +19,11 @@ from studies import SMALL, launched
 
 from cluster import jobs
 from cluster.started import Cluster, cluster, until
-from sweep.cluster import Dask
-from sweep.executors import WorkersError
-from sweep.runner import Failure, drive
+from sweep.running.cluster import Dask
+from sweep.running.executors import WorkersError
+from sweep.running.runner import Failure, drive
+from sweep.running.watch import Limits
 from sweep.study import StoredStudy
-from sweep.watch import Limits
 
 ROOT = Path(__file__).parent.parent.parent
 TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
@@ -135,7 +135,7 @@ def wardens(address: str) -> list[str]:
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):
             commands.append(path.read_text(encoding="utf-8"))
-    return [command for command in commands if "sweep.warden" in command and address in command]
+    return [command for command in commands if "sweep.running.warden" in command and address in command]
 
 
 @pytest.mark.slow

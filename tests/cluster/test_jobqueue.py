@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-DOCUMENT = Path(__file__).parent / "cluster.md"
+DOCUMENT = Path(__file__).parent.parent.parent / "GUIDE.md"
 
 
 @pytest.fixture

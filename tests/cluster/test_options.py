@@ -9,7 +9,7 @@ from commands import sweep
 from studies import SMALL
 
 from cluster.started import free_port
-from sweep import cluster
+from sweep.running import cluster
 
 DASK = ["--executor", "dask"]
 

@@ -100,6 +100,16 @@ def trial_or_hang(job: "Job") -> "Result":
     return Result(job, "diverged", 0.0)
 
 
+def run_or_die(marker: str, job: "Job") -> "Result":
+    """The second replicate of each point kills its worker, unless the marker says that one has died."""
+    from sweep.trial import run
+
+    if job.replicate == 1 and not Path(marker).exists():
+        Path(marker).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return run(job)
+
+
 def nap(seconds: float) -> float:
     """A nap; a long one is announced on stdout."""
     if seconds > 1:

@@ -10,9 +10,9 @@ import pytest
 from studies import SMALL, launched, relaunch
 
 from faults.campaign import tables
-from sweep.manifest import MANIFEST, damage
-from sweep.parquet import StoreError
-from sweep.store import Store
+from sweep.storing.manifest import MANIFEST, damage
+from sweep.storing.parquet import StoreError
+from sweep.storing.store import Store
 
 
 @pytest.fixture(scope="module")

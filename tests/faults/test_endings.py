@@ -12,7 +12,7 @@ import pytest
 from runner_jobs import started
 
 from faults.campaign import SPEC, assert_no_orphans, workers
-from sweep.store import Store
+from sweep.storing.store import Store
 
 HERE = Path(__file__).parent.parent
 DRIVEN = """
@@ -20,9 +20,9 @@ import sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import runner_jobs
 from faults import jobs
-from sweep.executors import Loky
-from sweep.interrupts import ended_like_ctrl_c
-from sweep.runner import drive
+from sweep.running.executors import Loky
+from sweep.running.interrupts import ended_like_ctrl_c
+from sweep.running.runner import drive
 
 kept = []
 executor = Loky(2)
@@ -89,7 +89,7 @@ def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
 
 HOLDING = """
 from sweep.cli import main
-from sweep.writer import Writer
+from sweep.storing.writer import Writer
 
 def tell(self, results, add=Writer.add):
     add(self, results)

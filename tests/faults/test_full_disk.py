@@ -15,8 +15,8 @@ import pytest
 from studies import SMALL, relaunch
 
 from faults.campaign import tables
-from sweep import writer as writer_module
-from sweep.parquet import StoreError
+from sweep.storing import writer as writer_module
+from sweep.storing.parquet import StoreError
 
 WRITES = [(os, "mkdir"), (os, "rename"), (os, "replace"), (os, "fsync"), (pq.ParquetWriter, "write_table")]
 WRITES += [(pq.ParquetWriter, "__init__"), (Path, "write_text")]

@@ -11,14 +11,14 @@ import pytest
 import runner_jobs
 from studies import SMALL
 
-import sweep.batch as batch_module
+import sweep.running.batch as batch_module
 from faults import jobs, troubled
-from sweep.executors import Loky, Serial
 from sweep.launch import launch
-from sweep.runner import Failure
+from sweep.running.executors import Loky, Serial
+from sweep.running.runner import Failure
+from sweep.running.watch import Limits
 from sweep.spec import parse_spec
 from sweep.study import StoredStudy
-from sweep.watch import Limits
 
 SQUARES = {(job, job * job) for job in range(40)}
 

@@ -12,21 +12,21 @@ from pathlib import Path
 import pytest
 from studies import SMALL, relaunch
 
-from sweep import lock as lock_module
-from sweep.lock import Lock
-from sweep.lock_files import LockFiles
-from sweep.parquet import StoreError
-from sweep.processes import machine, started
-from sweep.store import Store
+from sweep.storing import lock as lock_module
+from sweep.storing.lock import Lock
+from sweep.storing.lock_files import LockFiles
+from sweep.storing.parquet import StoreError
+from sweep.storing.processes import machine, started
+from sweep.storing.store import Store
 
 HERE = Path(__file__).parent.parent
 TAKERS = """
 import sys, time
 sys.path[:0] = [{root!r}]
 from pathlib import Path
-from sweep.lock import Lock
-from sweep.parquet import StoreError
-from sweep.store import Store
+from sweep.storing.lock import Lock
+from sweep.storing.parquet import StoreError
+from sweep.storing.store import Store
 
 folder = Path(sys.argv[1])
 store = Store(folder)

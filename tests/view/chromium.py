@@ -18,6 +18,34 @@ PATIENCE = 90.0
 """Seconds until something that must happen is given up, on however slow a machine."""
 
 
+BEGIN_ANEW = """() => {
+  const { view } = boidsweep;
+  document.querySelectorAll("dialog[open]").forEach((one) => one.close());
+  const usual = ["schedule", "parameters"];
+  document.querySelectorAll("details").forEach((one) => { one.open = usual.includes(one.dataset.group); });
+  document.activeElement.blur();
+  Object.assign(view.hand, { past: [], drag: null });
+  view.hand.use("select");
+  view.hand.mark(null);
+  view.fit("world");
+  view.overlays.show([]);
+  view.stage.overlays.clear();
+  view.stage.edited = null;
+  view.stage.forget();
+  for (const name of Object.keys(view.state.sweeps)) view.send({ type: "sweep", name, off: true });
+  view.send({ type: "pause" });
+  view.send({ type: "overlays", names: [] });
+  view.send({ type: "select", boid: null });
+  view.send({ type: "speed", steps_per_second: 60 });
+  view.send({ type: "model", model: "aziel_chen2025", preset: "as_run" });
+  view.send({ type: "set", name: "seed", value: 1 });
+  const asked = `mark${performance.now()}`;
+  view.send({ type: "sweep", name: asked, off: true });
+  return asked;
+}"""
+"""Ends with a message that is refused with its own words, so that one knows when all before it are answered."""
+
+
 @contextmanager
 def running_browser() -> Iterator[Browser]:
     """A browser without a screen. Raises RuntimeError with the way to install one where there is none."""
@@ -57,6 +85,17 @@ class Opened:
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.goto(server.url)
         self.until("Boolean(window.boidsweep?.view.stage.frame)")
+
+    def begin_anew(self) -> "Opened":
+        """The page as if it were opened now, which would take a second of a processor."""
+        self.complaints.clear()
+        self.page.set_viewport_size({"width": 1280, "height": 720})
+        self.page.emulate_media(color_scheme="light")
+        self.page.mouse.move(0, 0)
+        asked = self.page.evaluate(BEGIN_ANEW)
+        self.until(f"boidsweep.view.words.textContent.includes('{asked}')")
+        self.ask("boidsweep.view.say('')")
+        return self
 
     @property
     def show(self) -> Show:

@@ -22,18 +22,34 @@ def server() -> Iterator[Server]:
         yield server
 
 
-@pytest.fixture
-def opened(browser: Browser, server: Server) -> Iterator[Callable[..., Opened]]:
-    """Opens pages, and sees that none of them has met an error in its script or has broken its own rules."""
-    pages: list[Opened] = []
+@pytest.fixture(scope="session")
+def shared() -> list[Opened]:
+    """Room for the page that tests have in common."""
+    return []
 
-    def opened(width: int = 1280, height: int = 720, at: Server = server, **about: Any) -> Opened:
-        context = browser.new_context(viewport={"width": width, "height": height}, **about)
-        pages.append(Opened(context.new_page(), at))
-        return pages[-1]
+
+@pytest.fixture
+def opened(browser: Browser, server: Server, shared: list[Opened]) -> Iterator[Callable[..., Opened]]:
+    """Opens pages: the common one, begun anew, or one of its own for who asks for something else.
+
+    Afterwards it sees that none of them has met an error in its script or has broken its own rules.
+    """
+    used: list[Opened] = []
+
+    def opened(at: Server = server, **about: Any) -> Opened:
+        if at is server and not about and shared:
+            used.append(shared[0].begin_anew())
+            return used[-1]
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **about})
+        context.grant_permissions(["clipboard-read", "clipboard-write"])
+        used.append(Opened(context.new_page(), at))
+        if at is server and not about:
+            shared.append(used[-1])
+        return used[-1]
 
     yield opened
-    complaints = [complaint for one in pages for complaint in one.complaints]
-    for one in pages:
-        one.page.context.close()
+    complaints = [complaint for one in used for complaint in one.complaints]
+    for one in used:
+        if one not in shared:
+            one.page.context.close()
     assert complaints == []

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from view.chromium import Opened
@@ -33,7 +34,8 @@ def everything_open(page: Opened) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_everything_has_a_name_a_visible_focus_and_enough_contrast(opened: Open, scheme: str) -> None:
-    page = opened(color_scheme=scheme)
+    page = opened()
+    page.page.emulate_media(color_scheme=scheme)
     everything_open(page)
     assert not troubles(page, "nameless", "doubled", "disordered", "unmarked", "faint", "faintly_drawn")
     for opener in ("Keys", "Choose metrics"):
@@ -42,25 +44,35 @@ def test_everything_has_a_name_a_visible_focus_and_enough_contrast(opened: Open,
         page.page.keyboard.press("Escape")
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (820, 1180), (1180, 820), (600, 900)])
-def test_there_is_room_for_everything_and_for_fingers(opened: Open, width: int, height: int) -> None:
-    touch = (width, height) != (1280, 720)
-    page = opened(width, height, has_touch=touch)
-    assert page.ask("matchMedia('(pointer: coarse)').matches") == touch
+def test_there_is_room_for_everything(opened: Open) -> None:
+    page = opened()
     everything_open(page)
-    assert not troubles(page, "overflowing", *(["small"] if touch else []))
-    picture = page.ask("(({ width, height }) => [width, height])(boidsweep.view.stage.canvas.getBoundingClientRect())")
-    assert min(picture) >= 230
+    assert not troubles(page, "overflowing")
+    assert min(np.subtract(picture(page), (600, 500))) >= 0
 
 
-def test_a_finger_selects_and_draws(opened: Open) -> None:
-    page = opened(820, 1180, has_touch=True)
+def picture(page: Opened) -> tuple[float, float]:
+    """Width and height of the picture."""
+    box = page.page.locator(".picture").bounding_box()
+    assert box
+    return box["width"], box["height"]
+
+
+def test_there_is_room_for_fingers_on_a_tablet(opened: Open) -> None:
+    """They select and draw; then everything has room when everything is open."""
+    page = opened(viewport={"width": 820, "height": 1180}, has_touch=True)
+    assert page.ask("matchMedia('(pointer: coarse)').matches")
     x, y = page.ask("[boidsweep.view.stage.trail.at(-1).x[5], boidsweep.view.stage.trail.at(-1).y[5]]")
     page.page.touchscreen.tap(*page.place(x, y))
     page.until("boidsweep.view.stage.selection?.boid === 5")
     page.page.get_by_role("button", name="Draw a disc").tap()
     page.page.touchscreen.tap(*page.place(400, 300))
     page.until("boidsweep.view.stage.scene.obstacles.length === 19")
+    everything_open(page)
+    for width, height, least in ((820, 1180, (700, 400)), (1180, 820, (500, 500)), (600, 900, (500, 230))):
+        page.page.set_viewport_size({"width": width, "height": height})
+        assert not troubles(page, "overflowing", "small")
+        assert min(np.subtract(picture(page), least)) >= 0
 
 
 def test_a_menu_is_used_by_keyboard(opened: Open) -> None:

@@ -14,8 +14,8 @@ import sweep.view.export as export
 import sweep.view.flight as flights
 from kernels import KERNELS_SHA
 from sweep.keeping.animation import Scene
-from sweep.parquet import StoreError
 from sweep.spec import Record
+from sweep.storing.parquet import StoreError
 from sweep.trial import simulate
 from sweep.view.flight import Flight, fly
 

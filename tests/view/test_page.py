@@ -157,29 +157,32 @@ def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
     assert live(page).state.settings["steps"] == 40
 
 
-def test_boids_are_drawn_where_they_are(opened: Open) -> None:
-    """The pixels at their places have their colour; those between have that of the ground."""
+@pytest.mark.parametrize("n", [100, 1500])
+def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
+    """The pixels at their places have their colour, whether they are drawn as triangles or stamped."""
     page = opened()
+    page.send(type="set", name="n", value=n)
+    until_set(page, "n", n)
+    page.until(f"boidsweep.view.stage.frame.n === {n}")
     bodies = go_to(page, 5)
-    found = page.page.evaluate(
+    colour, pixels = page.page.evaluate(
         """(places) => {
           const { stage } = boidsweep.view;
           const context = stage.canvas.getContext("2d");
-          const pixel = (x, y) => context.getImageData(Math.round(x), Math.round(y), 1, 1).data.slice(0, 3);
+          const pixel = (x, y) => context.getImageData(Math.floor(x), Math.floor(y), 1, 1).data.slice(0, 3);
           const at = ([x, y]) => stage.toScreen({ x, y });
           return [stage.colours.boid, places.map(at).map(({ x, y }) => `rgb(${pixel(x, y).join(", ")})`)];
         }""",
         bodies[:2].T.tolist(),
     )
-    colour, pixels = found
-    assert pixels == [colour] * 100
+    assert pixels == [colour] * n
 
 
 def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same_frames(
     opened: Open, tmp_path: Path
 ) -> None:
     """Of those that start outside few come into the disc, and many cross its place where it is not."""
-    page = opened(permissions=["clipboard-read", "clipboard-write"])
+    page = opened()
     page.page.get_by_label("map", exact=True).select_option("empty")
     until_set(page, "map", "empty")
     page.send(type="set", name="steps", value=300)
@@ -312,8 +315,8 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
 def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened: Open) -> None:
     page = opened()
     page.page.get_by_role("button", name="Choose metrics").click()
-    page.page.get_by_role("checkbox", name="polarization").check()
     page.page.get_by_role("checkbox", name="escapes").uncheck()
+    page.page.get_by_role("checkbox", name="polarization").check()
     page.page.keyboard.press("Escape")
     page.until("boidsweep.view.state.plots.includes('polarization') && !boidsweep.view.state.plots.includes('escapes')")
     go_to(page, 25)
@@ -324,6 +327,27 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened:
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
+
+
+def test_a_metric_that_is_refused_says_why_in_its_list(opened: Open) -> None:
+    page = opened()
+    page.send(type="metrics", names=["speed"])
+    page.send(type="set", name="pixel", value=0.2)
+    until_set(page, "pixel", 0.2)
+    page.page.get_by_role("button", name="Choose metrics").click()
+    page.page.get_by_role("checkbox", name="coverage total").click()
+    page.page.get_by_role("dialog").get_by_text("needs pixels").wait_for()
+    page.until("!document.querySelector('input[value=coverage_total]').checked")
+
+
+def test_published_values_stand_beside_the_plots_of_the_very_settings(opened: Open) -> None:
+    page = opened()
+    page.send(type="model", model="nguyen2024", preset="as_run")
+    page.until("boidsweep.view.plots.get('speed')?.published.length > 0")
+    assert "0.765 at step 0" in page.ask("boidsweep.view.plots.get('speed').line.textContent")
+    page.send(type="set", name="separation_weight", value=0.7)
+    page.until("boidsweep.view.plots.get('speed').published.length === 0")
+    assert page.ask("boidsweep.view.plots.get('speed').line.textContent") == ""
 
 
 def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(opened: Open) -> None:
@@ -387,7 +411,7 @@ def test_a_page_comes_back_to_its_session(opened: Open) -> None:
 
 
 def test_a_page_in_a_second_window_takes_the_session_over(opened: Open) -> None:
-    page = opened()
+    page = opened(locale="en")
     name = page.ask("boidsweep.view.page")
     other = page.page.context.new_page()
     other.add_init_script(f"sessionStorage.setItem('boidsweep-page', '{name}')")

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page
 
 import sweep.view.recording as recording
 from kernels import KERNELS_SHA
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.view.export import File
 from sweep.view.flight import Flight, fly
 from sweep.view.live import Live

@@ -15,8 +15,8 @@ import sweep.view.track as track
 from sweep.document import SpecError
 from sweep.keeping.stored import StoredTrial
 from sweep.listing import point_table, table_text
-from sweep.parquet import StoreError
 from sweep.spec import Record
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import Simulation, simulate
 from sweep.view import messages, overlays

@@ -18,7 +18,7 @@ from studies import SMALL, launched
 
 import sweep
 from sweep.document import SpecError
-from sweep.parquet import StoreError
+from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.trial import simulate
 from sweep.view.live import Live

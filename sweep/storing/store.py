@@ -6,7 +6,7 @@
     <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
 
 A study lives in a folder or below a prefix of an object store: how a part comes to be there at once is told in
-`sweep.places`. Part ids sort by age, and a trial stored in several parts counts from the latest one only, in every
+`places.py`. Part ids sort by age, and a trial stored in several parts counts from the latest one only, in every
 table. A merged part names in a file the parts it replaces; as soon as it is there they are ignored, so that being
 killed before they are deleted loses and doubles nothing. Schemas, with their metadata, are the caller's and are kept as
 given. Launches of different shares may append to one study at the same time: their trials are different ones.
@@ -22,11 +22,11 @@ from typing import TypeVar
 
 import pyarrow as pa
 
-from sweep.locations import Location, StoreError, patiently
-from sweep.manifest import seal
-from sweep.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
-from sweep.parquet import check_part, each, load_table, load_trials, new_file, opened, remedy_for, stored_schema
-from sweep.places import place_of
+from sweep.storing.locations import Location, StoreError, patiently
+from sweep.storing.manifest import seal
+from sweep.storing.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
+from sweep.storing.parquet import check_part, each, load_table, load_trials, new_file, opened, remedy_for, stored_schema
+from sweep.storing.places import place_of
 
 T = TypeVar("T")
 

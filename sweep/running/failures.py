@@ -8,7 +8,7 @@ import pyarrow.compute as pc
 
 from sweep.result import FAILED, Result
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.store import Store
 
 
 class FailedTrialsError(Exception):

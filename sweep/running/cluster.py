@@ -1,7 +1,7 @@
 """A dask.distributed cluster as an engine: workers anywhere run the chunks, this process alone drives and stores.
 
 A chunk is a task of the cluster. What it is goes there as bytes, so that the scheduler needs nothing of this package,
-and a worker looks at its own code and libraries before it unpacks them (`sweep.remote`). Workers that join late get
+and a worker looks at its own code and libraries before it unpacks them (`remote.py`). Workers that join late get
 work, those that leave lose none; while there are none, or while the scheduler is away, the launch waits and says so.
 The cluster belongs to somebody: it is never shut down, only our tasks are cancelled.
 
@@ -11,7 +11,7 @@ before it does, and what counts against a job is how often it had begun.
 
 Trials hold Python's lock, so that a worker of several threads is refused: two trials in two threads took 1.14 times
 as long as one after the other. A task that is cancelled while it runs goes on to its end, and its result is dropped.
-Limits of trials hold as `sweep.warden` keeps them: a worker without a nanny that is ended is not replaced.
+Limits of trials hold as `sweep.running.warden` keeps them: a worker without a nanny that is ended is not replaced.
 """
 
 import asyncio
@@ -26,10 +26,10 @@ from dataclasses import dataclass, field
 from typing import Any, ParamSpec, TypeVar
 from uuid import uuid4
 
-from sweep.executors import ConnectionLostError, JobEndedError, NotYetError, WorkerDiedError, WorkersError
-from sweep.fingerprint import differences, fingerprint
-from sweep.remote import Post
-from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watch, Watching
+from sweep.running.executors import ConnectionLostError, JobEndedError, NotYetError, WorkerDiedError, WorkersError
+from sweep.running.fingerprint import differences, fingerprint
+from sweep.running.remote import Post
+from sweep.running.watch import NO_LIMITS, Limits, Place, Verdict, Watch, Watching
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -40,8 +40,8 @@ AWAY_SECONDS = 600.0
 """How long a scheduler that has answered before may be away."""
 LOOK_SECONDS = 2.0
 MOST_NAMED = 4
-INTRODUCE = "__import__('sweep.remote', fromlist=['']).introduce()"
-PERFORM = "__import__('sweep.remote', fromlist=['']).perform(task)"
+INTRODUCE = "__import__('sweep.running.remote', fromlist=['']).introduce()"
+PERFORM = "__import__('sweep.running.remote', fromlist=['']).perform(task)"
 LOG = logging.getLogger("sweep")
 
 

@@ -16,7 +16,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from sweep.watch import LOOK_SECONDS, Limits, beyond
+from sweep.running.watch import LOOK_SECONDS, Limits, beyond
 
 if TYPE_CHECKING:
     import psutil

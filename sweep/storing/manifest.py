@@ -14,8 +14,8 @@ import zlib
 from pathlib import Path
 from typing import TypedDict
 
-from sweep.locations import Location, StoreError
-from sweep.parquet import load_table, opened
+from sweep.storing.locations import Location, StoreError
+from sweep.storing.parquet import load_table, opened
 
 MANIFEST = "manifest.json"
 BLOCK_BYTES = 2**20
@@ -117,7 +117,7 @@ def _undecodable(part: Location) -> str:
 
 def _recorded(metadata: dict[bytes, bytes]) -> set[str]:
     """The tables beside trials that a launch of the spec in the metadata has stored."""
-    from sweep.rows import PROVENANCE
+    from sweep.storing.rows import PROVENANCE
     from sweep.strict_yaml import parse_document
 
     if PROVENANCE not in metadata:

@@ -9,20 +9,20 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
 
-from sweep.checkpoint import FOLDER, Checkpointed, discard, present
 from sweep.cost import job_seconds
-from sweep.executors import ExecutorFactory
-from sweep.failures import Failures
 from sweep.jobs import Job
-from sweep.locations import StoreError
 from sweep.result import Result, after, failed, overdue, result_bytes
-from sweep.rows import Tables
-from sweep.runner import drive
+from sweep.running.checkpoint import FOLDER, Checkpointed, discard, present
+from sweep.running.executors import ExecutorFactory
+from sweep.running.failures import Failures
+from sweep.running.runner import drive
+from sweep.running.watch import Limits
 from sweep.spec import Study
-from sweep.store import Store
+from sweep.storing.locations import StoreError
+from sweep.storing.rows import Tables
+from sweep.storing.store import Store
+from sweep.storing.writer import Writer
 from sweep.trial import run, warm
-from sweep.watch import Limits
-from sweep.writer import Writer
 
 LOG = logging.getLogger("sweep")
 

@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sweep.locations import GONE, Location
-from sweep.locations import StoreError as StoreError
+from sweep.storing.locations import GONE, Location
+from sweep.storing.locations import StoreError as StoreError
 
 T = TypeVar("T")
 

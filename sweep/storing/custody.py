@@ -4,12 +4,12 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from sweep.interrupts import ended_like_ctrl_c
-from sweep.lock import Lock
-from sweep.manifest import damage, trials_of
-from sweep.parquet import each
-from sweep.shares import Share
-from sweep.store import Store
+from sweep.running.interrupts import ended_like_ctrl_c
+from sweep.storing.lock import Lock
+from sweep.storing.manifest import damage, trials_of
+from sweep.storing.parquet import each
+from sweep.storing.shares import Share
+from sweep.storing.store import Store
 
 LOG = logging.getLogger("sweep")
 

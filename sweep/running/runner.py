@@ -5,7 +5,7 @@ a bounded number of them in flight, and yields each chunk's results as soon as t
 because a worker process died, the jobs that were in flight are suspects: they run one at a time with nothing else in
 flight, so that a job which kills its worker convicts itself and every other one is delivered. Where only a chunk is
 lost and its pool goes on, as on a cluster, its jobs go singly among all others, and one that is lost again and again
-convicts itself. A worker that is ended because its job is beyond a limit (`sweep.watch`) makes no suspects: it is known
+convicts itself. A worker that is ended because its job is beyond a limit (`watch.py`) makes no suspects: it is known
 which job that was; nor does a connection that is cut. The order of the results depends on timing and must not matter
 to anyone.
 
@@ -20,9 +20,9 @@ from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
-from sweep import fingerprint
-from sweep.chunks import Chunks
-from sweep.executors import (
+from sweep.running import fingerprint
+from sweep.running.chunks import Chunks
+from sweep.running.executors import (
     ConnectionLostError,
     ExecutorFactory,
     JobEndedError,
@@ -30,9 +30,9 @@ from sweep.executors import (
     WorkerDiedError,
     WorkersError,
 )
-from sweep.interrupts import HeldInterrupt
-from sweep.watch import NO_LIMITS, Limits, Place, Verdict, Watching
-from sweep.worker import Failure, Outcomes, run_chunk
+from sweep.running.interrupts import HeldInterrupt
+from sweep.running.watch import NO_LIMITS, Limits, Place, Verdict, Watching
+from sweep.running.worker import Failure, Outcomes, run_chunk
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -69,7 +69,7 @@ def drive(
 
     Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's handling of a batch: the
     workers are ended, what had finished is yielded, then KeyboardInterrupt is raised. A second Ctrl-C is
-    raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `sweep.interrupts` has made them so. Closing the
+    raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `interrupts.py` has made them so. Closing the
     iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
     code than this process, with what had finished yielded before.
 

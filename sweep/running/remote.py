@@ -10,14 +10,14 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
 
-from sweep.executors import ONE_THREAD
-from sweep.fingerprint import own_part, refusal
-from sweep.watch import Limits
-from sweep.worker import run_chunk
+from sweep.running.executors import ONE_THREAD
+from sweep.running.fingerprint import own_part, refusal
+from sweep.running.watch import Limits
+from sweep.running.worker import run_chunk
 
 J = TypeVar("J")
 
-WARDEN = "import sys; sys.path[:] = {path!r}; from sweep.warden import main; main({scheduler!r})"
+WARDEN = "import sys; sys.path[:] = {path!r}; from sweep.running.warden import main; main({scheduler!r})"
 _task = threading.local()
 _warmed: set[str] = set()
 _wardens: list["subprocess.Popen[bytes]"] = []
@@ -70,7 +70,7 @@ def _tell(worker: Any, topic: str, message: str) -> None:
 
 
 class Post(NamedTuple):
-    """Goes with a chunk: the limits of its jobs, which a warden keeps (`sweep.warden`)."""
+    """Goes with a chunk: the limits of its jobs, which a warden keeps (`sweep.running.warden`)."""
 
     limits: Limits
 

@@ -1,17 +1,17 @@
 """What a store asks of the place where a study lives, be it a folder or below a prefix of an object store.
 
 Either keeps the same promises: a part is there whole or not at all, a small file is the old one or the new one, and
-whoever is killed between any two steps has lost and doubled nothing. `sweep.folders` and `sweep.buckets` say how.
+whoever is killed between any two steps has lost and doubled nothing. `folders.py` and `buckets.py` say how.
 """
 
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
-from sweep.buckets import Bucket
-from sweep.folders import Folder
-from sweep.locations import Location, ObjectPath
-from sweep.lock_files import Claims
+from sweep.storing.buckets import Bucket
+from sweep.storing.folders import Folder
+from sweep.storing.locations import Location, ObjectPath
+from sweep.storing.lock_files import Claims
 
 
 class Place(Protocol):

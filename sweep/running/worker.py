@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from sweep import fingerprint
-from sweep.watch import Place
+from sweep.running import fingerprint
+from sweep.running.watch import Place
 
 J = TypeVar("J")
 R = TypeVar("R")

@@ -25,9 +25,9 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.folders import OURS
-from sweep.locations import Found, Location, ObjectPath, StoreError, patiently
-from sweep.manifest import MANIFEST
+from sweep.storing.folders import OURS
+from sweep.storing.locations import Found, Location, ObjectPath, StoreError, patiently
+from sweep.storing.manifest import MANIFEST
 
 LEFTOVER_SECONDS = 3600.0
 GRAVE_SECONDS = 48 * 3600.0

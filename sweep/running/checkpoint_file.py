@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sweep.fingerprint import fingerprint, refusal
 from sweep.provenance import cpu_name
+from sweep.running.fingerprint import fingerprint, refusal
 from sweep.state import State, Taken
 
 FORMAT = 1

@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class Claims(Protocol):
-    """What `sweep.lock` asks of a place, with claims by their token. Raises OSError or StoreError if that fails."""
+    """What `lock.py` asks of a place, with claims by their token. Raises OSError or StoreError if that fails."""
 
     def create(self, token: str, text: str) -> None:
         """Put a claim there, whole; whoever lists the claims from now on sees it."""

@@ -14,7 +14,7 @@ import sys
 from functools import cache, lru_cache
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parent.parent.parent
 PACKAGES = ("kernels", "sweep")
 LIBRARIES = ("numpy", "numba", "llvmlite")
 MOST_NAMED = 4

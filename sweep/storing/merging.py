@@ -14,8 +14,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.locations import Location
-from sweep.parquet import each, load_table, opened, stored_schema
+from sweep.storing.locations import Location
+from sweep.storing.parquet import each, load_table, opened, stored_schema
 
 MERGED_ROWS = 100_000
 MOST_GATHERED = 64

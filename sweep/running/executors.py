@@ -1,4 +1,4 @@
-"""The engines that run jobs: in this process, or in worker processes on this machine; `sweep.cluster` has another.
+"""The engines that run jobs: in this process, or in worker processes on this machine; `cluster.py` has another.
 
 An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who keeps the limits of a job.
 """
@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
-from sweep.interrupts import SIGNALS
+from sweep.running.interrupts import SIGNALS
 
 if TYPE_CHECKING:
-    from sweep.watch import Limits, Verdict, Watching
+    from sweep.running.watch import Limits, Verdict, Watching
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -109,7 +109,7 @@ class Serial:
 
     def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
         """No limit can be kept from within the process."""
-        from sweep.watch import Watch
+        from sweep.running.watch import Watch
 
         return Watch()
 
@@ -170,7 +170,7 @@ class Loky:
 
     def watch(self, limits: "Limits") -> "Watching":
         """A thread of this process that ends its child processes."""
-        from sweep.watch import Watch
+        from sweep.running.watch import Watch
 
         return Watch(limits, 2 * self.workers)
 

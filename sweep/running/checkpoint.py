@@ -23,9 +23,17 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
-from sweep.checkpoint_file import Saved, add_frames, drop_frames, frame_type, read_frames, read_state, write_state
 from sweep.jobs import Job
 from sweep.result import Result
+from sweep.running.checkpoint_file import (
+    Saved,
+    add_frames,
+    drop_frames,
+    frame_type,
+    read_frames,
+    read_state,
+    write_state,
+)
 from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")

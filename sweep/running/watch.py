@@ -16,7 +16,7 @@ from functools import lru_cache
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
-from sweep.executors import WorkersError
+from sweep.running.executors import WorkersError
 
 if TYPE_CHECKING:
     import psutil

@@ -15,10 +15,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from sweep.locations import Location, StoreError
-from sweep.lock_files import LockFiles
-from sweep.parquet import move_durably
-from sweep.processes import host, started
+from sweep.storing.locations import Location, StoreError
+from sweep.storing.lock_files import LockFiles
+from sweep.storing.parquet import move_durably
+from sweep.storing.processes import host, started
 
 OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
 WRITTEN = ("parts", "writing", "damaged", "lock", "checkpoints", "spec.yaml")

@@ -28,11 +28,11 @@ import time
 from types import TracebackType
 from typing import NamedTuple
 
-from sweep.locations import StoreError
-from sweep.lock_files import Claims
-from sweep.places import Place
-from sweep.processes import host, machine, started
-from sweep.shares import Share
+from sweep.storing.locations import StoreError
+from sweep.storing.lock_files import Claims
+from sweep.storing.places import Place
+from sweep.storing.processes import host, machine, started
+from sweep.storing.shares import Share
 
 BEAT_SECONDS = 10.0
 STALE_SECONDS = 60.0

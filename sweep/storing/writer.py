@@ -7,8 +7,8 @@ from typing import Generic, TypeVar
 
 import pyarrow as pa
 
-from sweep.locations import StoreError
-from sweep.store import Store
+from sweep.storing.locations import StoreError
+from sweep.storing.store import Store
 
 R = TypeVar("R")
 
