@@ -252,6 +252,12 @@ def test_chunks_approach_the_wanted_length_however_wrong_the_estimates(pace: flo
     assert all(0.9 * expected - 1 <= size <= 1.1 * expected for size in sizes[1:6])
 
 
+@pytest.mark.parametrize(("workers", "length"), [(10, 1), (50, 1), (100, 2), (1000, 20)])
+def test_many_workers_get_longer_chunks_so_that_no_more_than_fifty_come_back_a_second(workers: int, length: int) -> None:
+    sizes = [len(chunk) for chunk in deal([1.0] * 200_000, workers, 1.0, 1.0)]
+    assert set(sizes[1:1000]) == {length}
+
+
 def test_chunks_have_at_most_a_thousand_jobs() -> None:
     assert max(len(chunk) for chunk in deal([0.0] * 50_000, 2, 1.0, 1.0)) == MAX_CHUNK_JOBS
 

@@ -8,6 +8,8 @@ if TYPE_CHECKING:
 
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
+MOST_A_SECOND = 50
+"""Chunks that come back, from all workers together: a scheduler of dask on a busy core manages 90."""
 
 
 class Chunks:
@@ -15,7 +17,8 @@ class Chunks:
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are scaled by the measured
     pace. No chunk is more than a third of one worker's share of what is left, so that the workers finish
-    together; how many there are may change. Estimates are clipped to COST_RANGE, in seconds.
+    together; how many there are may change. Of many workers each gets longer ones, so that those of all are no more than
+    MOST_A_SECOND. Estimates are clipped to COST_RANGE, in seconds.
     """
 
     def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:
@@ -35,7 +38,7 @@ class Chunks:
 
     def take(self, workers: int) -> list[int]:
         """The next chunk of indices for one of so many workers; empty when every index has been dealt out."""
-        stop = self._first + self._size(self.left, 1 / (3 * workers))
+        stop = self._first + self._size(self.left, workers)
         indices: list[int] = self._order[self._first : stop].tolist()
         self._first = stop
         return indices
@@ -45,11 +48,12 @@ class Chunks:
         pace = max(seconds, COST_RANGE[0]) / float(self._costs[indices].sum())
         self._pace = pace if self._pace is None else (self._pace * pace) ** 0.5
 
-    def _size(self, left: int, share: float) -> int:
+    def _size(self, left: int, workers: int) -> int:
         if self._pace is None:
             return min(left, 1)
+        share, seconds = 1 / (3 * workers), max(self._seconds, workers / MOST_A_SECOND)
         start, end = float(self._through[self._first]), float(self._through[-1])
-        budget = min(self._seconds / self._pace, (end - start) * share)
+        budget = min(seconds / self._pace, (end - start) * share)
         by_time = int(self._through.searchsorted(start + budget, side="right")) - 1 - self._first
         by_count = min(MAX_CHUNK_JOBS, int(left * share))
         return min(left, max(1, min(by_time, by_count)))
