@@ -329,17 +329,6 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened:
     page.until("!boidsweep.view.state.plots.includes('polarization')")
 
 
-def test_a_metric_that_is_refused_says_why_in_its_list(opened: Open) -> None:
-    page = opened()
-    page.send(type="metrics", names=["speed"])
-    page.send(type="set", name="pixel", value=0.2)
-    until_set(page, "pixel", 0.2)
-    page.page.get_by_role("button", name="Choose metrics").click()
-    page.page.get_by_role("checkbox", name="coverage total").click()
-    page.page.get_by_role("dialog").get_by_text("needs pixels").wait_for()
-    page.until("!document.querySelector('input[value=coverage_total]').checked")
-
-
 def test_published_values_stand_beside_the_plots_of_the_very_settings(opened: Open) -> None:
     page = opened()
     page.send(type="model", model="nguyen2024", preset="as_run")

@@ -85,6 +85,11 @@ export class MetricsDialog {
     this.list.onchange = () => this.chosen([...this.list.querySelectorAll("input:checked")].map((input) => input.value));
     this.box.showModal();
   }
+
+  // What came of a choice, which may have been refused.
+  follow(plots) {
+    for (const input of this.list.querySelectorAll("input")) input.checked = plots.includes(input.value);
+  }
 }
 
 // A button that opens a list of commands below it.

@@ -99,3 +99,8 @@ export function paced(act, wait) {
     if (timer === null) fire();
   };
 }
+
+// Sets a text only where it is another one: most messages change little.
+export function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}

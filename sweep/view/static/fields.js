@@ -60,6 +60,7 @@ export class Field {
   set(value) {
     this.element.classList.remove("refused");
     this.input.removeAttribute("aria-invalid");
+    this.known = null; // whatever comes of it is to be shown
     this.send({ type: "set", name: this.about.name, value });
   }
 
@@ -120,6 +121,7 @@ export class Field {
   }
 
   refuse() {
+    this.known = null;
     this.element.classList.add("refused");
     this.input.setAttribute("aria-invalid", "true");
   }
@@ -145,17 +147,21 @@ export class Field {
   toggleSweep() {
     const { name } = this.about;
     if (this.sweeping.getAttribute("aria-pressed") === "true") return this.send({ type: "sweep", name, off: true });
+    this.known = null;
     const { low, high } = this.slide;
     return this.send({ type: "sweep", name, low, high, points: SWEEP_POINTS });
   }
 
   sweep() {
+    this.known = null;
     const [low, high, points] = [this.low, this.high, this.points].map((input) => Number(input.value));
     this.send({ type: "sweep", name: this.about.name, low, high, points });
   }
 
   update(value, changed, sweep) {
-    this.value = value;
+    const known = JSON.stringify([value, changed, sweep]);
+    if (known === this.known) return;
+    Object.assign(this, { known, value });
     this.element.classList.toggle("changed", changed);
     this.back.hidden = !changed;
     this.show();
@@ -177,6 +183,7 @@ export class Field {
   }
 
   freeze(frozen) {
+    if (this.input.disabled === frozen) return;
     for (const one of this.element.querySelectorAll("input, select, button")) one.disabled = frozen;
   }
 }

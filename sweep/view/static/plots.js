@@ -1,8 +1,9 @@
 // Metrics against the step, each in a small canvas, with what was published as dashed lines.
 
-import { button, make, short, spaced, unitText } from "./dom.js";
+import { button, make, short, spaced, unitText, write } from "./dom.js";
 
 const MOST = 3000;
+const MOST_WORDS = 3;
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
 export class Plot {
@@ -22,12 +23,17 @@ export class Plot {
     this.publish(settings);
   }
 
-  // What a document says for the very settings on the screen.
+  // What a document says for the very settings on the screen: of a whole run, or of one of its frames.
   publish(settings) {
     const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
-    this.published = (this.metric.published ?? []).filter((one) => typeof one.value === "number" && suits(one));
-    const words = this.published.map((one) => `${short(one.value)}${one.where ? ` (${one.where})` : ""}`);
-    this.line.textContent = words.length ? `published: ${words.join("; ")}` : "";
+    const known = new Map();
+    for (const one of this.metric.published ?? []) if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    this.published = [...known.values()];
+    const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
+    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) => short(value) + at(frame)).join(", ");
+    const more = this.published.length > MOST_WORDS ? " ..." : "";
+    write(this.line, words && `published: ${words}${more}`);
+    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join("\n");
   }
 
   clear() {
@@ -81,10 +87,12 @@ export class Plot {
     context.strokeStyle = colours.published;
     context.lineWidth = 1.5;
     context.setLineDash([5, 3]);
-    for (const { value } of this.published) this.level(context, area, along(value));
+    for (const { value } of this.lasting) this.level(context, area, along(value));
     context.setLineDash([]);
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
+    context.strokeStyle = colours.published;
+    for (const { value, frame } of this.passing) this.ring(context, across(frame), along(value));
     if (step < this.steps.at(-1)) {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
@@ -96,6 +104,20 @@ export class Plot {
     context.textAlign = "right";
     context.fillText(`step ${last}`, area.right, area.bottom + 12);
     context.textAlign = "left";
+  }
+
+  get lasting() {
+    return this.published.filter(({ frame }) => frame === null);
+  }
+
+  get passing() {
+    return this.published.filter(({ frame }) => frame !== null && frame >= this.steps[0] && frame <= this.steps.at(-1));
+  }
+
+  ring(context, x, y) {
+    context.beginPath();
+    context.arc(x, y, 3.5, 0, 2 * Math.PI);
+    context.stroke();
   }
 
   level(context, area, y) {
@@ -118,7 +140,7 @@ export class Plot {
   }
 
   bounds() {
-    const known = [...this.values.filter((value) => value !== null), ...this.published.map(({ value }) => value)];
+    const known = [...this.values.filter((value) => value !== null), ...[...this.lasting, ...this.passing].map(({ value }) => value)];
     if (!known.length) return { low: 0, high: 1 };
     const [least, most] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
     const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
@@ -126,9 +148,9 @@ export class Plot {
   }
 
   tell(step) {
-    const { metric, published } = this;
-    this.value.textContent = short(this.at(step) ?? null);
-    const known = published.length ? `; published ${published.map(({ value }) => short(value)).join(", ")}` : "";
+    const { metric } = this;
+    write(this.value, short(this.at(step) ?? null));
+    const known = this.line.textContent && `; ${this.line.textContent}`;
     const label = `${spaced(metric.name)}: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
     if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
   }

@@ -2,20 +2,22 @@
 
 import { decode, FlockColours, OBSTACLE_PIXEL, placeX, placeY } from "./frames.js";
 import { make, short } from "./dom.js";
+import { CORNERS, Stamps } from "./stamps.js";
 
 const COLOURS = ["stage", "ground", "border", "boid", "obstacle", "edge", "goal", "ink", "muted", "chosen", "published", "heat"];
 export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
-const BATCH = 400;
+const TRAIL_GAP = 30; // steps between two frames, from which on a straight line says nothing
+const MANY = 300; // boids, from which on they are stamps
 const ARROW = 26;
 const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
 
 export class Stage {
-  constructor(canvas, drawn) {
+  constructor(canvas, taken) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d", { alpha: false });
-    this.drawn = drawn;
+    this.taken = taken;
     this.scene = null;
     this.frame = null;
     this.pending = null;
@@ -28,6 +30,7 @@ export class Stage {
     this.camera = { scale: 1, x: 0, y: 0 };
     this.trail = [];
     this.flocks = new FlockColours(RULES);
+    this.stamps = new Stamps();
     this.heat = document.createElement("canvas");
     this.coverage = null; // the latest that came: not every frame has one
     this.heatMost = 0;
@@ -169,8 +172,11 @@ export class Stage {
   draw() {
     if (!this.scene || !this.width) return;
     const fresh = this.pending !== null;
-    if (fresh) this.accept(decode(this.pending));
-    this.pending = null;
+    if (fresh) {
+      this.accept(decode(this.pending));
+      this.pending = null;
+      this.taken(this.frame); // the next one is made and sent while this one is drawn
+    }
     const { context, ratio } = this;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = this.colours.stage;
@@ -187,7 +193,6 @@ export class Stage {
     }
     this.drawHandles();
     this.drawScale();
-    if (fresh) this.drawn(this.frame);
   }
 
   accept(frame) {
@@ -313,6 +318,7 @@ export class Stage {
     context.lineWidth = 1;
     for (let k = 1; k < trail.length; k++) {
       const [from, to] = [trail[k - 1], trail[k]];
+      if (to.step - from.step > TRAIL_GAP) continue;
       context.globalAlpha = 0.55 * (k / trail.length) ** 1.5;
       context.beginPath();
       for (let i = 0; i < to.x.length; i++) {
@@ -365,56 +371,49 @@ export class Stage {
   drawBoids() {
     const { context, frame } = this;
     const size = this.boidLength;
-    const coloured = this.overlays.has("flocks") && frame.flocks ? this.flocks.ofBoid : null;
-    const shape = this.shapes(size);
-    for (let colour = coloured ? -1 : 0; colour < (coloured ? RULES : 1); colour++) {
-      context.fillStyle = coloured ? (colour < 0 ? this.colours.muted : this.rules[colour]) : this.colours.boid;
-      this.fillBoids(shape, coloured && ((i) => coloured[i] === colour));
-    }
+    const of = this.overlays.has("flocks") && frame.flocks ? this.flocks.ofBoid : null;
+    if (frame.n > MANY) this.stampBoids(size, of);
+    else for (let i = 0; i < frame.n; i++) this.drawBoid(i, size, this.boidColour(of, i));
     const chosen = this.selection?.boid;
     if (chosen === undefined || chosen >= frame.n) return;
-    context.fillStyle = context.strokeStyle = this.colours.chosen;
-    this.fillBoids(this.shapes(1.5 * size), (i) => i === chosen);
+    this.drawBoid(chosen, 1.5 * size, this.colours.chosen);
+    context.strokeStyle = this.colours.chosen;
     context.lineWidth = 2;
     context.beginPath();
     context.arc(this.screenX[chosen], this.screenY[chosen], size + 4, 0, 2 * Math.PI);
     context.stroke();
   }
 
-  // Three corners for each of the 256 headings.
-  shapes(size) {
-    const corners = [[0.62, 0], [-0.38, 0.36], [-0.38, -0.36]];
-    const table = new Float32Array(256 * 6);
-    for (let heading = 0; heading < 256; heading++) {
-      const angle = (heading / 128) * Math.PI * this.upright;
-      const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
-      corners.forEach(([along, across], k) => {
-        table[6 * heading + 2 * k] = along * cos - across * sin;
-        table[6 * heading + 2 * k + 1] = along * sin + across * cos;
-      });
-    }
-    return table;
+  boidColour(flocks, i) {
+    if (!flocks) return this.colours.boid;
+    return flocks[i] < 0 ? this.colours.muted : this.rules[flocks[i]];
   }
 
-  // In batches: one path of ten thousand triangles takes the browser far longer than many of a few hundred.
-  fillBoids(table, wanted) {
-    const { context, frame, screenX, screenY } = this;
-    let count = 0;
+  drawBoid(i, size, colour) {
+    const { context } = this;
+    const angle = (this.frame.heading[i] / 128) * Math.PI * this.upright;
+    const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
+    context.fillStyle = colour;
     context.beginPath();
-    for (let i = 0; i < frame.n; i++) {
-      const [x, y] = [screenX[i], screenY[i]];
-      if (x < -20 || y < -20 || x > this.width + 20 || y > this.height + 20 || (wanted && !wanted(i))) continue;
-      const at = 6 * frame.heading[i];
-      context.moveTo(x + table[at], y + table[at + 1]);
-      context.lineTo(x + table[at + 2], y + table[at + 3]);
-      context.lineTo(x + table[at + 4], y + table[at + 5]);
-      context.closePath();
-      if (++count % BATCH === 0) {
-        context.fill();
-        context.beginPath();
-      }
+    for (const [along, across] of CORNERS) {
+      context.lineTo(this.screenX[i] + along * cos - across * sin, this.screenY[i] + along * sin + across * cos);
     }
     context.fill();
+  }
+
+  stampBoids(size, flocks) {
+    const { context, canvas, frame, ratio } = this;
+    const packed = (colour) => colour.match(/\d+/g).reduce((sum, part, place) => sum + (Number(part) << (8 * place)), 0);
+    const colours = [this.colours.muted, ...this.rules].map(packed);
+    const plain = packed(this.colours.boid);
+    this.stamps.begin(canvas.width, canvas.height, Math.round(size * ratio * 4) / 4, this.upright);
+    for (let i = 0; i < frame.n; i++) {
+      const colour = flocks ? colours[flocks[i] + 1] : plain;
+      this.stamps.add(this.screenX[i] * ratio, this.screenY[i] * ratio, frame.heading[i], colour);
+    }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(this.stamps.end(), 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
   }
 
   drawAccelerations() {

@@ -1,6 +1,6 @@
 // The whole view: built once in an element, then kept like what the other side of a transport says.
 
-import { button, make, randomName, setIcon, short, spaced, unitText } from "./dom.js";
+import { button, make, randomName, setIcon, short, spaced, unitText, write } from "./dom.js";
 import { Stage } from "./stage.js";
 import { Hand } from "./pointer.js";
 import { Plot } from "./plots.js";
@@ -17,6 +17,7 @@ const FILES = [
   ["mp4", "MP4", "the run so far, as a film"],
   ["html", "HTML", "the run so far, to open from disk"],
 ];
+const [SAID_FOR, WRONG_FOR] = [6000, 15000]; // ms
 const OPEN = ["schedule", "parameters"];
 const SEED = { name: "seed", kind: "int", text: "the same seed gives the same run", unit: "", slider: null, low: 0 };
 let mounts = 0;
@@ -64,7 +65,7 @@ class View {
     const right = make("aside", { className: "settings", "aria-label": "settings" });
     const top = make("header", { className: "top" }, brand, this.pickers, actions);
     this.root.append(make("div", { className: "layout" }, top, picture, this.buildRun(), right, left, this.buildStatus()));
-    this.stage = new Stage(this.canvas, (frame) => this.drawn(frame));
+    this.stage = new Stage(this.canvas, (frame) => this.taken(frame));
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
     picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
     picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
@@ -146,7 +147,7 @@ class View {
     } else this[`on_${message.type}`]?.(message);
   }
 
-  drawn(frame) {
+  taken(frame) {
     this.counts.drawn++;
     this.send({ type: "ready" });
     this.showStep(frame.step);
@@ -219,6 +220,7 @@ class View {
     this.showFields();
     this.showRun();
     this.showPlots();
+    this.choice.follow(state.plots);
     this.overlays.show([...state.overlays, ...(this.stage.overlays.has("trails") ? ["trails"] : [])]);
     this.stage.overlays = new Set(this.overlays.chosen);
     if (state.selected === null || state.selected === undefined) this.on_selection({ boid: null });
@@ -236,7 +238,7 @@ class View {
     }
     for (const group of this.groups.children) {
       const own = [...group.querySelectorAll(".field.changed")].length;
-      group.querySelector(".count").textContent = own ? `${own} changed` : "";
+      write(group.querySelector(".count"), own ? `${own} changed` : "");
     }
     for (const plot of this.plots.values()) plot.publish(settings);
   }
@@ -244,14 +246,14 @@ class View {
   showRun() {
     const { running, exact, note, speed, sweeps } = this.state;
     const words = running ? "Pause" : this.ended ? "Go on" : "Run";
-    setIcon(this.going, running ? "pause" : this.ended ? "forward" : "play", this.ended && !running ? "Go on: twice as many steps (Space)" : `${words} (Space)`);
+    if (this.going.lastChild.textContent !== words) setIcon(this.going, running ? "pause" : this.ended ? "forward" : "play", this.ended && !running ? "Go on: twice as many steps (Space)" : `${words} (Space)`);
     this.going.lastChild.textContent = words;
     if (!SPEEDS.includes(speed)) this.odd(speed);
     this.speed.value = String(speed);
     const count = Object.keys(sweeps ?? {}).length;
     const swept = count ? ` · the spec sweeps ${count === 1 ? "1 setting" : `${count} settings`}` : "";
     const text = (exact ? "exact: the spec gives these very frames" : note) + swept;
-    if (this.exact.textContent !== text) this.exact.textContent = text;
+    write(this.exact, text);
     this.exact.classList.toggle("not", !exact);
     this.showStep(this.stage.frame?.step ?? this.state.step);
   }
@@ -271,12 +273,13 @@ class View {
     if (!this.state) return;
     const { steps, replay } = this.state;
     const last = replay ? replay.frames[1] : steps;
-    this.clock.textContent = `step ${step} of ${last}`;
+    write(this.clock, `step ${step} of ${last}`);
     this.bar.hidden = Boolean(replay);
     this.scrub.hidden = !replay;
     this.bar.max = Math.max(1, last);
     this.bar.value = step;
     if (replay && !this.scrub.matches(":active")) Object.assign(this.scrub, { min: replay.frames[0], max: last, step: replay.frames[2], value: step });
+    if (replay) this.scrub.style.setProperty("--part", `${(100 * (this.scrub.value - this.scrub.min)) / Math.max(1, last - this.scrub.min)}%`);
     this.redrawPlots(step);
   }
 
@@ -296,7 +299,8 @@ class View {
       const others = () => this.state.plots.filter((one) => one !== name);
       this.plots.set(name, new Plot(metric, settings, () => this.send({ type: "metrics", names: others() })));
     }
-    this.chart.append(...plots.map((name) => this.plots.get(name).element));
+    const shown = plots.map((name) => this.plots.get(name).element);
+    if (shown.some((one, i) => one !== this.chart.children[i])) this.chart.append(...shown);
   }
 
   on_metrics({ steps, values, reset }) {
@@ -347,6 +351,8 @@ class View {
     this.words.textContent = words;
     this.words.classList.toggle("wrong", wrong);
     this.words.setAttribute("role", wrong ? "alert" : "status");
+    clearTimeout(this.saying);
+    this.saying = setTimeout(() => (this.words.textContent = ""), wrong ? WRONG_FOR : SAID_FOR);
   }
 
   export(kind) {
@@ -374,7 +380,8 @@ class View {
     this.record.hidden = !replay;
     this.files.element.hidden = Boolean(replay?.recorded);
     this.root.classList.toggle("replays", Boolean(replay));
-    if (!replay) return;
+    if (!replay || this.replayed === JSON.stringify(replay)) return;
+    this.replayed = JSON.stringify(replay);
     const known = Object.entries(replay.metrics ?? {}).map(([name, { stored, replayed }]) => {
       const cells = [stored, replayed].map((value) => make("td", { textContent: short(value, 6) }));
       return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
@@ -399,7 +406,8 @@ class View {
     const { counts, stage } = this;
     const seconds = (performance.now() - counts.since) / 1000;
     const rate = (count) => Math.round(count / seconds);
-    this.rates.textContent = this.state?.running ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received` : "paused";
+    const rates = this.state?.running ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received` : "paused";
+    write(this.rates, rates);
     this.counts = { drawn: 0, received: 0, since: performance.now() };
     const { length = "", time = "" } = stage.scene ?? {};
     this.overlays.explain(this.rules, unitText(`${length}/${time}^2`));
