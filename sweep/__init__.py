@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from sweep.storing.locations import Location
     from sweep.study import StoredStudy
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:

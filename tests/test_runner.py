@@ -253,7 +253,7 @@ def test_chunks_approach_the_wanted_length_however_wrong_the_estimates(pace: flo
 
 
 @pytest.mark.parametrize(("workers", "length"), [(10, 1), (50, 1), (100, 2), (1000, 20)])
-def test_many_workers_get_longer_chunks_so_that_no_more_than_fifty_come_back_a_second(workers: int, length: int) -> None:
+def test_many_workers_get_longer_chunks_so_that_fifty_a_second_come_back(workers: int, length: int) -> None:
     sizes = [len(chunk) for chunk in deal([1.0] * 200_000, workers, 1.0, 1.0)]
     assert set(sizes[1:1000]) == {length}
 

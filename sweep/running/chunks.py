@@ -17,8 +17,8 @@ class Chunks:
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are scaled by the measured
     pace. No chunk is more than a third of one worker's share of what is left, so that the workers finish
-    together; how many there are may change. Of many workers each gets longer ones, so that those of all are no more than
-    MOST_A_SECOND. Estimates are clipped to COST_RANGE, in seconds.
+    together; how many there are may change. Many workers get longer ones, so that no more than MOST_A_SECOND
+    come back. Estimates are clipped to COST_RANGE, in seconds.
     """
 
     def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:
