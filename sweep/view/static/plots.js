@@ -93,7 +93,7 @@ export class Plot {
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
     for (const { value, frame } of this.passing) this.ring(context, across(frame), along(value));
-    if (step < this.steps.at(-1)) {
+    if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
     }

@@ -386,7 +386,7 @@ export class Stage {
 
   boidColour(flocks, i) {
     if (!flocks) return this.colours.boid;
-    return flocks[i] < 0 ? this.colours.muted : this.rules[flocks[i]];
+    return flocks[i] < 0 ? this.colours.edge : this.rules[flocks[i]];
   }
 
   drawBoid(i, size, colour) {
@@ -404,7 +404,7 @@ export class Stage {
   stampBoids(size, flocks) {
     const { context, canvas, frame, ratio } = this;
     const packed = (colour) => colour.match(/\d+/g).reduce((sum, part, place) => sum + (Number(part) << (8 * place)), 0);
-    const colours = [this.colours.muted, ...this.rules].map(packed);
+    const colours = [this.colours.edge, ...this.rules].map(packed);
     const plain = packed(this.colours.boid);
     this.stamps.begin(canvas.width, canvas.height, Math.round(size * ratio * 4) / 4, this.upright);
     for (let i = 0; i < frame.n; i++) {
