@@ -154,6 +154,7 @@ class View {
   }
 
   on_controls(controls) {
+    this.say("");
     const known = JSON.stringify(controls);
     if (known === this.known) return;
     Object.assign(this, { known, controls });
