@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+from numpy.typing import NDArray
 
 from kernels import KERNELS_SHA
 from sweep.axes import Axis
@@ -26,6 +27,8 @@ from sweep.storing.lock import Lock
 from sweep.storing.rows import PROVENANCE, Tables
 from sweep.storing.shares import Share
 from sweep.storing.store import Store
+
+LOOKED_UP = 100_000
 
 
 @dataclass
@@ -118,14 +121,14 @@ class _Launch:
 
     def _run_plan(self, jobs: Jobs) -> None:
         """Publish a plan and run what is missing of it."""
-        plan, stored = plan_table(self.study, self.design, jobs, self.origin), _statuses(self.store)
-        ids = plan["trial_id"]
-        missing = SomeJobs(jobs, self._missing(ids, stored))
-        self.progress.apart = len(stored) - _count(pc.is_in(stored["trial_id"], value_set=ids.combine_chunks()))
+        stored = _statuses(self.store)
+        plan = plan_table(self.study, self.design, jobs, self.origin)
+        missing = SomeJobs(jobs, self._missing(plan["trial_id"], stored))
         if not self.retry:
-            self.failures.note_stored(failed_among(stored, ids))
+            self.failures.note_stored(failed_among(stored, plan["trial_id"]))
         _publish(self.study, self.store, plan)
-        del plan, stored, ids  # of a million trials they would be a hundred megabytes, all the while
+        del plan, stored  # of a million trials they would be a hundred megabytes, all the while
+        pa.default_memory_pool().release_unused()
         if missing:
             self.report(self.progress)
             tables = Tables(self.study, self.origin)
@@ -133,14 +136,16 @@ class _Launch:
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
         """The places in the plan of the trials to run; takes note of how many are stored."""
-        kept = stored["trial_id"]
+        kept = among(ids, stored["trial_id"])
+        self.progress.apart = len(stored) - int(kept.sum())
         if self.retry:
-            tried = pc.is_in(kept, value_set=pa.array(self.failed, pa.string()))
-            kept = kept.filter(pc.or_(pc.equal(stored["status"], "done"), tried))
+            not_done = stored["trial_id"].filter(pc.not_equal(stored["status"], "done"))
+            untried = not_done.filter(pc.invert(pc.is_in(not_done, value_set=pa.array(self.failed, pa.string()))))
+            kept &= ~among(ids, untried)
         ours = np.ones(len(ids), np.bool_)
         if self.share:
             ours = np.concatenate([self.share.has(chunk.to_pylist()) for chunk in ids.chunks])
-        missing = np.flatnonzero(ours & ~pc.is_in(ids, value_set=kept.combine_chunks()).to_numpy())
+        missing = np.flatnonzero(ours & ~kept)
         self.progress.trials = int(ours.sum())
         self.progress.stored = self.progress.trials - len(missing) - self.progress.statuses.total()
         return missing
@@ -155,11 +160,17 @@ class _Launch:
 def _statuses(store: Store) -> pa.Table:
     """The status of every stored trial."""
     types = pa.schema({"trial_id": pa.string(), "status": pa.string()})
-    return store.read("trials", columns=["trial_id", "status"]).cast(types)
+    table = store.read("trials", columns=["trial_id", "status"]).cast(types)
+    pa.default_memory_pool().release_unused()
+    return table
 
 
-def _count(mask: pa.ChunkedArray) -> int:
-    return int(pc.sum(mask, min_count=0).as_py())
+def among(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> NDArray[np.bool_]:
+    """Which of `ids` are among the `known` ones, looked up LOOKED_UP at a time: a table of all would be large."""
+    found = np.zeros(len(ids), np.bool_)
+    for first in range(0, len(known), LOOKED_UP):
+        found |= pc.is_in(ids, value_set=known.slice(first, LOOKED_UP).combine_chunks()).to_numpy()
+    return found
 
 
 def _publish(study: Study, store: Store, plan: pa.Table) -> None:

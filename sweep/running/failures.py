@@ -75,7 +75,6 @@ def last_line(error: str) -> str:
 
 def failed_among(stored: pa.Table, trials: pa.ChunkedArray) -> list[str]:
     """Those of `trials` that failed by what is stored, a table of `trial_id` and `status` (both strings)."""
-    failed = pc.is_in(stored["status"], value_set=pa.array(FAILED))
-    wanted = pc.is_in(stored["trial_id"], value_set=trials.combine_chunks())
-    ids: list[str] = stored.filter(pc.and_(failed, wanted))["trial_id"].to_pylist()
+    failed = stored["trial_id"].filter(pc.is_in(stored["status"], value_set=pa.array(FAILED)))
+    ids: list[str] = trials.filter(pc.is_in(trials, value_set=failed.combine_chunks())).to_pylist()
     return ids
