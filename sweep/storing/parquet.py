@@ -69,6 +69,13 @@ def load_table(part: Location, name: str, columns: list[str] | None = None) -> p
         return file.read(columns=columns)
 
 
+def pieces(part: Location, name: str) -> Iterator[pa.Table]:
+    """A table of a part as it was written, row group after row group. Raises StoreError for a damaged file."""
+    with opened(part / f"{name}.parquet") as file:
+        for group in range(file.num_row_groups):
+            yield file.read_row_group(group)
+
+
 def load_trials(part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None) -> pa.Table:
     """The rows of some trials (None: of all) in a table of a part, whose content is not read where it has none of them.
 

@@ -25,7 +25,17 @@ import pyarrow as pa
 from sweep.storing.locations import Location, StoreError, patiently
 from sweep.storing.manifest import seal
 from sweep.storing.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
-from sweep.storing.parquet import check_part, each, load_table, load_trials, new_file, opened, remedy_for, stored_schema
+from sweep.storing.parquet import (
+    check_part,
+    each,
+    load_table,
+    load_trials,
+    new_file,
+    opened,
+    pieces,
+    remedy_for,
+    stored_schema,
+)
 from sweep.storing.places import place_of
 
 T = TypeVar("T")
@@ -199,7 +209,8 @@ class Store:
             for source in sources[0].glob("*.parquet"):
                 with new_file(staging / source.name, stored_schema(source)) as writer:
                     for part, here in zip(group, sources, strict=True):
-                        writer.write_table(without(load_table(here, source.stem), superseded.get(part)))
+                        for table in pieces(here, source.stem):
+                            writer.write_table(without(table, superseded.get(part)))
             (staging / REPLACES).write_text(json.dumps([part.name for part in group]))
             seal(staging)
             merged = self.place.commit(staging, name)
