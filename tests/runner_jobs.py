@@ -13,6 +13,8 @@ from typing import Any
 
 from sweep.running.runner import Failure, drive
 
+LAST_RESORT = 240.0
+
 
 def square(job: int) -> tuple[int, int]:
     return job, job * job
@@ -92,12 +94,22 @@ def processes_below(parent: int) -> set[int]:
 
 @contextmanager
 def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[str]"]:
-    """A running command in a session of its own, of which nothing is left at the end, whatever happens."""
+    """A running command in a session of its own, of which nothing is left at the end, whatever happens.
+
+    It is killed after LAST_RESORT seconds, so that who waits for its words sees it end.
+    """
+
+    def kill() -> None:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
     with subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
+        resort = threading.Timer(LAST_RESORT, kill)
+        resort.start()
         try:
             yield process
         finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+            resort.cancel()
+            kill()

@@ -16,7 +16,7 @@ from sweep.storing.store import Store
 
 HERE = Path(__file__).parent.parent
 DRIVEN = """
-import sys
+import os, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import runner_jobs
 from faults import jobs
@@ -31,7 +31,7 @@ with ended_like_ctrl_c():
         for batch in drive([0.05] * 40 + [60.0] * 4, jobs.{job}, executor=executor,
                            costs=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
             kept += batch
-            print("batch", flush=True)
+            os.write(1, b"batch\\n")  # at once, as workers write there too
     except KeyboardInterrupt:
         print("kept", len(kept), flush=True)
         sys.exit(130)
