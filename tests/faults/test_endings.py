@@ -54,6 +54,11 @@ def await_long_jobs(process: "subprocess.Popen[str]") -> None:
     assert len(workers(process.pid)) == 2
 
 
+def said_by_us(errors: str) -> list[str]:
+    """What is on stderr but for loky's tracker, which may warn of a semaphore that is gone already: nothing is left."""
+    return [line for line in errors.splitlines() if "resource_tracker" not in line and line != "  warnings.warn("]
+
+
 def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
     with started(driven("nap_or_hang"), HERE) as process:
         await_long_jobs(process)
@@ -72,7 +77,7 @@ def test_being_told_to_end_is_like_ctrl_c(number: signal.Signals, whole_group: b
         output, errors = process.communicate(timeout=20)
         assert process.returncode == 130, errors
         assert int(output.split()[-1]) >= 3
-        assert errors == ""
+        assert said_by_us(errors) == []
         assert_no_orphans(process.pid, patience=5)
 
 
