@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from runner_jobs import started
+from runner_jobs import said_by_us, started
 
 from faults.campaign import SPEC, assert_no_orphans, workers
 from sweep.storing.store import Store
@@ -52,11 +52,6 @@ def await_long_jobs(process: "subprocess.Popen[str]") -> None:
         assert line, "it has ended"
         said[line] += 1
     assert len(workers(process.pid)) == 2
-
-
-def said_by_us(errors: str) -> list[str]:
-    """What is on stderr but for loky's tracker, which may warn of a semaphore that is gone already: nothing is left."""
-    return [line for line in errors.splitlines() if "resource_tracker" not in line and line != "  warnings.warn("]
 
 
 def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
