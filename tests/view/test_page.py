@@ -42,6 +42,11 @@ def until_set(page: Opened, name: str, value: object) -> None:
     page.until(f"boidsweep.view.state.settings.{name} === {json.dumps(value)}")
 
 
+def until_model(page: Opened, model: str) -> None:
+    """Its controls come first, and then the settings that they show."""
+    page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
+
+
 def obstacles(page: Opened) -> list[list[float]]:
     """Those of the simulation: x, y, half width, half height, and whether it is a disc."""
     scene = live(page).scene()
@@ -82,7 +87,7 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
     page = opened()
     for model in reversed(MODELS):
         page.page.get_by_label("model", exact=True).select_option(model)
-        page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
+        until_model(page, model)
         assert live(page).state.model == model
         assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(fields(model)) - {"map"} | {"seed"}
 
@@ -92,7 +97,7 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
 ) -> None:
     page = opened()
     page.send(type="model", model="nguyen2024", preset="as_run")
-    page.until("boidsweep.view.controls.model === 'nguyen2024'")
+    until_model(page, "nguyen2024")
     met: dict[str, list[object]] = {}
     change = Live.change
 
