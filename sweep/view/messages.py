@@ -1,6 +1,6 @@
 """What the page may say, each message with its keys; sweep.view.protocol has the whole conversation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, get_args
 
 from sweep.fields import Value
@@ -11,14 +11,21 @@ Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Hello:
+class Asked:
+    """What all messages have: `id`, which the state that answers it repeats."""
+
+    id: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Hello(Asked):
     """The page is there; `page` tells pages apart, so that one that comes back finds its session."""
 
     page: str
 
 
 @dataclass(frozen=True)
-class Set:
+class Set(Asked):
     """A setting gets another value."""
 
     name: str
@@ -26,7 +33,7 @@ class Set:
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(Asked):
     """Another model or preset."""
 
     model: str
@@ -34,48 +41,48 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Asked):
     """Go on by itself."""
 
 
 @dataclass(frozen=True)
-class Pause:
+class Pause(Asked):
     """Stand still."""
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(Asked):
     """Take so many steps."""
 
     count: Whole = 1
 
 
 @dataclass(frozen=True)
-class Reset:
+class Reset(Asked):
     """Go back to the start, with the settings as they are."""
 
 
 @dataclass(frozen=True)
-class Continue:
+class Continue(Asked):
     """Make the run twice as long."""
 
 
 @dataclass(frozen=True)
-class Speed:
+class Speed(Asked):
     """How fast to run; 0 is as fast as it goes."""
 
     steps_per_second: float
 
 
 @dataclass(frozen=True)
-class Shapes:
+class Shapes(Asked):
     """All obstacles."""
 
     shapes: list[Shape]
 
 
 @dataclass(frozen=True)
-class Goal:
+class Goal(Asked):
     """Where the goal is."""
 
     x: float
@@ -83,28 +90,28 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Select:
+class Select(Asked):
     """Which boid is looked at."""
 
     boid: Whole | None
 
 
 @dataclass(frozen=True)
-class Overlays:
+class Overlays(Asked):
     """What is drawn besides the boids."""
 
     names: Names
 
 
 @dataclass(frozen=True)
-class Metrics:
+class Metrics(Asked):
     """What is plotted."""
 
     names: Names
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Asked):
     """A range of a setting, or none."""
 
     name: str
@@ -115,24 +122,24 @@ class Sweep:
 
 
 @dataclass(frozen=True)
-class Spec:
+class Spec(Asked):
     """The spec of what is on the screen is wanted."""
 
 
 @dataclass(frozen=True)
-class Export:
+class Export(Asked):
     """A file is wanted."""
 
     kind: str
 
 
 @dataclass(frozen=True)
-class Ready:
+class Ready(Asked):
     """The last frame is drawn."""
 
 
 @dataclass(frozen=True)
-class Seek:
+class Seek(Asked):
     """A frame of a stored trial is wanted."""
 
     frame: Whole

@@ -9,12 +9,13 @@ import re
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import NoReturn, TypeVar
 
 from sweep.document import SpecError
 from sweep.storing.parquet import StoreError
 from sweep.view.history import Cursor
 from sweep.view.messages import Export, Hello, Ready
+from sweep.view.outbox import Line, Outbox
 from sweep.view.protocol import MessageError, Reply, parse
 from sweep.view.show import Show
 
@@ -31,19 +32,6 @@ IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
 
 R = TypeVar("R")
 log = logging.getLogger("sweep")
-
-
-class Line(Protocol):
-    """The way to a page. All methods raise ConnectionError when it is gone."""
-
-    async def hear(self) -> str:
-        """The next message of the page."""
-
-    async def tell(self, reply: Reply) -> None:
-        """Send a message."""
-
-    async def show(self, frame: bytes) -> None:
-        """Send a frame."""
 
 
 class Pace:
@@ -96,12 +84,14 @@ class Player:
         return task.cancelled()
 
     async def _play(self, line: Line) -> None:
+        outbox = Outbox(line)
         try:
             async with asyncio.TaskGroup() as tasks:
-                await self._greet(line)
-                tasks.create_task(self._step(line))
-                tasks.create_task(self._paint(line))
-                tasks.create_task(self._listen(line, tasks))
+                tasks.create_task(outbox.send())
+                await self._greet(outbox)
+                tasks.create_task(self._step(outbox))
+                tasks.create_task(self._paint(outbox))
+                tasks.create_task(self._listen(line, outbox, tasks))
         except* ConnectionError:
             pass
 
@@ -114,54 +104,60 @@ class Player:
 
         return await asyncio.shield(asyncio.create_task(alone()))
 
-    async def _greet(self, line: Line) -> None:
+    async def _greet(self, outbox: Outbox) -> None:
         self.cursor, self.told = Cursor(), {}
-        for reply in await self.in_turn(self.show.greeting):
-            await line.tell(reply)
+        await self.in_turn(lambda: outbox.put(*self.show.greeting()))
         for event in (self.ready, self.changed, self.asked):
             event.set()
 
-    async def _listen(self, line: Line, tasks: asyncio.TaskGroup) -> None:
+    async def _listen(self, line: Line, outbox: Outbox, tasks: asyncio.TaskGroup) -> None:
         while True:
+            await outbox.room()
             text = await line.hear()
             try:
                 message = parse(text)
-                if isinstance(message, Ready):
-                    self.ready.set()
-                elif isinstance(message, Hello):
-                    await self._greet(line)
-                elif isinstance(message, Export):
-                    tasks.create_task(self._export(line, message.kind))
-                else:
-                    await self._answer(line, partial(self.show.handle, message))
             except MessageError as error:
-                await line.tell(_error(str(error)))
+                await self._answer(outbox, error.id, partial(_refuse, error))
+                continue
+            if isinstance(message, Ready):
+                self.ready.set()
+            elif isinstance(message, Hello):
+                await self._greet(outbox)
+            elif isinstance(message, Export):
+                await self._answer(outbox, message.id, list)
+                tasks.create_task(self._export(outbox, message.kind))
+            else:
+                await self._answer(outbox, message.id, partial(self.show.handle, message))
 
-    async def _answer(self, line: Line, work: Callable[[], list[Reply]]) -> None:
-        """Tell what `work` returns or, where it is refused, why, and what holds still."""
-        try:
-            replies = await self.in_turn(work)
-        except Exception as error:
-            replies = [_error(_reason(error)), await self.in_turn(self.show.status)]
+    async def _answer(self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]) -> None:
+        """Tell what `work` returns or, where it is refused, why; and what holds now, which answers what was asked."""
+
+        def answer() -> None:
+            try:
+                replies = work()
+            except Exception as error:
+                replies = [_error(_reason(error))]
+            if all(reply["type"] != "state" for reply in replies):
+                replies.append(self.show.status())
+            outbox.put(*(reply | {"answers": asked} if reply["type"] == "state" else reply for reply in replies))
+
+        await self.in_turn(answer)
         self.asked.set()
         self.changed.set()
-        for reply in replies:
-            await line.tell(reply)
 
-    async def _export(self, line: Line, kind: str) -> None:
+    async def _export(self, outbox: Outbox, kind: str) -> None:
         """Make a file while the show goes on, and tell it. One at a time."""
         if self.filing.locked():
-            await line.tell(_error("a file is being made already; wait for it"))
+            outbox.put(_error("a file is being made already; wait for it"))
             return
         async with self.filing:
             try:
                 make = await self.in_turn(lambda: self.show.export(kind))
-                reply = await asyncio.to_thread(make)
+                outbox.put(await asyncio.to_thread(make))
             except Exception as error:
-                reply = _error(_reason(error))
-            await line.tell(reply)
+                outbox.put(_error(_reason(error)))
 
-    async def _step(self, line: Line) -> None:
+    async def _step(self, outbox: Outbox) -> None:
         """Advance the show while it is going, and tell when it stands still."""
         while True:
             self.asked.clear()
@@ -171,11 +167,11 @@ class Player:
             while self.show.going:
                 steps, wait = pace.due(self.show)
                 if steps:
-                    pace.took(steps, await self._advance(line, steps))
+                    pace.took(steps, await self._advance(outbox, steps))
                 for _ in range(ROUNDS if wait == 0.0 else 1):
                     await asyncio.sleep(wait)
 
-    async def _advance(self, line: Line, steps: int) -> float:
+    async def _advance(self, outbox: Outbox, steps: int) -> float:
         """Take steps, unless somebody was faster and it stands still, and return the seconds that they took.
 
         Kernels let no other thread run: in a thread of their own they would only make the others wait for their turn.
@@ -186,11 +182,11 @@ class Player:
                 self.show.advance(steps)
                 self.changed.set()
             seconds = time.perf_counter() - began
-        if not self.show.going:
-            await line.tell(self.show.status())
+            if not self.show.going:
+                outbox.put(self.show.status())
         return seconds
 
-    async def _paint(self, line: Line) -> None:
+    async def _paint(self, outbox: Outbox) -> None:
         """Send the latest frame, and what belongs to it, whenever it is another one and the page is ready."""
         version = -1
         while True:
@@ -199,16 +195,19 @@ class Player:
             self.changed.clear()
             if self.show.version == version:
                 continue
-            version = self.show.version
             self.ready.clear()
             async with self.turn:
+                version = self.show.version
                 replies, self.cursor = self.show.news(self.cursor)
-                frame = self.show.picture()
-            for reply in replies:
-                if self.told.get(reply["type"]) != reply:
-                    self.told[reply["type"]] = reply
-                    await line.tell(reply)
-            await line.show(frame)
+                for reply in replies:
+                    if self.told.get(reply["type"]) != reply:
+                        self.told[reply["type"]] = reply
+                        outbox.put(reply)
+                outbox.put(self.show.picture())
+
+
+def _refuse(error: MessageError) -> NoReturn:
+    raise error
 
 
 def _error(message: str) -> Reply:
@@ -217,7 +216,7 @@ def _error(message: str) -> Reply:
 
 def _reason(error: Exception) -> str:
     """What the page is told of an error; what is not the user's is logged in full."""
-    if isinstance(error, SpecError | StoreError):
+    if isinstance(error, SpecError | StoreError | MessageError):
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)
     return f"the simulator failed: {type(error).__name__}; it goes on, and its terminal says more"

@@ -1,6 +1,7 @@
 """The messages between the page and the session behind it: JSON texts both ways, and binary frames to the page.
 
-From the page, each with its `type` and the keys of its class below:
+From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready has
+its `id`, if it has one, under `answers`, so that a page knows which state is older than what it has asked for:
 
     hello page                      first; answered by controls, state, scene, metrics and a frame
     set name value                  a setting, or `seed`; an infinite number is the text "inf"
@@ -23,7 +24,7 @@ To the page:
 
     controls model models groups maps metrics overlays, see sweep.view.controls
     state model preset settings changed shapes seed running speed step steps exact note sweeps selected overlays plots
-          replay; settings that are infinite are the text "inf", replay is null or {study, trial, frames, equal}
+          replay answers; settings that are infinite are the text "inf", replay is null or {study, trial, frames, equal}
     scene width height borders length time downwards obstacles goal
           obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in maps too; goal [x, y, radius]
     metrics steps values reset      batches, thinned where they are long; with reset: true they begin anew; null is NaN
@@ -65,7 +66,9 @@ Reply = dict[str, Any]
 
 
 class MessageError(ValueError):
-    """What is wrong with a message, in a sentence for the one who sent it."""
+    """What is wrong with a message, in a sentence for the one who sent it; `id` is that of the message."""
+
+    id = ""
 
 
 def parse(text: str) -> Message:
@@ -76,7 +79,15 @@ def parse(text: str) -> Message:
         raise MessageError("a message must be JSON") from None
     if not isinstance(content, dict) or not isinstance(content.get("type"), str):
         raise MessageError('a message must be an object with a "type"')
-    name = content.pop("type")
+    try:
+        return _message(content.pop("type"), content)
+    except MessageError as error:
+        asked = content.get("id")
+        error.id = asked if isinstance(asked, str) else ""
+        raise
+
+
+def _message(name: str, content: dict[str, Any]) -> Message:
     if name not in MESSAGES:
         raise MessageError(unknown("message", name, MESSAGES))
     kind = MESSAGES[name]

@@ -94,8 +94,8 @@ class Replay(Live):
         self.running = True
 
     def take_steps(self, count: int) -> None:
-        """Let so many steps be taken, as far as there are any."""
-        self.running, self.aim = False, min(self.step + count, self.track.last)
+        """Let so many more steps be taken than were asked for, as far as there are any."""
+        self.running, self.aim = False, min(max(self.aim, self.step) + count, self.track.last)
 
     def reset(self) -> None:
         """Go back to the start."""

@@ -106,9 +106,9 @@ class Session:
         self.running, self.aim = False, 0
 
     def take_steps(self, count: int) -> None:
-        """Let so many steps be taken, and no more."""
+        """Let so many more steps be taken than were asked for."""
         self._check_going()
-        self.running, self.aim = False, self.step + min(count, self.simulation.steps_left)
+        self.running, self.aim = False, min(max(self.aim, self.step) + count, self.step + self.simulation.steps_left)
 
     def _check_going(self) -> None:
         if self.diverged:

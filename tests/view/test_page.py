@@ -1,5 +1,6 @@
 """The page in a real browser: what is done there happens to the flock, and what happens is seen there."""
 
+import asyncio
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -18,7 +19,9 @@ from sweep.spec import parse_spec
 from sweep.trial import simulate
 from sweep.view.live import Live
 from sweep.view.page import script
+from sweep.view.protocol import Reply
 from sweep.view.replaying import Replay
+from sweep.view.server import Socket
 from view.chromium import Opened, running_server
 
 Open = Callable[..., Opened]
@@ -297,7 +300,8 @@ COLOURS = """() => {
 
 def test_overlays_are_drawn_and_explained(opened: Open) -> None:
     page = opened()
-    go_to(page, 40)
+    for step in (10, 20, 30, 40):
+        go_to(page, step)  # trails join the frames that came
     there = {
         "trails": "trail",
         "flocks": "frame.flocks",
@@ -325,10 +329,13 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened:
     page.page.keyboard.press("Escape")
     page.until("boidsweep.view.state.plots.includes('polarization') && !boidsweep.view.state.plots.includes('escapes')")
     go_to(page, 25)
-    page.until("boidsweep.view.plots.get('polarization').steps.length === 26")
+    plotted = "boidsweep.view.plots.get('polarization').series"
+    page.until(f"{plotted}.steps.length === 26")
     history = live(page).history
     row = history.names.index("polarization")
-    assert page.ask("boidsweep.view.plots.get('polarization').values") == [values[row] for values in history.rows]
+    assert page.ask(f"{plotted}.values") == [
+        values[row] for values in history.rows
+    ]
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
@@ -385,6 +392,41 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     assert page.ask("document.querySelectorAll('img').length") == 0
     assert np.isfinite(go_to(page, 4)).all()
     assert live(page).exact
+
+
+NUDGES = """async () => {
+  const field = boidsweep.view.fields.get("cohesion_weight");
+  const seen = [];
+  const pause = () => new Promise((done) => setTimeout(done, 10));
+  for (let i = 0; i < 8; i++) {
+    field.step(1);
+    for (let k = 0; k < 8; k++) {
+      seen.push(Number(field.input.value));
+      await pause();
+    }
+  }
+  return seen;
+}"""
+
+
+def test_on_a_slow_line_controls_show_what_was_asked_last(opened: Open, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And never what an older answer says."""
+    tell = Socket.tell
+
+    async def late(line: Socket, reply: Reply) -> None:
+        await asyncio.sleep(0.1)
+        await tell(line, reply)
+
+    page = opened()
+    monkeypatch.setattr(Socket, "tell", late)
+    seen = page.ask(NUDGES)
+    assert len(set(seen)) == 8
+    assert seen == sorted(seen)
+    until_set(page, "cohesion_weight", seen[-1])
+    page.page.keyboard.press("Space")
+    page.page.keyboard.press("Space")
+    page.until("!boidsweep.view.asked")
+    assert not live(page).running
 
 
 def test_a_page_comes_back_to_its_session(opened: Open) -> None:
@@ -450,7 +492,7 @@ def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(opened: Open, tmp_pat
             assert np.array_equal(live(page).bodies, flight[steps.tolist().index(step)])
         both = page.ask("boidsweep.view.state.replay.metrics.coverage")
         assert both == {"stored": row["coverage"], "replayed": row["coverage"]}
-        assert page.ask("boidsweep.view.plots.get('coverage').steps.length") == 61
+        assert page.ask("boidsweep.view.plots.get('coverage').series.steps.length") == 61
         assert page.page.get_by_label("fov", exact=True).is_disabled()
         page.page.keyboard.press("d")
         page.drag((400, 300), (450, 300))

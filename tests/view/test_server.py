@@ -162,6 +162,25 @@ def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(server: 
     assert stored.trials["trial_id"][0] == SHOWS[0].state.job.trial_id
 
 
+def test_the_state_after_a_message_has_its_id_whether_it_was_refused_or_not(server: Server) -> None:
+    with Page(server) as page:
+        page.wait("frame")
+        assert page.ask("set", name="drag", value=0.2, id="a")["answers"] == "a"
+        assert page.ask("set", name="drag", value=2, id="b")["answers"] == "b"
+        assert page.ask("jump", id="c")["answers"] == "c"
+        assert page.ask("spec", id="d")["answers"] == "d"
+        assert page.ask("run")["answers"] == ""
+
+
+def test_steps_asked_for_in_a_row_are_all_taken(server: Server) -> None:
+    with Page(server) as page:
+        page.wait("frame")
+        for _ in range(5):
+            page.say("step")
+        page.say("step", count=5)
+        page.wait("state", lambda state: state["step"] == 10)
+
+
 def test_stepping_does_not_wait_for_a_page_that_draws_nothing(server: Server) -> None:
     """Which gets one frame, and the latest one when it is ready again."""
     with Page(server) as page:

@@ -6,34 +6,10 @@ const MOST = 3000;
 const MOST_WORDS = 3;
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
-export class Plot {
-  constructor(metric, settings, remove, fixed = false) {
-    this.metric = metric;
-    this.steps = [];
-    this.values = [];
-    this.now = null;
-    this.canvas = make("canvas", { role: "img", tabIndex: -1 });
-    this.value = make("output", { className: "reading" });
-    const close = fixed ? null : button("remove", `Remove the plot of ${spaced(metric.name)}`, remove, "", { className: "quiet" });
-    const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
-    this.line = make("p", { className: "published" });
-    const unit = make("span", { className: "unit", textContent: unitText(metric.unit) });
-    this.element = make("figure", { className: "plot" }, make("header", {}, title, this.value, unit, ...(close ? [close] : [])));
-    this.element.append(this.canvas, this.line);
-    this.publish(settings);
-  }
-
-  // What a document says for the very settings on the screen: of a whole run, or of one of its frames.
-  publish(settings) {
-    const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
-    const known = new Map();
-    for (const one of this.metric.published ?? []) if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
-    this.published = [...known.values()];
-    const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
-    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) => short(value) + at(frame)).join(", ");
-    const more = this.published.length > MOST_WORDS ? " ..." : "";
-    write(this.line, words && `published: ${words}${more}`);
-    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join("\n");
+// The values of one metric by step, thinned where there are too many of them for a plot.
+export class Series {
+  constructor() {
+    this.clear();
   }
 
   clear() {
@@ -60,6 +36,34 @@ export class Plot {
     while (i > 0 && this.steps[i] > step) i--;
     return this.values[i];
   }
+}
+
+export class Plot {
+  constructor(metric, series, settings, remove) {
+    Object.assign(this, { metric, series });
+    this.canvas = make("canvas", { role: "img", tabIndex: -1 });
+    this.value = make("output", { className: "reading" });
+    const close = button("remove", `Remove the plot of ${spaced(metric.name)}`, remove, "", { className: "quiet" });
+    const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
+    this.line = make("p", { className: "published" });
+    const unit = make("span", { className: "unit", textContent: unitText(metric.unit) });
+    this.element = make("figure", { className: "plot" }, make("header", {}, title, this.value, unit, close));
+    this.element.append(this.canvas, this.line);
+    this.publish(settings);
+  }
+
+  // What a document says for the very settings on the screen: of a whole run, or of one of its frames.
+  publish(settings) {
+    const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
+    const known = new Map();
+    for (const one of this.metric.published ?? []) if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    this.published = [...known.values()];
+    const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
+    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) => short(value) + at(frame)).join(", ");
+    const more = this.published.length > MOST_WORDS ? " ..." : "";
+    write(this.line, words && `published: ${words}${more}`);
+    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join("\n");
+  }
 
   draw(step, colours) {
     const { canvas } = this;
@@ -78,7 +82,8 @@ export class Plot {
 
   drawIn(context, area, step, colours) {
     const { low, high } = this.bounds();
-    const [first, last] = [this.steps[0] ?? 0, Math.max(this.steps.at(-1) ?? 1, (this.steps[0] ?? 0) + 1)];
+    const { steps } = this.series;
+    const [first, last] = [steps[0] ?? 0, Math.max(steps.at(-1) ?? 1, (steps[0] ?? 0) + 1)];
     const across = (one) => area.left + ((one - first) / (last - first)) * (area.right - area.left);
     const along = (value) => area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
     context.lineWidth = 1;
@@ -111,7 +116,8 @@ export class Plot {
   }
 
   get passing() {
-    return this.published.filter(({ frame }) => frame !== null && frame >= this.steps[0] && frame <= this.steps.at(-1));
+    const { steps } = this.series;
+    return this.published.filter(({ frame }) => frame !== null && frame >= steps[0] && frame <= steps.at(-1));
   }
 
   ring(context, x, y) {
@@ -128,19 +134,20 @@ export class Plot {
   }
 
   trace(context, across, along) {
+    const { steps, values } = this.series;
     context.beginPath();
     let joined = false; // a value that is missing leaves a gap
-    for (let i = 0; i < this.steps.length; i++) {
-      const [x, y] = [across(this.steps[i]), along(this.values[i])];
+    for (let i = 0; i < steps.length; i++) {
+      const [x, y] = [across(steps[i]), along(values[i])];
       if (joined) context.lineTo(x, y);
       else context.moveTo(x, y);
-      joined = this.values[i] !== null && this.values[i + 1] !== null;
+      joined = values[i] !== null && values[i + 1] !== null;
     }
     context.stroke();
   }
 
   bounds() {
-    const known = [...this.values.filter((value) => value !== null), ...[...this.lasting, ...this.passing].map(({ value }) => value)];
+    const known = [...this.series.values.filter((value) => value !== null), ...[...this.lasting, ...this.passing].map(({ value }) => value)];
     if (!known.length) return { low: 0, high: 1 };
     const [least, most] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
     const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
@@ -149,7 +156,7 @@ export class Plot {
 
   tell(step) {
     const { metric } = this;
-    write(this.value, short(this.at(step) ?? null));
+    write(this.value, short(this.series.at(step) ?? null));
     const known = this.line.textContent && `; ${this.line.textContent}`;
     const label = `${spaced(metric.name)}: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
     if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);

@@ -14,9 +14,10 @@ export function recorded(recording) {
   let ready = true;
   let clock = 0; // steps, a fraction of one included
   let seen = 0;
+  let answered = null; // the id of the last message
 
   const say = (message) => setTimeout(() => transport.onmessage?.(message));
-  const sayState = () => say({ ...state, step: steps[place] });
+  const sayState = () => say({ ...state, step: steps[place], answers: answered });
   const frame = () => {
     if (!ready || sent === place) return;
     ready = false;
@@ -33,10 +34,6 @@ export function recorded(recording) {
     while (found < last && steps[found + 1] <= step) found++;
     return found;
   };
-  const stop = () => {
-    state.running = false;
-    sayState();
-  };
   const look = () => {
     const now = performance.now();
     const passed = (now - seen) / 1000;
@@ -47,7 +44,9 @@ export function recorded(recording) {
       place = at(clock);
     } else if (ready) place = Math.min(place + 1, last);
     frame();
-    if (place === last) stop();
+    if (place < last) return;
+    state.running = false;
+    sayState();
   };
   const plotted = (names) => {
     const known = names.filter((name) => name in metrics);
@@ -57,7 +56,9 @@ export function recorded(recording) {
 
   const answers = {
     hello() {
-      for (const message of [recording.controls, { ...state, step: steps[place] }, recording.scene]) say(message);
+      say(recording.controls);
+      sayState();
+      say(recording.scene);
       plotted(state.plots);
       sent = -1;
       ready = true;
@@ -70,29 +71,21 @@ export function recorded(recording) {
     run() {
       if (place === last) go(0);
       [state.running, seen, clock] = [true, performance.now(), steps[place]];
-      sayState();
     },
-    pause: stop,
+    pause() {
+      state.running = false;
+    },
     step(message) {
       state.running = false;
       go(place + (message.count ?? 1));
-      sayState();
     },
-    reset() {
-      go(0);
-      sayState();
-    },
-    seek(message) {
-      go(at(message.frame));
-      sayState();
-    },
+    reset: () => go(0),
+    seek: (message) => go(at(message.frame)),
     speed(message) {
       state.speed = message.steps_per_second;
-      sayState();
     },
     metrics(message) {
       state.plots = message.names.filter((name) => name in metrics);
-      sayState();
       plotted(state.plots);
     },
     spec: () => say({ type: "spec", yaml: recording.spec, exact: true, note: "" }),
@@ -104,6 +97,9 @@ export function recorded(recording) {
       const answer = answers[message.type];
       if (answer) answer(message);
       else say({ type: "error", message: "this is a recording: it can be played, and nothing in it changed" });
+      if (!message.id) return;
+      answered = message.id;
+      sayState();
     },
     close: () => clearInterval(timer),
   };

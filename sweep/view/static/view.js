@@ -3,7 +3,7 @@
 import { button, make, randomName, setIcon, short, spaced, unitText, write } from "./dom.js";
 import { Stage } from "./stage.js";
 import { Hand } from "./pointer.js";
-import { Plot } from "./plots.js";
+import { Plot, Series } from "./plots.js";
 import { Field, Tip } from "./fields.js";
 import { BoidCard, ObstacleList, Overlays } from "./lists.js";
 import { bytesOf, download, keysDialog, Menu, MetricsDialog, SpecDialog } from "./dialogs.js";
@@ -24,14 +24,14 @@ let mounts = 0;
 
 class View {
   constructor(element, transport, { page, shortcuts }) {
-    Object.assign(this, { transport, page: page ?? randomName(), controls: null, state: null, rules: [], plots: new Map() });
+    Object.assign(this, { transport, page: page ?? randomName(), controls: null, state: null, rules: [], plots: new Map(), series: new Map() });
     this.prefix = `boidsweep-${++mounts}`;
-    this.counts = { drawn: 0, received: 0, since: performance.now() };
+    this.counts = { asked: 0, drawn: 0, received: 0, since: performance.now() };
     this.fields = new Map();
     this.opened = new Map(OPEN.map((name) => [name, true]));
     this.root = make("div", { className: "boidsweep", on: { pointerdown: () => (this.pointed = true) } });
     element.append(this.root);
-    this.send = (message) => transport.send(message);
+    this.send = (message) => this.ask(message);
     this.build();
     this.tip = new Tip(this.root);
     this.keys = (event) => this.key(event);
@@ -73,7 +73,7 @@ class View {
     this.buildSettings(right);
     this.spec = new SpecDialog(this.root);
     this.help = keysDialog(this.root);
-    this.choice = new MetricsDialog(this.root, (names) => this.send({ type: "metrics", names }));
+    this.choice = new MetricsDialog(this.root, (names) => this.choosePlots(names));
   }
 
   buildTools() {
@@ -132,7 +132,14 @@ class View {
 
   opening() {
     this.banner.hidden = true;
-    this.send({ type: "hello", page: this.page });
+    this.asked = null;
+    this.transport.send({ type: "hello", page: this.page });
+  }
+
+  // Until the answer comes, states are older than what the controls show.
+  ask(message) {
+    this.asked = `${this.page} ${++this.counts.asked}`;
+    this.transport.send({ ...message, id: this.asked });
   }
 
   lost(words) {
@@ -149,7 +156,7 @@ class View {
 
   taken(frame) {
     this.counts.drawn++;
-    this.send({ type: "ready" });
+    this.transport.send({ type: "ready" });
     this.showStep(frame.step);
   }
 
@@ -165,7 +172,7 @@ class View {
     this.weights = [];
     const groups = controls.groups.map((group) => this.group(group)).sort((a, b) => (b.dataset.first ?? 0) - (a.dataset.first ?? 0));
     this.groups.replaceChildren(...groups);
-    this.showPickers();
+    this.picked = null;
   }
 
   group({ name, fields }) {
@@ -197,7 +204,10 @@ class View {
 
   showPickers() {
     const { controls, state } = this;
-    if (!controls || !state) return;
+    const { model: shown, preset: chosen, settings, replay } = state;
+    const picked = JSON.stringify([shown, chosen, settings.map, Boolean(replay)]);
+    if (picked === this.picked) return;
+    this.picked = picked;
     const named = (one) => (typeof one === "string" ? { name: one } : { ...one, text: one.text ?? one.source });
     const model = controls.models.find(({ name }) => name === state.model);
     const other = (name) => controls.models.find((one) => one.name === name);
@@ -214,13 +224,13 @@ class View {
   }
 
   on_state(state) {
-    const before = this.state;
+    if (state.answers === this.asked) this.asked = null;
+    if (this.asked) return;
     this.state = state;
-    const picked = ({ model, preset, settings, replay }) => JSON.stringify([model, preset, settings.map, Boolean(replay)]);
-    if (!before || !this.pickers.firstChild || picked(before) !== picked(state)) this.showPickers();
+    this.showPickers();
     this.showFields();
-    this.showRun();
     this.showPlots();
+    this.showRun();
     this.choice.follow(state.plots);
     this.overlays.show([...state.overlays, ...(this.stage.overlays.has("trails") ? ["trails"] : [])]);
     this.stage.overlays = new Set(this.overlays.chosen);
@@ -297,16 +307,25 @@ class View {
     for (const [name, plot] of this.plots) if (!plots.includes(name)) plot.element.remove(), this.plots.delete(name);
     for (const name of plots.filter((one) => !this.plots.has(one))) {
       const metric = this.controls.metrics.find((one) => one.name === name) ?? { name };
-      const others = () => this.state.plots.filter((one) => one !== name);
-      this.plots.set(name, new Plot(metric, settings, () => this.send({ type: "metrics", names: others() })));
+      this.plots.set(name, new Plot(metric, this.seriesOf(name), settings, () => this.choosePlots(this.state.plots.filter((one) => one !== name))));
     }
     const shown = plots.map((name) => this.plots.get(name).element);
     if (shown.some((one, i) => one !== this.chart.children[i])) this.chart.append(...shown);
   }
 
+  choosePlots(names) {
+    this.state.plots = names;
+    this.send({ type: "metrics", names });
+  }
+
+  seriesOf(name) {
+    if (!this.series.has(name)) this.series.set(name, new Series());
+    return this.series.get(name);
+  }
+
   on_metrics({ steps, values, reset }) {
-    if (reset) for (const plot of this.plots.values()) plot.clear();
-    for (const [name, row] of Object.entries(values)) this.plots.get(name)?.add(steps, row);
+    if (reset) for (const series of this.series.values()) series.clear();
+    for (const [name, row] of Object.entries(values)) this.seriesOf(name).add(steps, row);
     this.redrawPlots(this.stage.frame?.step ?? this.state?.step ?? 0);
   }
 
@@ -401,6 +420,8 @@ class View {
 
   toggle() {
     this.send({ type: this.state.running ? "pause" : this.ended ? "continue" : "run" });
+    this.state.running = !this.state.running;
+    this.showRun();
   }
 
   tick() {
@@ -409,7 +430,7 @@ class View {
     const rate = (count) => Math.round(count / seconds);
     const rates = this.state?.running ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received` : "paused";
     write(this.rates, rates);
-    this.counts = { drawn: 0, received: 0, since: performance.now() };
+    Object.assign(counts, { drawn: 0, received: 0, since: performance.now() });
     const { length = "", time = "" } = stage.scene ?? {};
     this.overlays.explain(this.rules, unitText(`${length}/${time}^2`));
   }
