@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweep.names import unknown
+from sweep.names import shortened, unknown
 
 Place = tuple[str | int, ...]
 
@@ -128,4 +128,4 @@ def _in_words(value: Any) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, bool):
         return str(value).lower()
-    return "nothing" if value is None else f'"{value}"' if isinstance(value, str) else repr(value)
+    return "nothing" if value is None else f'"{shortened(value)}"' if isinstance(value, str) else repr(value)

@@ -89,10 +89,14 @@ class Field:
             return "true or false"
         words = "a whole number" if self.kind == "int" else "a number"
         if self.low > -math.inf:
-            words += f" above {self.low:g}" if self.exclusive else f" from {self.low:g}"
+            words += f" above {_in_full(self.low)}" if self.exclusive else f" from {_in_full(self.low)}"
         if self.high < math.inf:
-            words += f" to {self.high:g}"
+            words += f" to {_in_full(self.high)}"
         return words + (f" ({self.unit})" if self.unit else "")
+
+
+def _in_full(bound: float) -> str:
+    return f"{bound:,.0f}" if bound % 1 == 0 and 1e6 <= abs(bound) <= 1e15 else f"{bound:g}"
 
 
 GROUPS: tuple[tuple[str, type[Any]], ...] = (

@@ -10,6 +10,18 @@ MOST_SHOWN = 200
 """Characters of what was given, which may come from anyone."""
 
 
+def shortened(text: str) -> str:
+    """What was given, as far as anybody wants to read it."""
+    return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
+
+
+def similar(given: str, names: list[str]) -> str:
+    """The question that follows a name which does not exist, such as `; did you mean "polarization"?`, or nothing."""
+    few = len(names) <= MOST_COMPARED and len(given) <= MOST_SHOWN
+    close = get_close_matches(given, names, n=1) if few else []
+    return f'; did you mean "{close[0]}"?' if close else ""
+
+
 def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     """A sentence such as `unknown metric "polarisation"; did you mean "polarization"? Allowed: ...`.
 
@@ -17,11 +29,8 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     """
     names = list(allowed)
     text = str(given)
-    few = len(names) <= MOST_COMPARED and len(text) <= MOST_SHOWN
-    close = get_close_matches(text, names, n=1) if few else []
-    sentence = f'unknown {kind} "{text[:MOST_SHOWN]}"'
-    if close:
-        sentence += f'; did you mean "{close[0]}"?'
+    close = similar(text, names)
+    sentence = f'unknown {kind} "{shortened(text)}"{close}'
     if not names:
         return sentence + ": there is none"
     if len(names) <= SHORT_LIST:

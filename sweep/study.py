@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.ablation import fitted_preset
-from sweep.names import unknown
+from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
 from sweep.storing.locations import Location, StoreError, location
@@ -43,7 +44,10 @@ class StoredStudy:
         if not STUDY_NAME.fullmatch(name):
             raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
         self.name = name
-        self.store = Store(location(results) / name)
+        place = location(results)
+        self.store = Store(place / name)
+        if isinstance(place, Path) and not (place / name).is_dir():
+            raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
         self.plan = self.store.read_plan()
         self.provenance: dict[str, Any] = json.loads(self.plan.schema.metadata[PROVENANCE])
 
@@ -200,6 +204,12 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
     )
     labels = [_label(row, list(changed.columns)) for row in changed.to_numpy()]
     return pd.Series(labels, index=trials["trial_id"], name="detail", dtype=object)
+
+
+def _launched(results: Path) -> list[str]:
+    """The studies in a folder of results, which lie at most three folders deep."""
+    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + "plan.parquet"))
+    return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
 
 
 def _label(changed: NDArray[np.bool_], names: list[str]) -> str:

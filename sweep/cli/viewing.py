@@ -42,6 +42,8 @@ def view(
     """
     if what and (model or preset or map_name):
         stop(f"--model, --preset and --map are for a view without {what}, which has its own")
+    if trial and _is_spec(str(what)):
+        stop(f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY {trial}")
     try:
         from sweep.view.server import Server
     except ModuleNotFoundError as error:
@@ -86,9 +88,13 @@ def _state(
     if what is None:
         state = begin(model or "nguyen2024", preset or "as_run")
         return state.with_settings({"map": map_name}) if map_name else state
-    if what.endswith(SPECS) or Path(what).is_file():
+    if _is_spec(what):
         return from_study(load_spec(Path(what)))
     return _stored(what, results)
+
+
+def _is_spec(what: str) -> bool:
+    return what.endswith(SPECS) or Path(what).is_file()
 
 
 def _stored(name: str, results: Results) -> "ViewState":

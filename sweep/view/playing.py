@@ -136,7 +136,7 @@ class Player:
             try:
                 replies = work()
             except Exception as error:
-                replies = [_error(_reason(error))]
+                replies = [_error(_reason(error)) | {"answers": asked}]
             if all(reply["type"] != "state" for reply in replies):
                 replies.append(self.show.status())
             outbox.put(*(reply | {"answers": asked} if reply["type"] == "state" else reply for reply in replies))

@@ -1,7 +1,7 @@
 """The messages between the page and the session behind it: JSON texts both ways, and binary frames to the page.
 
-From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready has
-its `id`, if it has one, under `answers`, so that a page knows which state is older than what it has asked for:
+From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready,
+and the error that refuses it, has its `id` under `answers`: so a page knows which state is older than what it asked:
 
     hello page                      first; answered by controls, state, scene, metrics and a frame
     set name value                  a setting, or `seed`; an infinite number is the text "inf"
@@ -32,7 +32,7 @@ To the page:
           heading in radians from +x towards +y, null where the boid sees all round; boid null where none is selected
     rules names                     of the accelerations in the frames that follow
     spec, file                      as above
-    error message, info message
+    error message answers, info message
 
 A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1, y1, the box that 16 bits span: the
 world, enlarged where boids are outside, on each side by at most its own size; those beyond stand on its border. Then

@@ -21,6 +21,7 @@ MOST_BYTES = 16 * 2**20
 """Of the frames in a page: what can be mailed, and is drawn at once."""
 FEWEST_FRAMES = 100
 """A run of which the page cannot hold so many is refused."""
+AS_LAUNCHED = "The spec gives these very frames, bit for bit."
 START = """
 const recording = JSON.parse(document.getElementById("recording").textContent);
 mount(document.querySelector("main"), recorded(recording), { shortcuts: document });
@@ -68,8 +69,9 @@ def _room(flight: Flight) -> int:
 def _state(flight: Flight, state: Message) -> Message:
     """The session's state as it is at the beginning of its recording."""
     first, last = int(flight.steps[0]), int(flight.steps[-1])
-    replay = {"study": flight.study, "trial": flight.job.trial_id, "equal": True} | (state["replay"] or {})
-    replay |= {"frames": [first, last, flight.every], "recorded": True}
+    live = {"study": flight.study, "trial": flight.job.trial_id, "equal": True, "words": AS_LAUNCHED}
+    replay = state["replay"] or live
+    replay = replay | {"frames": [first, last, flight.every], "recorded": True}
     plots = [name for name in state["plots"] if name in flight.values]
     return state | {
         "replay": replay,

@@ -333,9 +333,7 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened:
     page.until(f"{plotted}.steps.length === 26")
     history = live(page).history
     row = history.names.index("polarization")
-    assert page.ask(f"{plotted}.values") == [
-        values[row] for values in history.rows
-    ]
+    assert page.ask(f"{plotted}.values") == [values[row] for values in history.rows]
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")

@@ -115,9 +115,8 @@ export class Field {
     if (about.kind === "bool") return this.set(input.checked);
     if (about.kind === "choice") return this.set(input.value);
     const text = input.value.trim().toLowerCase();
-    const value = text === "inf" ? text : text === "" ? NaN : Number(text);
-    if (Number.isNaN(value)) this.refuse();
-    else if (value !== this.value) this.set(value);
+    const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text); // what is no number is refused in words
+    if (value !== this.value) this.set(value);
   }
 
   refuse() {
@@ -213,11 +212,12 @@ export class Tip {
 
   place(beside) {
     const [space, own] = [this.root.getBoundingClientRect(), this.element.getBoundingClientRect()];
+    const floor = this.root.querySelector("footer").getBoundingClientRect().top; // what is said there may be read too
     const left = beside.left - own.width - 10 > space.left ? beside.left - own.width - 10 : beside.right + 10;
     const inside = left + own.width <= space.right;
     const top = inside ? beside.top : beside.bottom + 4;
     this.element.style.left = `${(inside ? left : beside.left) - space.left}px`;
-    this.element.style.top = `${Math.min(top, space.bottom - own.height - 6) - space.top}px`;
+    this.element.style.top = `${Math.min(top, floor - own.height - 6) - space.top}px`;
   }
 
   hide(field) {

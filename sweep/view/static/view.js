@@ -139,6 +139,7 @@ class View {
   // Until the answer comes, states are older than what the controls show.
   ask(message) {
     this.asked = `${this.page} ${++this.counts.asked}`;
+    this.asking = message;
     this.transport.send({ ...message, id: this.asked });
   }
 
@@ -356,11 +357,12 @@ class View {
     download(name, mime, bytesOf(data));
   }
 
-  on_error({ message }) {
+  on_error({ message, answers }) {
     this.say(message, true);
     this.hand.refuse();
+    this.picked = null;
     this.showFields();
-    for (const [name, field] of this.fields) if (new RegExp(`\\b${name}\\b`).test(message)) field.refuse();
+    if (answers && answers === this.asked) this.fields.get(this.asking.name)?.refuse();
   }
 
   on_info({ message }) {
@@ -410,7 +412,7 @@ class View {
     const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: replay.words });
     const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
     const table = known.length ? [make("table", {}, make("thead", {}, head), make("tbody", {}, ...known))] : [];
-    this.record.replaceChildren(make("h2", { textContent: "Replay of a stored trial" }), trial, verdict, ...table);
+    this.record.replaceChildren(make("h2", { textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial" }), trial, verdict, ...table);
   }
 
   fit(how) {
