@@ -167,6 +167,7 @@ MISTAKES = [
     (["fixed: {n: 1, n: 2}"], '6: "n" stands twice, first in line 6'),
     (["fixed: [1]"], '6: "fixed" must be a mapping with at least one entry, not a list'),
     (["fixed: {nn: 1}"], '6: unknown field "nn"; did you mean "n"?'),
+    (["fixed: " + 300 * "n"], f'6: "fixed" must be a mapping with at least one entry, not "{200 * "n"}..."'),
     (["fixed:", "  n: many"], "7: 'many' is not allowed for n: it is a whole number from 1 to 10,000,000"),
     (["fixed: {n: true}"], "6: True is not allowed for n: it is a whole number from 1 to 10,000,000"),
     (["fixed: {n: 1.5}"], "6: 1.5 is not allowed for n: it is a whole number from 1 to 10,000,000"),

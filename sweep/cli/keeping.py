@@ -28,12 +28,14 @@ def replay(
     trial: Annotated[str, typer.Argument(metavar="TRIAL", help="The id of a trial, as in its row.")],
     results: Results = Path("results"),
     trajectory: Annotated[Path | None, typer.Option(help="Write every frame to this .parquet file.")] = None,
-    animate: Annotated[Path | None, typer.Option(help="Write an animation to this .gif or .mp4 file.")] = None,
+    animate: Annotated[
+        Path | None, typer.Option(help="Write an animation to this .gif or .mp4 file, or a page to .html.")
+    ] = None,
     frame: Annotated[
         tuple[int, Path] | None, typer.Option(help="Write the picture of one frame: its number and a .png file.")
     ] = None,
     every: Annotated[
-        int, typer.Option(min=0, help="Steps between frames; 0: all of them, and at most 600 in an animation.")
+        int, typer.Option(min=0, help="Steps between frames; 0: all of them, and at most 600 in a GIF or MP4.")
     ] = 0,
     force: Force = False,
 ) -> None:

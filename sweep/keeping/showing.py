@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
+from sweep.jobs import Job
 from sweep.keeping.animation import check_frame, frames_apart, write_animation, write_picture
 from sweep.keeping.counting import Counter
 from sweep.keeping.flight import Report, write_flight
@@ -16,7 +17,10 @@ from sweep.study import StoredStudy
 
 
 class Wanted(NamedTuple):
-    """Files to write: all frames, an animation, the picture of one frame; `every` so many steps, 0 for the default."""
+    """Files to write: all frames, an animation, the picture of one frame; `every` so many steps, 0 for the default.
+
+    An animation in HTML is a page that plays the run.
+    """
 
     trajectory: Path | None = None
     animation: Path | None = None
@@ -29,7 +33,7 @@ def check(study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
     if wanted.trajectory:
         check_output(wanted.trajectory, [".parquet"], force=force)
     if wanted.animation:
-        check_output(wanted.animation, [".gif", ".mp4"], force=force)
+        check_output(wanted.animation, [".gif", ".mp4", ".html"], force=force)
         if wanted.animation.suffix == ".mp4":
             find_ffmpeg()
     if wanted.picture:
@@ -48,14 +52,22 @@ def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
         write_flight(job, wanted.trajectory, wanted.every or 1, metadata, _report(wanted.trajectory))
         written.append(wanted.trajectory)
     if wanted.animation:
-        every = wanted.every or frames_apart(job)
-        write_animation(study.name, job, wanted.animation, every, _report(wanted.animation))
+        _animate(study, job, wanted.animation, wanted.every)
         written.append(wanted.animation)
     if wanted.picture:
         frame, path = wanted.picture
         write_picture(study.name, job, frame, path, _report(path))
         written.append(path)
     return written
+
+
+def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:
+    if path.suffix == ".html":
+        from sweep.view.recording import write_page
+
+        write_page(study, job.trial_id, path, every, _report(path))
+    else:
+        write_animation(study.name, job, path, every or frames_apart(job), _report(path))
 
 
 def _report(path: Path) -> Report:

@@ -9,13 +9,17 @@ import json
 import math
 from collections.abc import Iterable
 from html import escape
+from pathlib import Path
 from typing import Any
 
+from sweep.keeping.flight import Report
 from sweep.storing.parquet import StoreError
+from sweep.study import StoredStudy
 from sweep.view.encoding import frame
 from sweep.view.export import MIME, File, about, file_name, thinned
-from sweep.view.flight import Flight
+from sweep.view.flight import Flight, fly
 from sweep.view.page import STATIC, script, style
+from sweep.view.replaying import Replay
 
 MOST_BYTES = 16 * 2**20
 """Of the frames in a page: what can be mailed, and is drawn at once."""
@@ -52,6 +56,16 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
     }
     content = _document(recording).encode()
     return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
+
+
+def write_page(study: StoredStudy, trial: str, path: Path, every: int, report: Report) -> None:
+    """Write a stored trial as a page that plays it, with a frame every `every` steps; 0: as many as it has room for.
+
+    Raises StoreError where the trial cannot be shown, or has too many boids for a page.
+    """
+    shown = Replay(study, trial, report)
+    flight = fly(study.name, shown.job, tuple(shown.track.values), every=every)
+    record(flight, shown.greeting(), shown.spec()).save(path, force=True)
 
 
 def _room(flight: Flight) -> int:

@@ -160,6 +160,10 @@ def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
     page.page.get_by_role("button", name="Run (Space)").click()
     page.page.get_by_role("button", name="Go on").wait_for()
     assert live(page).step == 20
+    page.send(type="run")
+    page.page.get_by_text("the run has ended after 20 steps").wait_for()
+    page.until("!boidsweep.view.asked")
+    assert page.page.locator("[aria-invalid]").count() == 0
     page.page.get_by_role("button", name="Go on").click()
     page.until("boidsweep.view.stage.frame.step === 40")
     assert live(page).state.settings["steps"] == 40
@@ -384,6 +388,12 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     field.press("Enter")
     page.page.get_by_text("-3 is not allowed for separation_weight").wait_for()
     assert field.get_attribute("aria-invalid") == "true"
+    other = page.page.get_by_label("alignment weight", exact=True)
+    other.fill("much")
+    other.press("Enter")
+    page.page.get_by_text("'much' is not allowed for alignment_weight: it is a number").wait_for()
+    page.until("!boidsweep.view.asked")
+    assert page.ask("document.querySelectorAll('[aria-invalid]').length") == 2
     for text in ('{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}', "{", "[]", '{"type": "jump"}'):
         page.page.evaluate("text => boidsweep.socket.socket.send(text)", text)
     page.page.get_by_text('unknown message "jump"').wait_for()

@@ -12,13 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
+from studies import SMALL, launched
 
 import sweep.view.recording as recording
 from kernels import KERNELS_SHA
+from sweep.keeping.showing import Wanted, show
 from sweep.storing.parquet import StoreError
 from sweep.view.export import File
 from sweep.view.flight import Flight, fly
 from sweep.view.live import Live
+from sweep.view.replaying import AS_STORED
 from sweep.view.state import ViewState
 
 STATE = ViewState("nguyen2024", "as_run", seed=3, fixed={"n": 40, "steps": 60}, plots=("speed", "polarization"))
@@ -36,18 +39,16 @@ def file(flight: Flight) -> File:
     return recording.record(flight, Live(STATE).greeting(), STATE.as_text())
 
 
-def content_of(file: File) -> dict[str, Any]:
+def content_of(page: bytes) -> dict[str, Any]:
     """What the script of the page reads."""
-    found = re.search(
-        r'<script type="application/json" id="recording">(.*?)</script>', file.content.decode(), re.DOTALL
-    )
+    found = re.search(r'<script type="application/json" id="recording">(.*?)</script>', page.decode(), re.DOTALL)
     assert found
     content: dict[str, Any] = json.loads(found[1])
     return content
 
 
 def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(file: File, flight: Flight) -> None:
-    content = content_of(file)
+    content = content_of(file.content)
     assert content["steps"] == list(range(61))
     size = HEAD + 40 * BYTES_A_BOID
     frames = base64.b64decode(content["frames"])
@@ -63,7 +64,7 @@ def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(file: File, f
 
 
 def test_a_recording_says_what_it_is_of(file: File, flight: Flight) -> None:
-    content = content_of(file)
+    content = content_of(file.content)
     assert file.name == f"some-study-{STATE.job.trial_id[:8]}.html"
     assert content["about"]["Trial"] == STATE.job.trial_id
     assert content["about"]["kernels_sha"] == KERNELS_SHA
@@ -71,9 +72,20 @@ def test_a_recording_says_what_it_is_of(file: File, flight: Flight) -> None:
     assert content["metrics"]["speed"] == flight.values["speed"].tolist()
     assert content["state"]["replay"]["frames"] == [0, 60, 1]
     assert content["state"]["replay"]["recorded"] is True
+    assert content["state"]["replay"]["words"] == "The spec gives these very frames, bit for bit."
     assert (content["state"]["step"], content["state"]["running"]) == (0, False)
     text = file.content.decode()
     assert f"<title>{STUDY}, trial {STATE.job.trial_id}</title>" in text
+
+
+def test_a_stored_trial_is_written_as_a_page_that_compares_it(tmp_path: Path) -> None:
+    study, path = launched(SMALL, tmp_path), tmp_path / "flight.html"
+    trial = str(study.trials["trial_id"][0])
+    assert show(study, trial, Wanted(animation=path, every=3)) == [path]
+    content = content_of(path.read_bytes())
+    assert content["steps"] == [0, 3, 6, 9]
+    assert content["state"]["replay"]["trial"] == trial
+    assert content["state"]["replay"]["words"] == AS_STORED
 
 
 def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) -> None:
@@ -97,7 +109,7 @@ def test_no_text_in_a_recording_becomes_an_element(flight: Flight) -> None:
     file = recording.record(flight._replace(study=evil), greeting, evil)
     assert file.content.decode().count("<script") == 2
     assert b"<script>alert" not in file.content
-    assert content_of(file)["spec"] == content_of(file)["state"]["note"] == evil
+    assert content_of(file.content)["spec"] == content_of(file.content)["state"]["note"] == evil
 
 
 def test_a_long_run_is_thinned_and_an_overfull_one_refused(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +117,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(flight: Flight, monke
     bytes_a_frame = 4 * (HEAD + 40 * BYTES_A_BOID + 3) // 3 + 1
     monkeypatch.setattr(recording, "FEWEST_FRAMES", 10)
     monkeypatch.setattr(recording, "MOST_BYTES", 25 * bytes_a_frame)
-    content = content_of(recording.record(flight, greeting, ""))
+    content = content_of(recording.record(flight, greeting, "").content)
     assert content["steps"] == list(range(0, 61, 3))
     assert len(content["metrics"]["speed"]) == 21
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
@@ -117,7 +129,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(flight: Flight, monke
 def test_two_hundred_boids_and_five_hundred_frames_are_a_few_megabytes() -> None:
     state = ViewState("nguyen2024", "as_run", fixed={"n": 200, "steps": 500}, plots=("speed",))
     file = recording.record(fly(STUDY, state.job, state.plots), Live(state).greeting(), "")
-    assert len(content_of(file)["steps"]) == 501
+    assert len(content_of(file.content)["steps"]) == 501
     assert len(file.content) < 2_000_000
 
 

@@ -53,15 +53,18 @@ def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(viewed: Callable[
     assert show.status()["replay"]["equal"]
 
 
-def test_the_command_says_what_is_wrong_before_it_serves(viewed: Callable[..., Any]) -> None:
+def test_the_command_says_what_is_wrong_before_it_serves(viewed: Callable[..., Any], tmp_path: Path) -> None:
+    launched(SMALL, tmp_path)
     for arguments, words in (
         (("--model", "nguyen"), 'unknown model "nguyen"; did you mean "nguyen2024"'),
         (("--map", "arena"), "map arena is measured in m"),
         (("none.yaml",), r"none\.yaml: no such file"),
         (("none",), "no study has been launched here"),
+        (("smal",), 'no study has been launched here; did you mean "small"'),
     ):
         with pytest.raises(Exception, match=words) as refused:
             viewed(*arguments)
         assert type(refused.value).__name__ in ("SpecError", "StoreError")
-    with pytest.raises(SystemExit):
-        viewed("small", "--model", "nanobot")
+    for arguments in (("small", "--model", "nanobot"), ("spec.yaml", "05d7")):
+        with pytest.raises(SystemExit):
+            viewed(*arguments)
