@@ -13,6 +13,8 @@ from sweep.points import SIDES, Points
 from sweep.spec import Record, Study
 
 MOST_PIXELS = 10**8
+MOST_LOOKS = 10**6
+"""Places on all paths that one boid looks along in one step; the published settings have about sixty."""
 
 
 class Demand(NamedTuple):
@@ -64,6 +66,10 @@ LOOKING = (
     Demand(
         f"obstacle_weight == 0 or angle_step <= {math.pi}",
         "no other heading is looked at: angle_step must be at most pi",
+    ),
+    Demand(
+        f"obstacle_weight == 0 or {2 * math.pi} * look_ahead <= {MOST_LOOKS} * angle_step * path_step",
+        f"more than {MOST_LOOKS:,} places would be looked at in every step: angle_step or path_step is too small",
     ),
 )
 CELLS = Demand(

@@ -84,6 +84,12 @@ class Entry:
         """The values of this list, which may not be empty."""
         if not isinstance(self.value, list) or not self.value:
             raise self.expected("a list with at least one value")
+        return self.items()
+
+    def items(self) -> list["Entry"]:
+        """The values of this list, of which there may be none."""
+        if not isinstance(self.value, list):
+            raise self.expected("a list")
         return [self.child(index) for index in range(len(self.value))]
 
     def text(self) -> str:

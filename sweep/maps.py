@@ -80,7 +80,7 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     if len(size.entries()) != 2:
         raise size.expected("[width, height]")
     width, height = (_positive(side) for side in size.entries())
-    shapes = entry.child("shapes").entries()
+    shapes = entry.child("shapes").items()
     if len(shapes) > MOST_SHAPES:
         raise entry.error(f'"{entry.name}" has {len(shapes):,} shapes; at most {MOST_SHAPES:,} are allowed')
     return OwnMap((width, height), tuple(_shape(shape, width, height) for shape in shapes))

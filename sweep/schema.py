@@ -114,7 +114,7 @@ def _map_forms() -> list[Schema]:
     shapes = {"disc": _mapping(disc, disc), "rectangle": _mapping(rectangle, rectangle)}
     drawn: Schema = {
         "size": {"type": "array", "items": length, "minItems": 2, "maxItems": 2, "description": "[width, height]"},
-        "shapes": {"type": "array", "items": _mapping(shapes) | _one_of(shapes), "minItems": 1},
+        "shapes": {"type": "array", "items": _mapping(shapes) | _one_of(shapes)},
     }
     pictured: Schema = {
         "image": TEXT | {"description": "a file, whose dark pixels are occupied"},

@@ -42,9 +42,11 @@ def test_a_potential_needs_a_model_that_has_one() -> None:
     [
         ("path_step: 0.5", "spec.yaml:5: no point of a path is looked at"),
         ("angle_step: 3.2", "spec.yaml:5: no other heading is looked at"),
+        ("path_step: 0.001, look_ahead: 1e6", "spec.yaml:5: more than 1,000,000 places would be looked at"),
+        ("path_step: 0.001, angle_step: 0.001", "spec.yaml:5: more than 1,000,000 places would be looked at"),
     ],
 )
-def test_steering_that_looks_at_nothing_is_refused(settings: str, message: str) -> None:
+def test_steering_that_looks_at_nothing_or_without_end_is_refused(settings: str, message: str) -> None:
     """Unless it has no weight."""
     spec = SMALL.replace("nguyen2024", "rustamani2024").replace("n: 12", f"n: 12, {settings}")
     assert refused(spec).startswith(message)

@@ -218,7 +218,7 @@ MISTAKES = [
     (["  room: {image: whole.tiff, resolution: 1}"], '7: the image "whole.tiff" has pixels of 32 bits, whose white'),
     (["  room: {image: ., resolution: 1}"], '7: the image "." is a folder'),
     (["  room: {size: [1], shapes: []}"], '7: "size" must be [width, height], not a list'),
-    (shapes(), '9: "shapes" must be a list with at least one value, not nothing'),
+    (shapes(), '9: "shapes" must be a list, not nothing'),
     (shapes("disc: {x: 1, y: 1}"), '10: missing key "radius" in "disc"'),
     (shapes("disk: {x: 1, y: 1}"), '10: unknown key "disk"; did you mean "disc"?'),
     (shapes("disc: {x: 1, y: 1, radius: -1}"), '10: "radius" must be a number above 0, at most 1e+09, not -1'),

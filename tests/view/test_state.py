@@ -74,6 +74,14 @@ def test_shapes_keep_every_bit_in_a_copied_spec(drawn: list[tuple[bool, float, f
     assert from_study(parse_spec(state.as_text())).shapes == shapes
 
 
+def test_a_map_of_its_own_without_obstacles_is_shown() -> None:
+    spec = short("fixed: {n: 5, map: room}", "maps:", "  room: {size: [90, 60], shapes: []}")
+    state = from_study(parse_spec(spec))
+    assert state.shapes == []
+    assert (state.settings["width"], state.settings["height"]) == (90, 60)
+    assert parse_spec(state.as_text()).maps["room"].obstacles == ()
+
+
 def test_shapes_replace_those_of_a_map_and_none_are_an_empty_world() -> None:
     state = begin("aziel_chen2025", "as_run").place([DISC, RECTANGLE])
     assert state.settings["map"] == "edited"
