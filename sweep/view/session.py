@@ -46,6 +46,7 @@ class Session:
         self.simulation = simulation_of(state.job)
         self.running, self.aim = False, 0
         self.exact, self.note, self.diverged = True, "", False
+        self.altered: set[str] = set()
         self._follow(state)
         self._take()
         if self.selected is not None and self.selected >= self.n:
@@ -155,7 +156,9 @@ class Session:
         self.version += 1
         if names != {"steps"} or state.streams != COMMON:
             self.exact = False
-            self.note = f"{', '.join(sorted(names))} changed at step {self.step:,}; reset shows what the spec gives"
+            self.altered |= names
+            what = ", ".join(sorted(self.altered))
+            self.note = f"{what} changed, last at step {self.step:,}; reset shows what the spec gives"
 
     def follow(self, metrics: tuple[str, ...]) -> None:
         """Plot these metrics, from here on; from the start where that needs visits that were not counted."""

@@ -122,7 +122,7 @@ def test_a_setting_changed_on_the_way_acts_from_there_on_and_is_said(change: dic
         session.advance(20)
     session.change(change)
     assert (session.step, session.exact) == (20, False)
-    assert session.note == f"{next(iter(change))} changed at step 20; reset shows what the spec gives"
+    assert session.note == f"{next(iter(change))} changed, last at step 20; reset shows what the spec gives"
     np.testing.assert_array_equal(session.bodies, plain[20])
     assert not np.array_equal(to_end(session)[-1], plain[-1])
 
@@ -133,7 +133,7 @@ def test_after_a_reset_a_changed_run_is_exact_again(tmp_path: Path) -> None:
     session.advance(10)
     session.change({"cohesion_weight": 3})
     session.place([DISC])
-    assert session.note.startswith("obstacles changed at step 10")
+    assert session.note.startswith("cohesion_weight, obstacles changed, last at step 10")
     session.reset()
     assert (session.step, session.exact, session.note, session.running) == (0, True, "", True)
     np.testing.assert_array_equal(to_end(session), launched_frames(session, tmp_path))
@@ -185,7 +185,7 @@ def test_a_run_whose_noise_depends_on_its_length_says_so_when_it_goes_on() -> No
     session = Session(from_study(parse_spec(short("fixed: {n: 5, steps: 6}"))))
     to_end(session)
     session.extend()
-    assert (session.exact, session.note) == (False, "steps changed at step 6; reset shows what the spec gives")
+    assert (session.exact, session.note) == (False, "steps changed, last at step 6; reset shows what the spec gives")
 
 
 def test_a_run_that_diverges_pauses_and_says_so() -> None:
