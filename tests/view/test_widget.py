@@ -217,9 +217,10 @@ PAGE = """<!doctype html><title>a notebook</title><body data-jp-theme-light="fal
     send: (message) => sent.push(message),
   };
   window.listeners = listeners;
+  window.happens = (event, ...about) => listeners.filter(([one]) => one === event).forEach(([, act]) => act(...about));
   window.tell = (message, frame) => {
     const buffers = frame ? [new DataView(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer)] : [];
-    for (const [, act] of listeners) act(message, buffers);
+    happens("msg:custom", message, buffers);
   };
   const el = document.createElement("div"); // which a notebook attaches only later
   window.cleanup = widget.render({ model, el });
@@ -250,6 +251,10 @@ def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(browser: Browser, 
     page.get_by_role("button", name="Run").click()
     page.wait_for_function("sent.some(({ type }) => type === 'run')")
     assert page.locator("canvas").first.bounding_box()["height"] > 200
+    page.evaluate("happens('comm_live_update')")
+    page.get_by_text("This run is gone with its kernel.").wait_for()
+    page.get_by_label("the swarm in a world").press("Space")
+    assert page.evaluate("sent.map(({ type }) => type)").count("run") == 1
     page.evaluate("cleanup()")
     assert page.evaluate("[listeners.length, document.querySelector('#cell > div').childElementCount]") == [0, 0]
     page.close()

@@ -13,6 +13,7 @@ const MANY = 300; // boids, from which on they are stamps
 const ARROW = 26;
 const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
 
+// `renewed` is called when its colours or its size have changed.
 export class Stage {
   constructor(canvas, taken) {
     this.canvas = canvas;
@@ -61,6 +62,7 @@ export class Stage {
     probe.remove();
     this.paintHeat();
     this.redraw();
+    requestAnimationFrame(() => this.renewed?.()); // JupyterLab hides all while it changes its theme
   }
 
   resize() {
@@ -71,6 +73,7 @@ export class Stage {
     this.canvas.height = Math.max(1, Math.round(height * ratio));
     this.look();
     this.draw();
+    this.renewed?.();
   }
 
   setScene(scene) {

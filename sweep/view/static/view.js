@@ -38,7 +38,7 @@ class View {
     this.keysFrom = shortcuts ?? this.root;
     this.keysFrom.addEventListener("keydown", this.keys);
     this.timer = setInterval(() => this.tick(), 500);
-    Object.assign(transport, { onmessage: (message) => this.receive(message), onopen: () => this.opening(), onclose: (words) => this.lost(words) });
+    Object.assign(transport, { onmessage: (message) => this.receive(message), onopen: () => this.opening(), onclose: (words) => this.lost(words), onend: (words) => this.end(words) });
     if (transport.start) transport.start();
     else this.opening();
   }
@@ -66,6 +66,7 @@ class View {
     const top = make("header", { className: "top" }, brand, this.pickers, actions);
     this.root.append(make("div", { className: "layout" }, top, picture, this.buildRun(), right, left, this.buildStatus()));
     this.stage = new Stage(this.canvas, (frame) => this.taken(frame));
+    this.stage.renewed = () => this.state && this.redrawPlots(this.stage.frame?.step ?? 0);
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
     picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
     picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
@@ -148,6 +149,18 @@ class View {
     this.banner.hidden = false;
   }
 
+  // For good: what is seen stays to be looked at, and nothing acts any more.
+  end(words) {
+    this.lost(words);
+    this.keysFrom.removeEventListener("keydown", this.keys);
+    for (const part of this.root.querySelectorAll(".top, .run, aside")) part.inert = true;
+    this.hand.frozen = true;
+    if (!this.state) return;
+    this.state.running = false;
+    this.showRun();
+    this.showHand();
+  }
+
   receive(message) {
     if (message instanceof ArrayBuffer || ArrayBuffer.isView(message)) {
       this.counts.received++;
@@ -163,6 +176,7 @@ class View {
 
   on_controls(controls) {
     this.say("");
+    this.banner.hidden = true;
     const known = JSON.stringify(controls);
     if (known === this.known) return;
     Object.assign(this, { known, controls });

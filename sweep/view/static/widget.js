@@ -1,30 +1,67 @@
 // The view in a notebook, by the interface of anywidget: messages go through the comm of the kernel.
 
 const WIDGET_HEIGHT = "860px";
+const WAITED = 1500; // ms
+const WAITING = "Waiting for the kernel, which is busy or gone.";
+const GONE = "This run is gone with its kernel. Run the cell again for another one.";
 
-// JupyterLab's theme is its own, whatever the system prefers.
-function useTheme({ root, stage }) {
-  const { jpThemeLight } = document.body.dataset;
-  if (!jpThemeLight) return;
-  root.style.colorScheme = jpThemeLight === "true" ? "light" : "dark";
-  stage.readColours();
+// JupyterLab's theme is its own, whatever the system prefers, and may change at any time. Returns what ends it.
+function followTheme({ root, stage }) {
+  const follow = () => {
+    const { jpThemeLight } = document.body.dataset;
+    root.style.colorScheme = { true: "light", false: "dark" }[jpThemeLight] ?? "";
+    stage.readColours();
+  };
+  const observer = new MutationObserver(follow);
+  observer.observe(document.body, { attributeFilter: ["data-jp-theme-light"] });
+  follow();
+  return () => observer.disconnect();
+}
+
+// Keys belong to the view: in a notebook D twice deletes a cell. It may still be saved.
+function keep(event) {
+  const saving = (event.ctrlKey || event.metaKey) && event.key === "s";
+  if (!saving) event.stopPropagation();
 }
 
 function render({ model, el }) {
-  const receive = (message, buffers) => transport.onmessage(buffers.length ? buffers[0] : message);
+  let mounted = null;
+  let request = 0;
+  let waiting = 0;
+  let unfollow = () => {};
+  const receive = (message, buffers) => {
+    clearTimeout(waiting);
+    transport.onmessage(buffers.length ? buffers[0] : message);
+  };
+  const lose = () => {
+    clearTimeout(waiting);
+    transport.send = () => {};
+    transport.onend(GONE);
+  };
   const transport = {
     start() {
       model.on("msg:custom", receive);
+      model.on("comm_live_update", lose); // JupyterLab's word for a kernel that begins anew
+      waiting = setTimeout(() => transport.onclose(WAITING), WAITED);
       transport.onopen();
     },
-    send: (message) => model.send(message),
-    close: () => model.off("msg:custom", receive),
+    send(message) {
+      try {
+        model.send(message);
+      } catch {
+        lose();
+      }
+    },
+    close() {
+      clearTimeout(waiting);
+      model.off("msg:custom", receive);
+      model.off("comm_live_update", lose);
+    },
   };
   const room = document.createElement("div"); // the style of `el` itself belongs to the notebook
   room.style.height = WIDGET_HEIGHT;
+  room.addEventListener("keydown", keep);
   el.append(room);
-  let mounted = null;
-  let request = 0;
   const begin = () => {
     // Without a document there are no styles, and no colours to draw with.
     if (!room.isConnected) {
@@ -32,11 +69,12 @@ function render({ model, el }) {
       return;
     }
     mounted = mount(room, transport);
-    useTheme(mounted.view);
+    unfollow = followTheme(mounted.view);
   };
   begin();
   return () => {
     cancelAnimationFrame(request);
+    unfollow();
     if (mounted) {
       transport.send({ type: "pause" });
       mounted.unmount();
