@@ -5,6 +5,7 @@ SCALE ?= full
 BIN := .venv/bin
 STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
+LAB_STAMP := .venv/installed-lab
 BROWSER_STAMP := .venv/browser
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
@@ -24,7 +25,7 @@ reproduce-figures: $(STAMP)  ## run, draw and judge all that was published; SCAL
 test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
-test-slow: $(STAMP) $(BROWSER_STAMP)  ## run the full-size tests
+test-slow: $(LAB_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow -n 0
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
@@ -55,6 +56,11 @@ $(STAMP): pyproject.toml constraints.txt
 
 $(BENCH_STAMP): $(STAMP)
 	$(UV) --group bench
+	@touch $@
+
+# The widget is tested where it lives.
+$(LAB_STAMP): $(STAMP)
+	$(UV) --editable '.[notebook]'
 	@touch $@
 
 # The page of the live simulator is tested in a real browser.
