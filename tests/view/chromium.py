@@ -32,6 +32,7 @@ BEGIN_ANEW = """() => {
   view.stage.overlays.clear();
   view.stage.edited = null;
   view.stage.forget();
+  view.fields.forEach((field) => field.accept());
   for (const name of Object.keys(view.state.sweeps)) view.send({ type: "sweep", name, off: true });
   view.send({ type: "pause" });
   view.send({ type: "overlays", names: [] });

@@ -394,6 +394,9 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     page.page.get_by_text("'much' is not allowed for alignment_weight: it is a number").wait_for()
     page.until("!boidsweep.view.asked")
     assert page.ask("document.querySelectorAll('[aria-invalid]').length") == 2
+    page.send(type="set", name="fov", value=200)
+    page.until("document.querySelectorAll('[aria-invalid]').length === 0")
+    page.send(type="set", name="fov", value=150)
     for text in ('{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}', "{", "[]", '{"type": "jump"}'):
         page.page.evaluate("text => boidsweep.socket.socket.send(text)", text)
     page.page.get_by_text('unknown message "jump"').wait_for()

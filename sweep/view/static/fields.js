@@ -58,8 +58,7 @@ export class Field {
   }
 
   set(value) {
-    this.element.classList.remove("refused");
-    this.input.removeAttribute("aria-invalid");
+    this.accept();
     this.known = null; // whatever comes of it is to be shown
     this.send({ type: "set", name: this.about.name, value });
   }
@@ -119,9 +118,12 @@ export class Field {
     if (value !== this.value) this.set(value);
   }
 
+  accept() {
+    this.input.removeAttribute("aria-invalid");
+  }
+
   refuse() {
     this.known = null;
-    this.element.classList.add("refused");
     this.input.setAttribute("aria-invalid", "true");
   }
 

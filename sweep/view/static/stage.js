@@ -13,12 +13,13 @@ const MANY = 300; // boids, from which on they are stamps
 const ARROW = 26;
 const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
 
-// `renewed` is called when its colours or its size have changed.
+// `taken` is called with each frame that is drawn, `renewed` when colours or size have changed.
 export class Stage {
-  constructor(canvas, taken) {
+  constructor(canvas, taken, renewed) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d", { alpha: false });
     this.taken = taken;
+    this.renewed = renewed;
     this.scene = null;
     this.frame = null;
     this.pending = null;
@@ -62,7 +63,7 @@ export class Stage {
     probe.remove();
     this.paintHeat();
     this.redraw();
-    requestAnimationFrame(() => this.renewed?.()); // JupyterLab hides all while it changes its theme
+    requestAnimationFrame(() => this.renewed()); // JupyterLab hides all while it changes its theme
   }
 
   resize() {
@@ -73,7 +74,7 @@ export class Stage {
     this.canvas.height = Math.max(1, Math.round(height * ratio));
     this.look();
     this.draw();
-    this.renewed?.();
+    this.renewed();
   }
 
   setScene(scene) {

@@ -65,8 +65,7 @@ class View {
     const right = make("aside", { className: "settings", "aria-label": "settings" });
     const top = make("header", { className: "top" }, brand, this.pickers, actions);
     this.root.append(make("div", { className: "layout" }, top, picture, this.buildRun(), right, left, this.buildStatus()));
-    this.stage = new Stage(this.canvas, (frame) => this.taken(frame));
-    this.stage.renewed = () => this.state && this.redrawPlots(this.stage.frame?.step ?? 0);
+    this.stage = new Stage(this.canvas, (frame) => this.taken(frame), () => this.state && this.redrawPlots(this.stage.frame?.step ?? 0));
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
     picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
     picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
@@ -241,6 +240,7 @@ class View {
   on_state(state) {
     if (state.answers === this.asked) this.asked = null;
     if (this.asked) return;
+    if (state.answers !== this.refused) for (const field of this.fields.values()) field.accept();
     this.state = state;
     this.showPickers();
     this.showFields();
@@ -376,6 +376,7 @@ class View {
     this.hand.refuse();
     this.picked = null;
     this.showFields();
+    this.refused = answers;
     if (answers && answers === this.asked) this.fields.get(this.asking.name)?.refuse();
   }
 
