@@ -14,8 +14,8 @@ from sweep.fields import Field, Value, fields, preset_settings, spelled
 from sweep.strict_yaml import read_document
 from sweep.view.protocol import OVERLAYS, Reply, plain
 
-EXPERIMENTS = Path("experiments")
-"""Where numbers that documents published may be at hand."""
+EXPERIMENTS = Path(__file__).parents[2] / "experiments"
+"""Where numbers that documents published are at hand, in a checkout."""
 ROUND = (1.0, 2.0, 5.0)
 SLIDER_STEPS = 200
 LOGARITHMIC = 1000.0
