@@ -1,6 +1,7 @@
 // What there is to choose from beside the picture: its obstacles, and the boid that is looked at.
 
 import { button, make, short, spaced } from "./dom.js";
+import { ARROW } from "./swarm.js";
 
 const MOST_ROWS = 200;
 const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "height"] };
@@ -157,7 +158,7 @@ export class Overlays {
     const on = (name) => this.inputs.get(name)?.checked;
     this.legend("accelerations", on("accelerations") && rules.length > 0, () => [
       ...rules.map((rule, i) => this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))),
-      make("small", { textContent: this.stage.arrowScale > 0 ? `an arrow of 26 px is ${short(26 / this.stage.arrowScale, 2)} ${unit}` : "" }),
+      make("small", { textContent: this.stage.arrowScale > 0 ? `an arrow of ${ARROW} px is ${short(ARROW / this.stage.arrowScale, 2)} ${unit}` : "" }),
     ]);
     const most = this.stage.heatMost;
     this.legend("coverage", on("coverage") && most > 0, () => [

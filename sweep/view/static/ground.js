@@ -1,0 +1,118 @@
+// What lies still: the world, its visits and obstacles, the goal, the handles of what is selected, and the scale.
+
+import { OBSTACLE_PIXEL } from "./frames.js";
+import { short } from "./dom.js";
+
+export const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
+
+export function drawGround(stage) {
+  const { context, scene } = stage;
+  const world = stage.box(0, 0, scene.width, scene.height);
+  context.fillStyle = stage.colours.ground;
+  context.fillRect(...world);
+  if (stage.overlays.has("coverage") && stage.coverage) {
+    context.imageSmoothingEnabled = false;
+    context.save();
+    context.translate(world[0], stage.upright > 0 ? world[1] : world[1] + world[3]);
+    context.scale(1, stage.upright);
+    context.drawImage(stage.heat, 0, 0, world[2], world[3]);
+    context.restore();
+  }
+  context.strokeStyle = stage.colours.border;
+  context.lineWidth = 1.5;
+  context.setLineDash(scene.borders === "bounded" ? [] : scene.borders === "torus" ? [7, 4] : [2, 4]);
+  context.strokeRect(...world);
+  context.setLineDash([]);
+}
+
+export function paintHeat(stage) {
+  if (!stage.coverage) return;
+  const { rows, columns, visits } = stage.coverage;
+  stage.heatMost = visits.reduce((most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)), 0);
+  const [red, green, blue] = stage.colours.heat.match(/[\d.]+/g).map(Number);
+  const table = new Uint32Array(256);
+  for (let count = 1; count < OBSTACLE_PIXEL; count++) {
+    const opacity = 0.16 + 0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
+    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) | (green << 8) | red;
+  }
+  if (stage.heat.width !== columns || stage.heat.height !== rows) [stage.heat.width, stage.heat.height] = [columns, rows];
+  const context = stage.heat.getContext("2d");
+  const image = context.createImageData(columns, rows);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let i = 0; i < pixels.length; i++) pixels[i] = table[visits[i]];
+  context.putImageData(image, 0, 0);
+}
+
+function outline(stage, [x, y, halfWidth, halfHeight, round]) {
+  const { context } = stage;
+  const middle = stage.toScreen({ x, y });
+  const [across, along] = [halfWidth * stage.camera.scale, halfHeight * stage.camera.scale];
+  context.beginPath();
+  if (round) context.arc(middle.x, middle.y, Math.max(across, 2.5), 0, 2 * Math.PI);
+  else context.rect(middle.x - across, middle.y - along, 2 * across, 2 * along);
+}
+
+export function drawObstacles(stage) {
+  const { context } = stage;
+  context.fillStyle = stage.colours.obstacle;
+  context.strokeStyle = stage.colours.edge;
+  context.lineWidth = 1;
+  for (const obstacle of stage.obstacles) {
+    outline(stage, obstacle);
+    context.fill();
+    context.stroke();
+  }
+}
+
+export function drawGoal(stage) {
+  const { context } = stage;
+  const [x, y, radius] = stage.scene.goal ?? [0, 0, 0];
+  if (x === 0 && y === 0) return; // where no model wants anybody to go
+  const at = stage.toScreen({ x, y });
+  context.strokeStyle = context.fillStyle = stage.colours.goal;
+  context.lineWidth = 1.5;
+  context.setLineDash([4, 4]);
+  context.beginPath();
+  context.arc(at.x, at.y, radius * stage.camera.scale, 0, 2 * Math.PI);
+  context.stroke();
+  context.setLineDash([]);
+  context.fill(new Path2D(`M${at.x - 1} ${at.y}v-18h12l-3 4 3 4h-10v10z`));
+  context.beginPath();
+  context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
+  context.fill();
+}
+
+export function drawHandles(stage) {
+  const chosen = stage.obstacles[stage.marked];
+  if (!chosen) return;
+  const { context } = stage;
+  context.strokeStyle = stage.colours.chosen;
+  context.fillStyle = stage.colours.ground;
+  context.lineWidth = 2;
+  outline(stage, chosen);
+  context.stroke();
+  for (const { x, y } of stage.handles(chosen)) {
+    context.beginPath();
+    context.rect(x - 4, y - 4, 8, 8);
+    context.fill();
+    context.stroke();
+  }
+}
+
+export function drawScale(stage) {
+  const { context } = stage;
+  const rough = 110 / stage.camera.scale;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ?? power;
+  const [left, right, y] = [MARGIN.side, MARGIN.side + length * stage.camera.scale, stage.height - 11];
+  context.strokeStyle = context.fillStyle = stage.colours.muted;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.moveTo(left, y - 4);
+  context.lineTo(left, y);
+  context.lineTo(right, y);
+  context.lineTo(right, y - 4);
+  context.stroke();
+  context.font = "12px system-ui, sans-serif";
+  context.fillText(`${short(length)} ${stage.scene.length}`, right + 7, y + 1);
+}

@@ -1,0 +1,161 @@
+// What moves: boids with their trails, whom one of them sees, and the accelerations by rule.
+
+import { CORNERS } from "./stamps.js";
+
+export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
+const TRAIL_GAP = 10; // steps between two frames, from which on a straight line says nothing
+const MANY = 300; // boids, from which on they are stamps
+export const ARROW = 26; // CSS pixels, a usual acceleration
+
+export function drawTrails(stage) {
+  const { context, trail } = stage;
+  const origin = stage.toScreen({ x: 0, y: 0 });
+  const [across, along] = [stage.camera.scale, stage.camera.scale * stage.upright];
+  const [farX, farY] = [stage.scene.width / 2, stage.scene.height / 2];
+  context.strokeStyle = stage.colours.boid;
+  context.lineWidth = 1;
+  for (let k = 1; k < trail.length; k++) {
+    const [from, to] = [trail[k - 1], trail[k]];
+    if (to.step - from.step > TRAIL_GAP) continue;
+    context.globalAlpha = 0.55 * (k / trail.length) ** 1.5;
+    context.beginPath();
+    for (let i = 0; i < to.x.length; i++) {
+      if (Math.abs(to.x[i] - from.x[i]) > farX || Math.abs(to.y[i] - from.y[i]) > farY) continue;
+      context.moveTo(origin.x + across * from.x[i], origin.y + along * from.y[i]);
+      context.lineTo(origin.x + across * to.x[i], origin.y + along * to.y[i]);
+    }
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+}
+
+export function drawPerception(stage) {
+  const { context, selection: chosen } = stage;
+  if (!chosen || chosen.boid >= stage.frame.n) return;
+  const [x, y] = [stage.screenX[chosen.boid], stage.screenY[chosen.boid]];
+  const half = ((Math.min(chosen.fov ?? 360, 360) / 2) * Math.PI) / 180;
+  const heading = (chosen.heading ?? 0) * stage.upright;
+  context.strokeStyle = context.fillStyle = stage.colours.chosen;
+  context.lineWidth = 1.25;
+  if (Number.isFinite(chosen.range)) {
+    context.beginPath();
+    if (half < Math.PI) context.moveTo(x, y);
+    context.arc(x, y, chosen.range * stage.camera.scale, heading - half, heading + half);
+    if (half < Math.PI) context.closePath();
+    context.globalAlpha = 0.12;
+    context.fill();
+    context.globalAlpha = 0.8;
+    context.stroke();
+  }
+  context.globalAlpha = 0.7;
+  context.beginPath();
+  for (const other of chosen.neighbours) {
+    const [dx, dy] = [stage.screenX[other] - x, stage.screenY[other] - y];
+    const far = Math.abs(dx) > (stage.scene.width * stage.camera.scale) / 2;
+    if (far || Math.abs(dy) > (stage.scene.height * stage.camera.scale) / 2) continue;
+    context.moveTo(x, y);
+    context.lineTo(x + dx, y + dy);
+  }
+  context.stroke();
+  context.globalAlpha = 1;
+}
+
+function boidLength(stage) {
+  const { scene, camera, frame } = stage;
+  const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) * camera.scale;
+  return Math.min(Math.max(room, 4), 11);
+}
+
+export function drawBoids(stage) {
+  const { context, frame } = stage;
+  const size = boidLength(stage);
+  const of = stage.overlays.has("flocks") && frame.flocks ? stage.flocks.ofBoid : null;
+  if (frame.n > MANY) stampBoids(stage, size, of);
+  else for (let i = 0; i < frame.n; i++) drawBoid(stage, i, size, boidColour(stage, of, i));
+  const chosen = stage.selection?.boid;
+  if (chosen === undefined || chosen >= frame.n) return;
+  drawBoid(stage, chosen, 1.5 * size, stage.colours.chosen);
+  context.strokeStyle = stage.colours.chosen;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.arc(stage.screenX[chosen], stage.screenY[chosen], size + 4, 0, 2 * Math.PI);
+  context.stroke();
+}
+
+function boidColour(stage, flocks, i) {
+  if (!flocks) return stage.colours.boid;
+  return flocks[i] < 0 ? stage.colours.edge : stage.rules[flocks[i]];
+}
+
+function drawBoid(stage, i, size, colour) {
+  const { context } = stage;
+  const angle = (stage.frame.heading[i] / 128) * Math.PI * stage.upright;
+  const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
+  context.fillStyle = colour;
+  context.beginPath();
+  for (const [along, across] of CORNERS) {
+    context.lineTo(stage.screenX[i] + along * cos - across * sin, stage.screenY[i] + along * sin + across * cos);
+  }
+  context.fill();
+}
+
+function stampBoids(stage, size, flocks) {
+  const { context, canvas, frame, ratio } = stage;
+  const packed = (colour) => colour.match(/\d+/g).reduce((sum, part, place) => sum + (Number(part) << (8 * place)), 0);
+  const colours = [stage.colours.edge, ...stage.rules].map(packed);
+  const plain = packed(stage.colours.boid);
+  stage.stamps.begin(canvas.width, canvas.height, Math.round(size * ratio * 4) / 4, stage.upright);
+  for (let i = 0; i < frame.n; i++) {
+    const colour = flocks ? colours[flocks[i] + 1] : plain;
+    stage.stamps.add(stage.screenX[i] * ratio, stage.screenY[i] * ratio, frame.heading[i], colour);
+  }
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.drawImage(stage.stamps.end(), 0, 0);
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+}
+
+export function drawAccelerations(stage) {
+  const { accelerations, rules, n } = stage.frame;
+  if (!accelerations) return;
+  const chosen = stage.selection ? [stage.selection.boid] : Array.from({ length: n }, (_, i) => i);
+  let [sum, count] = [0, 0];
+  for (const length of lengths(stage, chosen)) if (length > 0) [sum, count] = [sum + length * length, count + 1];
+  if (!count) return;
+  const scale = ARROW / Math.sqrt(sum / count);
+  const sudden = !(stage.arrowScale > scale / 5 && stage.arrowScale < scale * 5);
+  stage.arrowScale = sudden ? scale : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
+  for (let rule = 0; rule < rules; rule++) drawRule(stage, rule, chosen);
+}
+
+function* lengths(stage, boids) {
+  const { accelerations, rules, n } = stage.frame;
+  for (let rule = 0; rule < rules; rule++) {
+    for (const i of boids) yield Math.hypot(accelerations[2 * rule * n + i], accelerations[(2 * rule + 1) * n + i]);
+  }
+}
+
+function drawRule(stage, rule, boids) {
+  const { context, screenX, screenY } = stage;
+  const { accelerations, n } = stage.frame;
+  context.strokeStyle = stage.rules[rule % RULES];
+  context.lineWidth = 1.5;
+  context.setLineDash(rule < RULES ? [] : [3, 2]);
+  context.beginPath();
+  for (const i of boids) {
+    let dx = accelerations[2 * rule * n + i] * stage.arrowScale;
+    let dy = accelerations[(2 * rule + 1) * n + i] * stage.arrowScale * stage.upright;
+    const length = Math.hypot(dx, dy);
+    if (!(length > 2)) continue;
+    const part = Math.min(1, (3 * ARROW) / length);
+    [dx, dy] = [dx * part, dy * part];
+    const head = Math.min(5, length / 3) / (length * part);
+    const [x, y] = [screenX[i] + dx, screenY[i] + dy];
+    context.moveTo(screenX[i], screenY[i]);
+    context.lineTo(x, y);
+    context.lineTo(x - head * (dx + 0.6 * dy), y - head * (dy - 0.6 * dx));
+    context.moveTo(x, y);
+    context.lineTo(x - head * (dx - 0.6 * dy), y - head * (dy + 0.6 * dx));
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
