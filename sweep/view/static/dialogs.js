@@ -1,21 +1,7 @@
 // What opens on demand: the copied spec, files to take away, the keys, and which metrics are plotted.
 
 import { button, make, spaced } from "./dom.js";
-
-const KEYS = [
-  ["Space", "run or pause"],
-  [".", "one step"],
-  ["R", "reset: the same seed from step 0"],
-  ["1 to 9, then + or −", "choose a weight and change it"],
-  ["V, D, B, G", "tools: select, disc, box, goal"],
-  ["Click, [ or ]", "select a boid, or the one before or after"],
-  ["Arrow keys", "move the selected obstacle; with Shift, resize it; without one, move the view"],
-  ["Delete", "remove the selected obstacle"],
-  ["Ctrl Z", "undo a change of the obstacles"],
-  ["Wheel, Page Up, Page Down", "zoom; F shows the whole world"],
-  ["C", "copy as spec"],
-  ["Esc", "let go of what is selected"],
-];
+import { KEYS } from "./keys.js";
 
 export function download(name, mime, bytes) {
   const address = URL.createObjectURL(new Blob([bytes], { type: mime }));

@@ -1,14 +1,16 @@
 // The whole view: built once in an element, then kept like what the other side of a transport says.
 
-import { button, make, randomName, setIcon, short, spaced, unitText, write } from "./dom.js";
+import { button, make, randomName, short, spaced, unitText, write } from "./dom.js";
 import { Stage } from "./stage.js";
 import { Hand } from "./pointer.js";
 import { Plot, Series } from "./plots.js";
 import { Field, Tip } from "./fields.js";
+import { Keys } from "./keys.js";
+import { Pickers, ReplayCard } from "./pickers.js";
+import { RunBar } from "./run.js";
 import { BoidCard, ObstacleList, Overlays } from "./lists.js";
 import { bytesOf, download, keysDialog, Menu, MetricsDialog, SpecDialog } from "./dialogs.js";
 
-const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000, 0];
 const TOOLS = { select: ["V", "Select and move"], disc: ["D", "Draw a disc"], rectangle: ["B", "Draw a box"], goal: ["G", "Set the goal"] };
 const FILES = [
   ["png", "PNG", "this frame as pixels"],
@@ -34,9 +36,7 @@ class View {
     this.send = (message) => this.ask(message);
     this.build();
     this.tip = new Tip(this.root);
-    this.keys = (event) => this.key(event);
-    this.keysFrom = shortcuts ?? this.root;
-    this.keysFrom.addEventListener("keydown", this.keys);
+    this.keys = new Keys(this, shortcuts ?? this.root);
     this.timer = setInterval(() => this.tick(), 500);
     Object.assign(transport, { onmessage: (message) => this.receive(message), onopen: () => this.opening(), onclose: (words) => this.lost(words), onend: (words) => this.end(words) });
     if (transport.start) transport.start();
@@ -45,14 +45,15 @@ class View {
 
   unmount() {
     clearInterval(this.timer);
-    this.keysFrom.removeEventListener("keydown", this.keys);
+    this.keys.stop();
     this.stage.stop();
     this.transport.close();
     this.root.remove();
   }
 
   build() {
-    this.pickers = make("div", { className: "pickers" });
+    this.pickers = new Pickers(this.prefix, this.send);
+    this.run = new RunBar(this.send);
     const act = (picture, words, message) => button(picture, words, message, words);
     this.copy = button("copy", "Copy as spec", () => this.send({ type: "spec" }), "Copy as spec", { className: "primary" });
     this.files = new Menu("Export", "save", FILES.map(([kind, name, hint]) => [name, hint, () => this.export(kind)]));
@@ -63,9 +64,9 @@ class View {
     const picture = make("section", { className: "picture", "aria-label": "picture" }, this.canvas);
     const left = make("aside", { className: "watch", "aria-label": "overlays and metrics" });
     const right = make("aside", { className: "settings", "aria-label": "settings" });
-    const top = make("header", { className: "top" }, brand, this.pickers, actions);
-    this.root.append(make("div", { className: "layout" }, top, picture, this.buildRun(), right, left, this.buildStatus()));
-    this.stage = new Stage(this.canvas, (frame) => this.taken(frame), () => this.state && this.redrawPlots(this.stage.frame?.step ?? 0));
+    const top = make("header", { className: "top" }, brand, this.pickers.element, actions);
+    this.root.append(make("div", { className: "layout" }, top, picture, this.run.element, right, left, this.buildStatus()));
+    this.stage = new Stage(this.canvas, (frame) => this.taken(frame), () => this.state && this.redrawPlots());
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
     picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
     picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
@@ -93,20 +94,6 @@ class View {
     return make("div", { className: "tools right", role: "toolbar", "aria-label": "view" }, world, boids);
   }
 
-  buildRun() {
-    this.back = button("reset", "Reset: the same seed from step 0 (R)", () => this.send({ type: "reset" }));
-    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", { className: "primary going" });
-    this.single = button("step", "One step (.)", () => this.send({ type: "step", count: 1 }));
-    this.bar = make("progress", { "aria-label": "steps done", max: 1, value: 0 });
-    this.scrub = make("input", { type: "range", hidden: true, "aria-label": "step" });
-    this.scrub.addEventListener("input", () => this.send({ type: "seek", frame: Number(this.scrub.value) }));
-    this.clock = make("output", { className: "clock" });
-    const options = SPEEDS.map((speed) => make("option", { value: speed, textContent: speed ? `${speed} steps/s` : "as fast as it goes" }));
-    this.speed = make("select", { "aria-label": "speed" }, ...options);
-    this.speed.addEventListener("change", () => this.send({ type: "speed", steps_per_second: Number(this.speed.value) }));
-    return make("section", { className: "run", "aria-label": "run" }, this.back, this.going, this.single, this.bar, this.scrub, this.clock, this.speed);
-  }
-
   buildStatus() {
     this.exact = make("span", { className: "exact", role: "status" });
     this.rates = make("span", { className: "rates" });
@@ -124,10 +111,10 @@ class View {
   }
 
   buildSettings(right) {
-    this.record = make("section", { className: "record", hidden: true, "aria-label": "replay" });
+    this.record = new ReplayCard();
     this.groups = make("div");
     this.list = new ObstacleList(this.hand);
-    right.append(this.record, this.groups, this.list.element);
+    right.append(this.record.element, this.groups, this.list.element);
   }
 
   opening() {
@@ -151,7 +138,7 @@ class View {
   // For good: what is seen stays to be looked at, and nothing acts any more.
   end(words) {
     this.lost(words);
-    this.keysFrom.removeEventListener("keydown", this.keys);
+    this.keys.stop();
     for (const part of this.root.querySelectorAll(".top, .run, aside")) part.inert = true;
     this.hand.frozen = true;
     if (!this.state) return;
@@ -170,7 +157,9 @@ class View {
   taken(frame) {
     this.counts.drawn++;
     this.transport.send({ type: "ready" });
-    this.showStep(frame.step);
+    if (!this.state) return;
+    this.run.showStep(frame.step);
+    this.redrawPlots();
   }
 
   on_controls(controls) {
@@ -186,7 +175,7 @@ class View {
     this.weights = [];
     const groups = controls.groups.map((group) => this.group(group)).sort((a, b) => (b.dataset.first ?? 0) - (a.dataset.first ?? 0));
     this.groups.replaceChildren(...groups);
-    this.picked = null;
+    this.pickers.forget();
   }
 
   group({ name, fields }) {
@@ -207,42 +196,12 @@ class View {
     return group;
   }
 
-  // A labelled list of names, whose texts are hints.
-  picker(label, value, options, act) {
-    const id = `${this.prefix}-${label}`;
-    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: name, title: text }));
-    const select = make("select", { id, on: { change: () => act(select.value) } }, ...choices);
-    select.value = value;
-    return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
-  }
-
-  showPickers() {
-    const { controls, state } = this;
-    const { model: shown, preset: chosen, settings, replay } = state;
-    const picked = JSON.stringify([shown, chosen, settings.map, Boolean(replay)]);
-    if (picked === this.picked) return;
-    this.picked = picked;
-    const named = (one) => (typeof one === "string" ? { name: one } : { ...one, text: one.text ?? one.source });
-    const model = controls.models.find(({ name }) => name === state.model);
-    const other = (name) => controls.models.find((one) => one.name === name);
-    const preset = (name) => (other(name).presets.includes(state.preset) ? state.preset : other(name).presets.at(-1));
-    const maps = controls.maps.map(named);
-    const map = state.settings.map;
-    if (map && !maps.some(({ name }) => name === map)) maps.push({ name: map });
-    this.pickers.replaceChildren(
-      this.picker("model", state.model, controls.models.map(named), (name) => this.send({ type: "model", model: name, preset: preset(name) })),
-      this.picker("preset", state.preset, model.presets.map(named), (name) => this.send({ type: "model", model: state.model, preset: name })),
-      this.picker("map", map, maps, (name) => this.send({ type: "set", name: "map", value: name })),
-    );
-    for (const select of this.pickers.querySelectorAll("select")) select.disabled = Boolean(state.replay);
-  }
-
   on_state(state) {
     if (state.answers === this.asked) this.asked = null;
     if (this.asked) return;
     if (state.answers !== this.refused) for (const field of this.fields.values()) field.accept();
     this.state = state;
-    this.showPickers();
+    this.pickers.show(this.controls, state);
     this.showFields();
     this.showPlots();
     this.showRun();
@@ -251,7 +210,9 @@ class View {
     this.stage.overlays = new Set(this.overlays.chosen);
     if (state.selected === null || state.selected === undefined) this.on_selection({ boid: null });
     this.hand.frozen = Boolean(state.replay);
-    this.showReplay();
+    this.record.show(state.replay);
+    this.files.element.hidden = Boolean(state.replay?.recorded);
+    this.root.classList.toggle("replays", Boolean(state.replay));
     this.showHand();
     this.stage.redraw();
   }
@@ -270,50 +231,25 @@ class View {
   }
 
   showRun() {
-    const { running, exact, note, speed, sweeps } = this.state;
-    const words = running ? "Pause" : this.ended ? "Go on" : "Run";
-    if (this.going.lastChild.textContent !== words) setIcon(this.going, running ? "pause" : this.ended ? "forward" : "play", this.ended && !running ? "Go on: twice as many steps (Space)" : `${words} (Space)`);
-    this.going.lastChild.textContent = words;
-    if (!SPEEDS.includes(speed)) this.odd(speed);
-    this.speed.value = String(speed);
+    const { exact, note, sweeps } = this.state;
     const count = Object.keys(sweeps ?? {}).length;
     const swept = count ? ` · the spec sweeps ${count === 1 ? "1 setting" : `${count} settings`}` : "";
-    const text = (exact ? "exact: the spec gives these very frames" : note) + swept;
-    write(this.exact, text);
+    write(this.exact, (exact ? "exact: the spec gives these very frames" : note) + swept);
     this.exact.classList.toggle("not", !exact);
-    this.showStep(this.stage.frame?.step ?? this.state.step);
+    this.run.show(this.state, this.shown);
+    this.redrawPlots();
   }
 
-  odd(speed) {
-    if ([...this.speed.options].every((option) => Number(option.value) !== speed)) {
-      this.speed.add(make("option", { value: speed, textContent: `${short(speed)} steps/s` }));
-    }
+  // The step of the frame on the screen.
+  get shown() {
+    return this.stage.frame?.step ?? this.state?.step ?? 0;
   }
 
-  get ended() {
-    const { replay, step, steps, running } = this.state;
-    return !replay && !running && step >= steps;
-  }
-
-  showStep(step) {
-    if (!this.state) return;
-    const { steps, replay } = this.state;
-    const last = replay ? replay.frames[1] : steps;
-    write(this.clock, `step ${step} of ${last}`);
-    this.bar.hidden = Boolean(replay);
-    this.scrub.hidden = !replay;
-    this.bar.max = Math.max(1, last);
-    this.bar.value = step;
-    if (replay && !this.scrub.matches(":active")) Object.assign(this.scrub, { min: replay.frames[0], max: last, step: replay.frames[2], value: step });
-    if (replay) this.scrub.style.setProperty("--part", `${(100 * (this.scrub.value - this.scrub.min)) / Math.max(1, last - this.scrub.min)}%`);
-    this.redrawPlots(step);
-  }
-
-  redrawPlots(step) {
+  redrawPlots() {
     const now = performance.now();
     if (now - (this.plotted ?? 0) < 60 && this.state.running) return;
     this.plotted = now;
-    for (const plot of this.plots.values()) plot.draw(step, this.stage.colours);
+    for (const plot of this.plots.values()) plot.draw(this.shown, this.stage.colours);
   }
 
   showPlots() {
@@ -341,7 +277,7 @@ class View {
   on_metrics({ steps, values, reset }) {
     if (reset) for (const series of this.series.values()) series.clear();
     for (const [name, row] of Object.entries(values)) this.seriesOf(name).add(steps, row);
-    this.redrawPlots(this.stage.frame?.step ?? this.state?.step ?? 0);
+    if (this.state) this.redrawPlots();
   }
 
   on_scene(scene) {
@@ -374,7 +310,7 @@ class View {
   on_error({ message, answers }) {
     this.say(message, true);
     this.hand.refuse();
-    this.picked = null;
+    this.pickers.forget();
     this.showFields();
     this.refused = answers;
     if (answers && answers === this.asked) this.fields.get(this.asking.name)?.refuse();
@@ -412,33 +348,9 @@ class View {
     if (this.stage.scene) this.list.show();
   }
 
-  showReplay() {
-    const { replay } = this.state;
-    this.record.hidden = !replay;
-    this.files.element.hidden = Boolean(replay?.recorded);
-    this.root.classList.toggle("replays", Boolean(replay));
-    if (!replay || this.replayed === JSON.stringify(replay)) return;
-    this.replayed = JSON.stringify(replay);
-    const known = Object.entries(replay.metrics ?? {}).map(([name, { stored, replayed }]) => {
-      const cells = [stored, replayed].map((value) => make("td", { textContent: short(value, 6) }));
-      return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
-    });
-    const head = make("tr", {}, ...["at the end", "stored", "replayed"].map((textContent) => make("th", { scope: "col", textContent })));
-    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: replay.words });
-    const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
-    const table = known.length ? [make("table", {}, make("thead", {}, head), make("tbody", {}, ...known))] : [];
-    this.record.replaceChildren(make("h2", { textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial" }), trial, verdict, ...table);
-  }
-
   fit(how) {
     this.stage.setFit(how);
     this.showHand();
-  }
-
-  toggle() {
-    this.send({ type: this.state.running ? "pause" : this.ended ? "continue" : "run" });
-    this.state.running = !this.state.running;
-    this.showRun();
   }
 
   tick() {
@@ -450,58 +362,6 @@ class View {
     Object.assign(counts, { drawn: 0, received: 0, since: performance.now() });
     const { length = "", time = "" } = stage.scene ?? {};
     this.overlays.explain(this.rules, unitText(`${length}/${time}^2`));
-  }
-
-  key(event) {
-    if (event.key === "Tab") this.pointed = false;
-    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]");
-    if (typing || !this.state) return;
-    const undoing = event.key === "z" && (event.ctrlKey || event.metaKey);
-    if (undoing) this.hand.undo();
-    if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
-    if (event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")) {
-      if (!this.pointed) return;
-      event.target.blur(); // it was clicked, not reached by the keyboard: the key is meant for the run
-    }
-    if (!undoing && !this.shortcut(event.key)) return;
-    event.preventDefault();
-  }
-
-  shortcut(key) {
-    const acts = {
-      " ": () => this.toggle(),
-      ".": () => this.send({ type: "step", count: 1 }),
-      r: () => this.send({ type: "reset" }),
-      f: () => this.fit("world"),
-      c: () => this.send({ type: "spec" }),
-      v: () => this.hand.use("select"),
-      d: () => this.hand.use("disc"),
-      b: () => this.hand.use("rectangle"),
-      g: () => this.stage.scene?.goal && this.hand.use("goal"),
-      "[": () => this.boid.beside(-1),
-      "]": () => this.boid.beside(1),
-      "?": () => this.help.showModal(),
-      "+": () => this.weigh(1),
-      "=": () => this.weigh(1),
-      "-": () => this.weigh(-1),
-      Delete: () => this.hand.remove(),
-      Escape: () => this.hand.release(),
-    };
-    const act = /^[1-9]$/.test(key) ? () => this.weigh(0, Number(key) - 1) : acts[key.length === 1 ? key.toLowerCase() : key];
-    act?.();
-    return Boolean(act);
-  }
-
-  // Weights by keyboard: a digit chooses one, plus and minus change it.
-  weigh(direction, index = this.weight ?? 0) {
-    const field = this.weights?.[index];
-    if (!field || this.hand.frozen) return;
-    this.weight = index;
-    const value = direction ? field.step(direction) : field.value;
-    this.hint.textContent = `${index + 1}  ${spaced(field.about.name)} ${short(value, 6)}  (+ or −)`;
-    this.hint.hidden = false;
-    clearTimeout(this.hinted);
-    this.hinted = setTimeout(() => (this.hint.hidden = true), 2500);
   }
 }
 
