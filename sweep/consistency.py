@@ -69,7 +69,8 @@ LOOKING = (
     ),
     Demand(
         f"obstacle_weight == 0 or {2 * math.pi} * look_ahead <= {MOST_LOOKS} * angle_step * path_step",
-        f"more than {MOST_LOOKS:,} places would be looked at in every step: angle_step or path_step is too small",
+        f"more than {MOST_LOOKS:,} places would be looked at by each boid: angle_step or path_step is too small,"
+        " or look_ahead too large",
     ),
 )
 CELLS = Demand(

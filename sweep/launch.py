@@ -136,12 +136,12 @@ class _Launch:
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
         """The places in the plan of the trials to run; takes note of how many are stored."""
-        kept = among(ids, stored["trial_id"])
+        kept = _among(ids, stored["trial_id"])
         self.progress.apart = len(stored) - int(kept.sum())
         if self.retry:
             not_done = stored["trial_id"].filter(pc.not_equal(stored["status"], "done"))
             untried = not_done.filter(pc.invert(pc.is_in(not_done, value_set=pa.array(self.failed, pa.string()))))
-            kept &= ~among(ids, untried)
+            kept &= ~_among(ids, untried)
         ours = np.ones(len(ids), np.bool_)
         if self.share:
             ours = np.concatenate([self.share.has(chunk.to_pylist()) for chunk in ids.chunks])
@@ -165,7 +165,7 @@ def _statuses(store: Store) -> pa.Table:
     return table
 
 
-def among(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> NDArray[np.bool_]:
+def _among(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> NDArray[np.bool_]:
     """Which of `ids` are among the `known` ones, looked up LOOKED_UP at a time: a table of all would be large."""
     found = np.zeros(len(ids), np.bool_)
     for first in range(0, len(known), LOOKED_UP):

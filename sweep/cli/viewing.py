@@ -42,7 +42,7 @@ def view(
     """
     if what and (model or preset or map_name):
         stop(f"--model, --preset and --map are for a view without {what}, which has its own")
-    if trial and _is_spec(str(what)):
+    if what and trial and _is_spec(what):
         stop(f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY {trial}")
     try:
         from sweep.view.server import Server

@@ -29,13 +29,15 @@ class Wanted(NamedTuple):
 
 
 def check(study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False) -> None:
-    """Raise StoreError where something wanted cannot be: a file, a frame, an MP4 without ffmpeg, an unknown trial."""
+    """Raise StoreError where something wanted cannot be.
+
+    That is a file, a frame, an MP4 without ffmpeg, a page of too many boids, or anything of an unknown trial.
+    """
     if wanted.trajectory:
         check_output(wanted.trajectory, [".parquet"], force=force)
     if wanted.animation:
         check_output(wanted.animation, [".gif", ".mp4", ".html"], force=force)
-        if wanted.animation.suffix == ".mp4":
-            find_ffmpeg()
+        _check_animation(study, trial, wanted.animation, wanted.every)
     if wanted.picture:
         frame, path = wanted.picture
         check_output(path, [".png"], force=force)
@@ -59,6 +61,15 @@ def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
         write_picture(study.name, job, frame, path, _report(path))
         written.append(path)
     return written
+
+
+def _check_animation(study: StoredStudy, trial: str, path: Path, every: int) -> None:
+    if path.suffix == ".mp4":
+        find_ffmpeg()
+    elif path.suffix == ".html":
+        from sweep.view.recording import check_page
+
+        check_page(stored_job(study, stored_trial(study, trial)), every)
 
 
 def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:

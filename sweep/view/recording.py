@@ -12,6 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from sweep.jobs import Job
 from sweep.keeping.flight import Report
 from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
@@ -40,7 +41,7 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
     With more frames than it has room for it has every second, third, ... of them. `spec` is the YAML that it hands out.
     Raises StoreError where too few frames would be left.
     """
-    few = thinned(flight, _room(flight))
+    few = thinned(flight, _room(flight.job, len(flight.steps)))
     size = float(few.job.settings["width"]), float(few.job.settings["height"])
     frames = b"".join(frame(int(step), one, size) for step, one in zip(few.steps, few.bodies, strict=True))
     said = {message["type"]: message for message in greeting}
@@ -58,23 +59,29 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
     return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
 
 
+def check_page(job: Job, every: int) -> None:
+    """Raise StoreError where a page has no room for a trial with a frame every `every` steps; 0 stands for 1."""
+    _room(job, int(job.settings["steps"]) // (every or 1) + 1)
+
+
 def write_page(study: StoredStudy, trial: str, path: Path, every: int, report: Report) -> None:
     """Write a stored trial as a page that plays it, with a frame every `every` steps; 0: as many as it has room for.
 
-    Raises StoreError where the trial cannot be shown, or has too many boids for a page.
+    Raises StoreError where the trial cannot be shown, and as `check_page` does.
     """
     shown = Replay(study, trial, report)
     flight = fly(study.name, shown.job, tuple(shown.track.values), every=every)
     record(flight, shown.greeting(), shown.spec()).save(path, force=True)
 
 
-def _room(flight: Flight) -> int:
-    """How many frames a page has room for."""
-    bytes_a_frame = math.ceil((32 + 5 * int(flight.job.settings["n"]) + 3) * 4 / 3)
+def _room(job: Job, frames: int) -> int:
+    """How many frames of a trial a page has room for; StoreError where that is too little for one of so many frames."""
+    n = int(job.settings["n"])
+    bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
     room = MOST_BYTES // bytes_a_frame
-    if room < min(FEWEST_FRAMES, len(flight.steps)):
+    if room < min(FEWEST_FRAMES, frames):
         raise StoreError(
-            f"{int(flight.job.settings['n']):,} boids take {bytes_a_frame:,} bytes a frame; a page has room for "
+            f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for "
             f"{MOST_BYTES:,}, which are {room} frames: it would jump; export an animation instead"
         )
     return room

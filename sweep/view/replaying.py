@@ -36,12 +36,14 @@ AS_STORED = "Every number equals the stored one, bit for bit."
 class Replay(Live):
     """The replay of a stored trial, at step 0; `differences` are those to what is stored of it.
 
-    Raises StoreError where there is no such trial, where its map is not known any more, and where it fails.
+    Raises StoreError where there is no such trial, where its map is not known any more, and where it fails, and
+    SpecError where it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
         self.study, self.stored = study, stored_trial(study, trial)
         self.job = stored_job(study, self.stored)
+        state = from_job(self.job)
         try:
             self.track = survey(self.job, _measured(self.job), report)
             self.differences = differences(study.name, self.stored, simulate(self.job))
@@ -50,7 +52,7 @@ class Replay(Live):
                 raise
             about = f"{type(error).__name__}: {error}"
             raise StoreError(f"trial {trial} cannot be shown, as it fails: {about}") from error
-        super().__init__(from_job(self.job))
+        super().__init__(state)
 
     def _begin(self, state: ViewState) -> None:
         self.running, self.aim = False, 0

@@ -14,6 +14,7 @@ from playwright.sync_api import Browser
 
 from kernels.models import MODELS
 from sweep.design import expand
+from sweep.document import SpecError
 from sweep.fields import fields
 from sweep.spec import parse_spec
 from sweep.trial import simulate
@@ -436,8 +437,26 @@ def test_on_a_slow_line_controls_show_what_was_asked_last(opened: Open, monkeypa
     until_set(page, "cohesion_weight", seen[-1])
     page.page.keyboard.press("Space")
     page.page.keyboard.press("Space")
+    for _ in range(3):
+        page.page.keyboard.press("]")
     page.until("!boidsweep.view.asked")
     assert not live(page).running
+    assert live(page).selected == 2
+
+
+def test_a_page_that_gets_no_run_says_why(browser: Browser) -> None:
+    def none() -> Live:
+        raise SpecError("there is nothing to see")
+
+    complaints: list[str] = []
+    with running_server(none) as server:
+        page = browser.new_page()
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(server.url)
+        page.get_by_text("there is nothing to see").wait_for()
+        page.get_by_text("The server has no run for this page.").wait_for()
+        page.close()
+    assert complaints == []
 
 
 def test_a_page_comes_back_to_its_session(opened: Open) -> None:

@@ -16,7 +16,7 @@ from studies import SMALL, launched
 
 import sweep.view.recording as recording
 from kernels import KERNELS_SHA
-from sweep.keeping.showing import Wanted, show
+from sweep.keeping.showing import Wanted, check, show
 from sweep.storing.parquet import StoreError
 from sweep.view.export import File
 from sweep.view.flight import Flight, fly
@@ -86,6 +86,16 @@ def test_a_stored_trial_is_written_as_a_page_that_compares_it(tmp_path: Path) ->
     assert content["steps"] == [0, 3, 6, 9]
     assert content["state"]["replay"]["trial"] == trial
     assert content["state"]["replay"]["words"] == AS_STORED
+
+
+def test_a_page_of_too_many_boids_is_refused_before_any_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study, wanted = launched(SMALL, tmp_path), Wanted(animation=tmp_path / "flight.html")
+    trial = str(study.trials["trial_id"][0])
+    check(study, trial, wanted)
+    monkeypatch.setattr(recording, "MOST_BYTES", 5 * 4 * (HEAD + 12 * BYTES_A_BOID + 3) // 3)
+    with pytest.raises(StoreError, match=r"12 boids take .* which are 4 frames"):
+        check(study, trial, wanted)
+    check(study, trial, wanted._replace(every=3))
 
 
 def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) -> None:

@@ -1,5 +1,6 @@
 """The server as a page meets it, over real sockets, without a browser."""
 
+import asyncio
 import http.client
 import json
 import socket
@@ -21,6 +22,9 @@ from sweep.state import Taken
 from sweep.view import server as serving
 from sweep.view.encoding import HEAD
 from sweep.view.live import Live
+from sweep.view.outbox import MOST_WAITING
+from sweep.view.playing import Player
+from sweep.view.protocol import Reply
 from sweep.view.server import REFUSED, TAKEN, Server
 from sweep.view.state import begin
 
@@ -196,6 +200,37 @@ def test_stepping_does_not_wait_for_a_page_that_draws_nothing(server: Server) ->
         assert page.last["metrics"]["steps"] == list(range(1, 201))
 
 
+class Stuck:
+    """A line to a page that asks and asks, and takes nothing."""
+
+    def __init__(self) -> None:
+        self.heard, self.flooded = 0, asyncio.Event()
+
+    async def hear(self) -> str:
+        self.heard += 1
+        if self.heard > 2 * MOST_WAITING:
+            self.flooded.set()
+        return '{"type": "pause"}'
+
+    async def tell(self, _reply: Reply) -> None:
+        await asyncio.Event().wait()
+
+    async def show(self, _frame: bytes) -> None:
+        await asyncio.Event().wait()
+
+
+def test_a_page_that_takes_nothing_is_not_listened_to_for_ever() -> None:
+    async def play() -> int:
+        line, player = Stuck(), Player(watched())
+        playing = asyncio.create_task(player.play(line))
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(line.flooded.wait(), 1.0)
+        playing.cancel()
+        return line.heard
+
+    assert 1 < asyncio.run(play()) <= MOST_WAITING
+
+
 def test_a_run_keeps_to_its_pace_or_is_slower(server: Server) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -273,12 +308,13 @@ def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(server: Server, se
             assert one.go(2)["exact"]
 
 
+def broken(*_: object) -> None:
+    raise ZeroDivisionError("secret")
+
+
 def test_a_bug_is_told_without_its_traceback_and_logged(
     server: Server, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("secret")
-
     with Page(server) as page:
         page.wait("frame")
         monkeypatch.setattr(SHOWS[0], "handle", broken)
@@ -294,9 +330,6 @@ def test_a_bug_is_told_without_its_traceback_and_logged(
 def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
     server: Server, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("secret")
-
     with Page(server) as page:
         page.wait("frame")
         monkeypatch.setattr(SHOWS[0], "picture", broken)

@@ -79,7 +79,8 @@ export class ObstacleList {
 export class BoidCard {
   constructor(send, stage) {
     this.stage = stage;
-    this.choose = (boid) => send({ type: "select", boid });
+    this.send = send;
+    this.chosen = null; // which may not be on the screen yet
     this.input = make("input", { type: "text", inputMode: "numeric", "aria-label": "index of the boid that is looked at", placeholder: "none" });
     this.input.addEventListener("change", () => this.entered());
     const around = (picture, words, by) => button(picture, words, () => this.beside(by), "", { className: "quiet" });
@@ -99,9 +100,14 @@ export class BoidCard {
     else this.show(this.stage.selection);
   }
 
+  choose(boid) {
+    this.chosen = boid;
+    this.send({ type: "select", boid });
+  }
+
   beside(by) {
     const n = this.stage.frame?.n ?? 0;
-    if (n) this.choose(((this.stage.selection?.boid ?? (by > 0 ? -1 : 0)) + by + n) % n);
+    if (n) this.choose(((this.chosen ?? (by > 0 ? -1 : 0)) + by + n) % n);
   }
 
   show(selection, unit = "") {

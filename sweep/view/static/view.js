@@ -208,7 +208,8 @@ class View {
     this.choice.follow(state.plots);
     this.overlays.show([...state.overlays, ...(this.stage.overlays.has("trails") ? ["trails"] : [])]);
     this.stage.overlays = new Set(this.overlays.chosen);
-    if (state.selected === null || state.selected === undefined) this.on_selection({ boid: null });
+    this.boid.chosen = state.selected ?? null;
+    if (this.boid.chosen === null) this.on_selection({ boid: null });
     this.hand.frozen = Boolean(state.replay);
     this.record.show(state.replay);
     this.files.element.hidden = Boolean(state.replay?.recorded);
@@ -311,7 +312,6 @@ class View {
     this.say(message, true);
     this.hand.refuse();
     this.pickers.forget();
-    this.showFields();
     this.refused = answers;
     if (answers && answers === this.asked) this.fields.get(this.asking.name)?.refuse();
   }
@@ -335,7 +335,6 @@ class View {
 
   overlaid() {
     this.stage.overlays = new Set(this.overlays.chosen);
-    if (!this.overlays.chosen.includes("trails")) this.stage.redraw();
     this.send({ type: "overlays", names: this.overlays.chosen.filter((name) => name !== "trails") });
     this.stage.redraw();
   }
