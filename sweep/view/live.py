@@ -24,19 +24,19 @@ class Live(Session):
     covered = 0.0
 
     def greeting(self) -> list[Reply]:
-        """Controls, state and scene."""
+        """Controls, scene and, as whoever sees it must have both, the state at the end."""
         own = (str(self.state.settings["map"]),) if self.state.own else ()
-        return [controls(self.state.model, self.state.preset, own), self.status(), self.scene()]
+        return [controls(self.state.model, self.state.preset, own), self.scene(), self.status()]
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks: the state and, where the world may have changed, the scene; or what was asked for."""
+        """Do what the page asks: the scene, where the world may have changed, and the state; or what was asked for."""
         if isinstance(message, messages.Spec):
             return [{"type": "spec", "yaml": self.state.as_text(), "exact": self.exact, "note": self.note}]
         before, own = self.simulation, self.state.own
         _do(self, message)
         if isinstance(message, messages.Model) or (own is None) != (self.state.own is None):
             return self.greeting()
-        return [self.status(), *([] if self.simulation is before else [self.scene()])]
+        return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
     def export(self, kind: str) -> Callable[[], Reply]:
         """What makes a file: a picture of this frame, or the run up to it, which a changed one has no more."""

@@ -3,7 +3,7 @@
 From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready,
 and the error that refuses it, has its `id` under `answers`: so a page knows which state is older than what it asked:
 
-    hello page                      first; answered by controls, state, scene, metrics and a frame
+    hello page                      first; answered by controls, scene, state, metrics and a frame
     set name value                  a setting, or `seed`; an infinite number is the text "inf"
     model model preset              another model, from its first step
     run, pause, reset, continue     continue makes a run that has ended twice as long

@@ -40,11 +40,7 @@ BEGIN_ANEW = """() => {
   view.send({ type: "speed", steps_per_second: 60 });
   view.send({ type: "model", model: "aziel_chen2025", preset: "as_run" });
   view.send({ type: "set", name: "seed", value: 1 });
-  const asked = `mark${performance.now()}`;
-  view.send({ type: "sweep", name: asked, off: true });
-  return asked;
 }"""
-"""Ends with a message that is refused with its own words, so that one knows when all before it are answered."""
 
 
 @contextmanager
@@ -93,8 +89,8 @@ class Opened:
         self.page.set_viewport_size({"width": 1280, "height": 720})
         self.page.emulate_media(color_scheme="light")
         self.page.mouse.move(0, 0)
-        asked = self.page.evaluate(BEGIN_ANEW)
-        self.until(f"boidsweep.view.words.textContent.includes('{asked}')")
+        self.page.evaluate(BEGIN_ANEW)
+        self.until("!boidsweep.view.asked && boidsweep.view.stage.frame.step === 0")
         self.ask("boidsweep.view.say('')")
         return self
 

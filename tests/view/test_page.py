@@ -38,7 +38,7 @@ def live(page: Opened) -> Live:
 def go_to(page: Opened, step: int) -> Bodies:
     """Step to a step and return the bodies there."""
     page.send(type="step", count=step - live(page).step)
-    page.until(f"boidsweep.view.stage.frame.step === {step}")
+    page.until(f"boidsweep.view.state.step === {step} && boidsweep.view.stage.frame.step === {step}")
     return live(page).bodies.copy()
 
 

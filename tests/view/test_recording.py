@@ -115,7 +115,7 @@ def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) ->
 def test_no_text_in_a_recording_becomes_an_element(flight: Flight) -> None:
     evil = "</script><script>alert(1)</script>"
     greeting = Live(STATE).greeting()
-    greeting[1]["note"] = evil
+    greeting[-1]["note"] = evil
     file = recording.record(flight._replace(study=evil), greeting, evil)
     assert file.content.decode().count("<script") == 2
     assert b"<script>alert" not in file.content

@@ -57,8 +57,8 @@ export function recorded(recording) {
   const answers = {
     hello() {
       say(recording.controls);
-      sayState();
       say(recording.scene);
+      sayState();
       plotted(state.plots);
       sent = -1;
       ready = true;
