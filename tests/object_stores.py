@@ -95,7 +95,8 @@ class Memory:
         self.allowed = sys.maxsize
         self.requests = 0
 
-    def _ask(self) -> None:
+    def _ask(self, _key: str) -> None:
+        """A request begins, for an object, or for those below a prefix that ends in a slash."""
         if self.requests >= self.allowed:
             raise Crashed
         self.requests += 1
@@ -106,13 +107,13 @@ class Memory:
         return fs.FileInfo(key, fs.FileType.NotFound if "/" in key else fs.FileType.Directory)
 
     def get_file_info(self, what: "str | fs.FileSelector") -> "fs.FileInfo | list[fs.FileInfo]":
-        self._ask()
+        self._ask(what if isinstance(what, str) else f"{what.base_dir}/")
         if isinstance(what, str):
             return self._found(what)
         return [self._found(key) for key in sorted(self.objects) if key.startswith(f"{what.base_dir}/")]
 
     def open_input_file(self, key: str) -> pa.BufferReader:
-        self._ask()
+        self._ask(key)
         if key not in self.objects:
             raise FileNotFoundError(key)
         return pa.BufferReader(self.objects[key])
@@ -121,25 +122,27 @@ class Memory:
 
     @contextmanager
     def open_output_stream(self, key: str) -> Iterator[io.BytesIO]:
-        self._ask()
+        self._ask(key)
         content = io.BytesIO()
         yield content
         self.objects[key] = content.getvalue()
 
     def copy_file(self, key: str, target: str) -> None:
-        self._ask()
+        self._ask(key)
+        if key not in self.objects:
+            raise FileNotFoundError(key)
         self.objects[target] = self.objects[key]
 
     def delete_file(self, key: str) -> None:
-        self._ask()
+        self._ask(key)
         if self.objects.pop(key, None) is None:
             raise FileNotFoundError(key)
 
     def delete_dir(self, key: str) -> None:
         for one in sorted(self.objects, reverse=True):
             if one.startswith(f"{key}/"):
-                self._ask()
-                del self.objects[one]
+                self._ask(one)
+                self.objects.pop(one, None)
 
 
 class Line:

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +22,9 @@ from hypothesis import strategies as st
 from sweep.storing import merging, parquet
 from sweep.storing import store as store_module
 from sweep.storing import writer as writer_module
+from sweep.storing.folders import LEFTOVER_SECONDS
 from sweep.storing.parquet import StoreError
+from sweep.storing.processes import here
 from sweep.storing.store import Store
 from sweep.storing.writer import Writer
 
@@ -402,17 +405,25 @@ def test_reading_survives_a_compaction_elsewhere(store: Store, monkeypatch: pyte
     assert len(calls) == 3
 
 
-def test_only_what_dead_processes_left_is_tidied_away(store: Store) -> None:
+@pytest.mark.parametrize("shared", [False, True])
+def test_only_what_dead_processes_left_is_tidied_away(store: Store, shared: bool) -> None:
+    """Of another machine, or of this one before a restart, only what is old, and only if nobody else is at work."""
     append(store, {"a": "ok"})
+    store.shared = shared
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    host = socket.gethostname()
-    kept = {f"{host}~{os.getpid()}~plan-1", f"{host}~1~plan-1", f"elsewhere~{gone.pid}~plan-1", "notes"}
-    for name in kept | {f"{host}~{gone.pid}~plan-1"}:
+    others, old = {"elsewhere", f"{socket.gethostname()}-00000000"}, time.time() - 2 * LEFTOVER_SECONDS
+    young = {f"{here()}~{os.getpid()}~plan-1", f"{here()}~1~plan-1", "notes"}
+    young |= {f"{other}~{gone.pid}~plan-1" for other in others}
+    dead = {f"{here()}~{gone.pid}~plan-1"}
+    for name in young | dead:
         (store.folder / "writing" / name).mkdir()
-    with Writer(store, lambda results: {"trials": trials(dict.fromkeys(results, "ok"))}):
-        pass
-    assert {folder.name for folder in (store.folder / "writing").iterdir()} == kept
+    for name in (left := {f"{other}~{gone.pid}~plan-2" for other in others}):
+        (store.folder / "writing" / name).mkdir()
+        os.utime(store.folder / "writing" / name, (old, old))
+    store.tidy()
+    names = {folder.name for folder in (store.folder / "writing").iterdir()}
+    assert names == (young | left if shared else young)
 
 
 def test_many_parts_are_read_as_one_table(store: Store) -> None:

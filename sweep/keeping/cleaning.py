@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sweep.plan import size
+from sweep.storing.custody import custody
 from sweep.storing.locations import Location, StoreError
-from sweep.storing.lock import Lock
 from sweep.storing.merging import superseded_rows
 from sweep.storing.parquet import each, load_table
 from sweep.storing.rows import PROVENANCE
@@ -101,11 +101,10 @@ def clean(study: StoredStudy, waste: Waste) -> int:
     read or written; whatever is raised, and if the process is killed, no trial that stays is lost.
     """
     store = study.store
-    before = sum(map(_bytes, store.current_parts()))
-    with Lock(store.place) as lock:
+    with custody(store) as lock:
+        before = sum(map(_bytes, store.current_parts()))
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
-        store.tidy()
         for part, trial_ids in waste.rows.items():
             lock.check()
             if part not in store.current_parts():
@@ -115,7 +114,7 @@ def clean(study: StoredStudy, waste: Waste) -> int:
             else:
                 store.discard(part)
         store.compact()
-    return before - sum(map(_bytes, store.current_parts()))
+        return before - sum(map(_bytes, store.current_parts()))
 
 
 def _count(mask: pa.ChunkedArray) -> int:

@@ -25,11 +25,10 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.storing.folders import OURS
+from sweep.storing.folders import LEFTOVER_SECONDS, OURS
 from sweep.storing.locations import Found, Location, ObjectPath, StoreError, patiently
 from sweep.storing.manifest import MANIFEST
 
-LEFTOVER_SECONDS = 3600.0
 GRAVE_SECONDS = 48 * 3600.0
 GRAVE = ".ended"
 
@@ -93,8 +92,11 @@ class Bucket:
     def set_aside(self, part: Location) -> Location | None:
         """Copy a part below damaged/, delete it, and say where it is now; None where it has gone meanwhile."""
         place = self.root / "damaged" / part.name
+        sources: list[Location] = [*part.iterdir()]
+        # Whoever deletes the part begins with its manifest: then nothing is copied.
+        sources.sort(key=lambda file: file.name != MANIFEST)
         try:
-            for source in part.iterdir():
+            for source in sources:
                 _copy(source, place / source.name)
         except FileNotFoundError:
             return None

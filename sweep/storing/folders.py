@@ -1,7 +1,7 @@
 """A study in a folder of a file system: what is new is written beside its place, flushed to the disk and renamed.
 
     <study>/parts/<part id>/                a part
-    <study>/writing/<host>~<pid>~<name>/    what a process is writing, or left behind
+    <study>/writing/<here>~<pid>~<name>/    what a process is writing, or left behind
     <study>/damaged/<part id>/              a part that could not be read
 
 A rename within a file system happens or does not, whatever crashes; flushed before and after, it holds when the power
@@ -18,9 +18,11 @@ from pathlib import Path
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.lock_files import LockFiles
 from sweep.storing.parquet import move_durably
-from sweep.storing.processes import host, started
+from sweep.storing.processes import here, started
 
 OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
+LEFTOVER_SECONDS = 3600.0
+"""After this time, by the clock of the place, nobody can be about to go on with what is unfinished."""
 WRITTEN = ("parts", "writing", "damaged", "lock", "checkpoints", "spec.yaml")
 
 
@@ -35,7 +37,7 @@ class Folder:
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
         """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
-        staging = self._writing / f"{host()}~{os.getpid()}~{name}"
+        staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root)
         try:
             self._parts.mkdir(parents=True, exist_ok=True)
@@ -88,12 +90,24 @@ class Folder:
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes of this host were writing; others may live, whoever has how much of the study."""
-        del whole
+        """Delete what dead processes were writing.
+
+        On this machine the process decides. What another machine left, or this one before it was started again, goes
+        after LEFTOVER_SECONDS, and only while nobody else is at work on the study.
+        """
         for folder in _folders(self._writing):
-            name, pid = folder.name.split("~")[:2]
-            if name == host() and started(int(pid)) is None:
+            owner, process = folder.name.split("~")[:2]
+            dead = started(int(process)) is None if owner == here() else whole and self._is_old(folder)
+            if dead:
                 shutil.rmtree(folder, ignore_errors=True)
+
+    def _is_old(self, folder: Path) -> bool:
+        """Whether nothing has appeared in a folder for LEFTOVER_SECONDS, by the clock of the place."""
+        with self.staging("clock") as fresh:
+            try:
+                return fresh.stat().st_mtime - folder.stat().st_mtime > LEFTOVER_SECONDS
+            except FileNotFoundError:  # its owner has just finished
+                return False
 
 
 def refuse_links(folder: Path) -> None:

@@ -2,6 +2,8 @@
 
 import socket
 import sys
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 
@@ -16,6 +18,15 @@ def machine() -> str:
         return host()
     boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
     return f"{host()} {boot} {Path('/proc/self/ns/pid').readlink()}"
+
+
+@cache
+def here() -> str:
+    """The name of this machine and eight signs that stand for `machine()`, for names of folders.
+
+    Two containers may share a host name; a process id of one means nothing in the other.
+    """
+    return f"{host()}-{sha256(machine().encode()).hexdigest()[:8]}"
 
 
 def started(process: int) -> str | None:

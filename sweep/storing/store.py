@@ -130,10 +130,14 @@ class Store:
         self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete replaced parts, and what dead processes left behind unfinished."""
-        current = {part.name for part in self.current_parts()}
-        for part in self.all_parts():
-            if part.name not in current:
+        """Delete the parts that a merged part names, and what dead processes left behind unfinished.
+
+        Only a name is a reason to delete: what one listing lacks may have been stored since it was made.
+        """
+        parts = self.all_parts()
+        replaced = self._replaced_in(parts)
+        for part in parts:
+            if part.name in replaced:
                 self.discard(part)
         self.place.tidy(whole=not self.shared)
 
@@ -168,8 +172,7 @@ class Store:
     def current_parts(self) -> list[Location]:
         """The parts that count, oldest first."""
         parts = self.all_parts()
-        merged = [part for part in parts if MERGED_MARK in part.name]
-        replaced = {name for names in patiently(lambda: each(merged, self._replaced_by)) for name in names}
+        replaced = self._replaced_in(parts)
         return [part for part in parts if part.name not in replaced]
 
     def all_parts(self) -> list[Location]:
@@ -182,7 +185,7 @@ class Store:
             parts = self.current_parts()
             try:
                 seen = patiently(lambda: look(parts))  # noqa: B023
-            except StoreError:
+            except (StoreError, FileNotFoundError):
                 if _steady(parts, self.current_parts()):
                     raise
                 continue
@@ -221,6 +224,11 @@ class Store:
     def discard(self, part: Location) -> None:
         """Delete a part; it is gone at once and whole."""
         self.place.discard(part)
+
+    def _replaced_in(self, parts: list[Location]) -> set[str]:
+        """The names of the parts that merged ones of `parts` replace."""
+        merged = [part for part in parts if MERGED_MARK in part.name]
+        return {name for names in patiently(lambda: each(merged, self._replaced_by)) for name in names}
 
     def _replaced_by(self, part: Location) -> list[str]:
         if part.name not in self._replaced:

@@ -46,7 +46,6 @@ class Writer(Generic[R]):
         self._flushed = clock()
 
     def __enter__(self) -> "Writer[R]":
-        self._store.tidy()
         self._flushed = self._clock()
         return self
 

@@ -1,0 +1,148 @@
+"""Runs operations step by step in every order: which of them takes the next step is decided, never left to luck.
+
+An operation runs in a thread of its own, and stops before each step that others can notice, or whose outcome they can
+change. The explorer lets one thread at a time go on, and tries each of them at each step, from the beginning of a new
+world every time. Two orders that have led to the same state of the world, with each operation having seen the same so
+far, go on alike: one of them is followed.
+"""
+
+import threading
+from collections.abc import Callable, Hashable, Sequence
+from typing import NamedTuple
+
+State = Hashable
+"""What a world holds, as far as operations can notice."""
+
+
+class Abandoned(BaseException):
+    """Nobody wants to know how this operation goes on."""
+
+
+class World(NamedTuple):
+    """Operations on something new, `state` of which says what it holds; `check` is called when all are over."""
+
+    operations: Sequence[Callable[[], None]]
+    state: Callable[[], State]
+    check: Callable[[], None]
+
+
+class Explored(NamedTuple):
+    """How many orders were followed to their end, and how many different states were met on the way."""
+
+    orders: int
+    states: int
+
+
+class _Thread:
+    """An operation, which goes on when it is granted a step, until it asks for the next."""
+
+    def __init__(self, operation: Callable[[], None]) -> None:
+        self.seen: list[Hashable] = []
+        self.over = self.abandoned = False
+        self.error: BaseException | None = None
+        self._operation = operation
+        self._granted, self._asked = threading.Semaphore(0), threading.Semaphore(0)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        self._asked.acquire()
+
+    def grant(self) -> None:
+        """Let it go on, and wait until it asks again, or is over."""
+        self._granted.release()
+        self._asked.acquire()
+
+    def ask(self, look: Callable[[], Hashable]) -> None:
+        """Wait for a grant; `look` says then what the step is and what it will see."""
+        self._asked.release()
+        self._granted.acquire()
+        if self.abandoned:
+            raise Abandoned
+        self.seen.append(look())
+
+    def abandon(self) -> None:
+        """End it where it is."""
+        self.abandoned = True
+        while not self.over:
+            self.grant()
+        self._thread.join()
+
+    def _run(self) -> None:
+        _current.thread = self
+        try:
+            self.ask(lambda: "begins")
+            self._operation()
+        except Abandoned:
+            pass
+        except BaseException as error:
+            self.error = error
+        self.over = True
+        self._asked.release()
+
+
+_current = threading.local()
+
+
+def step(look: Callable[[], Hashable]) -> None:
+    """Called before a step: in the thread of an operation it waits for its turn, elsewhere it does nothing."""
+    thread = getattr(_current, "thread", None)
+    if thread is not None and not (thread.abandoned or thread.over):
+        _current.thread = None  # what `look` does is no step
+        try:
+            thread.ask(look)
+        finally:
+            _current.thread = thread
+
+
+def explore(make: Callable[[], World], most_switches: int | None = None) -> Explored:
+    """Run the operations of a new world in every order, or in all with so many switches between unfinished ones.
+
+    Raises what an operation or a check raises, with the order: the numbers of the operations, a sign a step.
+    """
+    met, orders, todo = set[Hashable](), 0, [""]
+    while todo:
+        prefix = todo.pop()
+        world = make()
+        threads = [_Thread(operation) for operation in world.operations]
+        taken, switches, known = "", 0, False
+        try:
+            while alive := [number for number, thread in enumerate(threads) if not thread.over]:
+                choices = _in_order(alive, taken)
+                if len(taken) < len(prefix):
+                    choice = int(prefix[len(taken)])
+                else:
+                    left = None if most_switches is None else most_switches - switches
+                    seen = tuple(tuple(thread.seen) for thread in threads)
+                    key = (world.state(), seen, left, None if left is None else taken[-1:])
+                    known = key in met
+                    if known:
+                        break
+                    met.add(key)
+                    choice = choices[0]
+                    if left is None or left > 0 or _is_free(alive, taken):
+                        todo += [f"{taken}{other}" for other in choices[1:]]
+                switches += choice != choices[0] and not _is_free(alive, taken)
+                taken += str(choice)
+                threads[choice].grant()
+                if error := threads[choice].error:
+                    raise error
+            if not known:
+                world.check()
+                orders += 1
+        except BaseException as error:
+            error.add_note(f"in the order {taken}")
+            raise
+        finally:
+            for thread in threads:
+                thread.abandon()
+    return Explored(orders, len(met))
+
+
+def _is_free(alive: Sequence[int], taken: str) -> bool:
+    """Whether to go on with any operation is no switch: at the beginning, and where the last one is over."""
+    return not taken or int(taken[-1]) not in alive
+
+
+def _in_order(alive: Sequence[int], taken: str) -> list[int]:
+    """Those that can go on, the one that has taken the last step first."""
+    last = taken[-1:]
+    return sorted(alive, key=lambda number: (str(number) != last, number))

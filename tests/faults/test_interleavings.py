@@ -1,0 +1,296 @@
+"""Whatever two processes do to one study at once, and in whichever order their steps fall: nothing is lost or doubled.
+
+Every pair of what shares, a launch of the whole, gc and readers do runs step by step in every order that can make a
+difference (`interleavings.py`), in a folder and in an object store. A step is what others can notice, or what depends
+on them: a look at a folder or a file of the study, a rename, a removal; of an object store every request.
+"""
+
+import itertools
+import os
+import shutil
+import sys
+import threading
+from collections.abc import Callable, Hashable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from object_stores import Memory
+
+from faults.interleavings import State, World, explore, step
+from sweep.storing import folders, merging, parquet
+from sweep.storing import store as store_module
+from sweep.storing.custody import set_aside_damaged
+from sweep.storing.locations import Location, ObjectPath, Server
+from sweep.storing.merging import Gathered
+from sweep.storing.store import Store
+
+WATCHED = ("parts", "damaged", "plan.parquet")
+EVENTS = ("os.scandir", "os.listdir", "os.remove", "os.rmdir", "os.rename", "open")
+_watched: list[str] = []
+"""The folder whose steps are looked at, while there is one: a hook of the interpreter cannot be taken back."""
+
+
+def _heard(event: str, arguments: tuple[Any, ...]) -> None:
+    if _watched and event in EVENTS:
+        paths = [os.fsdecode(one) for one in arguments[:2] if isinstance(one, str | bytes | os.PathLike)]
+        inside = [path for path in paths if _is_watched(path)]
+        if inside:
+            step(lambda: (event, *(_look(path) for path in inside)))
+
+
+sys.addaudithook(_heard)
+
+
+def _is_watched(path: str) -> bool:
+    return any(path.startswith(f"{_watched[0]}/{name}") for name in WATCHED)
+
+
+def _look(path: str) -> Hashable:
+    """The name of a path of the study, and what there is."""
+    name = os.path.relpath(path, _watched[0])
+    try:
+        return name, *sorted(os.listdir(path))  # noqa: PTH208  names are enough
+    except NotADirectoryError:
+        return name, "a file"
+    except FileNotFoundError:
+        return name, "nothing"
+
+
+class Requests(Memory):
+    """An object store of which every request is a step."""
+
+    def _ask(self, key: str) -> None:
+        prefix = key.endswith("/")
+        step(lambda: (key, *sorted(one for one in self.objects if one == key or (prefix and one.startswith(key)))))
+        super()._ask(key)
+
+
+class OneByOne:
+    """In place of a pool of threads: what is asked at once is asked in turn."""
+
+    def __init__(self, *_: object) -> None:
+        pass
+
+    def __enter__(self) -> "OneByOne":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    map = staticmethod(map)
+
+
+@pytest.fixture
+def steps(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Files of parts are opened in steps, nothing waits for a disk, and names are the same in every order."""
+    stat, open_parquet = os.stat, pq.ParquetFile
+
+    def looked_at(path: Any, *arguments: Any, **options: Any) -> os.stat_result:
+        if _watched and isinstance(path, str | os.PathLike) and _is_watched(os.fspath(path)):
+            step(lambda: ("stat", _look(os.fspath(path))))
+        return stat(path, *arguments, **options)
+
+    def opened(source: Any, **options: Any) -> pq.ParquetFile:
+        if _watched and isinstance(source, Path) and _is_watched(str(source)):
+            step(lambda: ("read", _look(str(source))))
+        return open_parquet(source, **options)
+
+    monkeypatch.setattr(os, "stat", looked_at)
+    monkeypatch.setattr(pq, "ParquetFile", opened)
+    monkeypatch.setattr(parquet, "_flush_to_disk", lambda _: None)
+    monkeypatch.setattr(parquet, "ThreadPoolExecutor", OneByOne)
+    monkeypatch.setattr(store_module, "time", SimpleNamespace(time_ns=lambda: 0))
+    monkeypatch.setattr(store_module.secrets, "token_hex", token)
+    monkeypatch.setattr(folders, "here", lambda: TOKENS.name)
+    monkeypatch.setattr(merging, "MOST_GATHERED", 2)
+    yield
+    _watched.clear()
+
+
+TOKENS = threading.local()
+
+
+def token(_bytes: int) -> str:
+    """Names of parts tell who has stored them, and how many it has."""
+    TOKENS.count += 1
+    return f"{TOKENS.name}{TOKENS.count:x}"
+
+
+def rows(*ids: str, status: str = "ok") -> dict[str, pa.Table]:
+    return {
+        "trials": pa.table({"trial_id": list(ids), "status": [status] * len(ids)}),
+        "heatmaps": pa.table({"trial_id": list(ids), "value": [status] * len(ids)}),
+    }
+
+
+class Launch:
+    """Who has a share of the study, or the whole, or reads; `name` is in the names of its parts."""
+
+    def __init__(self, place: Location, name: str, operation: str) -> None:
+        self.name, self.operation = name, operation
+        self.store = Store(place)
+        self.store.shared = operation in SHARED
+        self.new, self.gone, self.read = set[str](), set[str](), list[set[str]]()
+        for part in self.store.all_parts():
+            if part.name.partition("-")[2].startswith(name):
+                self.store._gathering.add(Gathered(part, 1, 1))
+
+    def __call__(self) -> None:
+        TOKENS.name, TOKENS.count = self.name, 1
+        getattr(self, self.operation)()
+
+    def append(self) -> None:
+        """A part is stored."""
+        self.store.append(rows(f"{self.name} new"))
+        self.new = {f"{self.name} new"}
+
+    def gather(self) -> None:
+        """A part is stored, and merged with the last one."""
+        self.append()
+        self.store.gather()
+
+    def compact(self) -> None:
+        """A share comes to its end."""
+        self.store.compact()
+
+    def begin(self) -> None:
+        """A share has its lock."""
+        set_aside_damaged(self.store)
+        self.store.tidy()
+
+    whole_begin, whole_compact = begin, compact
+
+    def whole_discard(self) -> None:
+        """gc deletes a part none of whose trials stay."""
+        self.begin()
+        first, *_ = self.store.current_parts()
+        self.gone = {"merged"}
+        self.store.discard(first)
+
+    def look(self) -> None:
+        """A table is read."""
+        ids = self.store.read("heatmaps")["trial_id"].to_pylist()
+        assert sorted(ids) == sorted(set(ids))
+        self.read.append(set(ids))
+
+
+SHARED = ("append", "gather", "compact", "begin")
+WHOLE = ("whole_begin", "whole_compact", "whole_discard")
+PAIRS = [
+    *itertools.combinations_with_replacement(SHARED, 2),
+    *itertools.product((*SHARED, *WHOLE), ["look"]),
+]
+CASES = [(pair, "") for pair in PAIRS]
+CASES += [((operation, "begin"), "damaged") for operation in SHARED]
+FILES = ["heatmaps.parquet", "manifest.json", "trials.parquet"]
+STORED = {"merged", "a old", "b old"}
+
+
+def fill(place: Location, damaged: str) -> None:
+    """Of two shares each has stored a part; a launch was killed before it deleted what it had merged."""
+    store = Store(place)
+    TOKENS.name, TOKENS.count = "f", 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(store, "discard", lambda _: None)
+        store.append(rows("merged", status="failed"))
+        store.append(rows("merged"))
+        store.compact()
+    for TOKENS.name in ("a", "b", *(["d"] if damaged else [])):
+        TOKENS.count = 0
+        store.append(rows(f"{TOKENS.name} old"))
+
+
+def check(place: Location, launches: list[Launch], damaged: str) -> None:
+    """Nothing is lost or doubled, for those who read meanwhile, at the end, and when all is merged."""
+    new = {trial for launch in launches for trial in launch.new}
+    gone = {trial for launch in launches for trial in launch.gone}
+    for launch in launches:
+        for read in launch.read:
+            assert STORED - gone <= read <= STORED | new
+    for _ in range(2):
+        assert Store(place).trial_ids() == dict.fromkeys(STORED - gone | new, "ok")
+        last = Launch(place, "c", "whole_compact")
+        last.begin()
+        last()
+    assert len(last.store.all_parts()) == 1
+    aside = [*(place / "damaged").iterdir()] if (place / "damaged").exists() or isinstance(place, ObjectPath) else []
+    assert [sorted(file.name for file in part.iterdir()) for part in aside] == ([FILES] if damaged else [])
+
+
+def launches_of(place: Location, pair: tuple[str, ...]) -> list[Launch]:
+    return [Launch(place, name, operation) for name, operation in zip("ab", pair, strict=True)]
+
+
+def in_a_folder(pair: tuple[str, ...], damaged: str, folder: Path) -> Callable[[], World]:
+    template, numbers = folder / "template", itertools.count()
+    fill(template, damaged)
+    for file in template.glob("parts/*-d1/trials.parquet"):
+        os.truncate(file, 10)
+
+    def make() -> World:
+        place = folder / f"{next(numbers)}"
+        shutil.copytree(template, place)
+        _watched[:] = [str(place)]
+        launches = launches_of(place, pair)
+
+        def state() -> State:
+            return tuple(sorted(str(one.relative_to(place)) for one in place.glob("[dp]*/*/*")))
+
+        def checked() -> None:
+            check(place, launches, damaged)
+            shutil.rmtree(place)
+
+        return World(launches, state, checked)
+
+    return make
+
+
+def in_an_object_store(pair: tuple[str, ...], damaged: str, _: Path) -> Callable[[], World]:
+    server, memory = Server(), Requests()
+    server.known = True
+    server.__dict__["files"] = memory
+    place = ObjectPath(server, "bucket/study")
+    fill(place, damaged)
+    for key in memory.objects:
+        if key.endswith("-d1/trials.parquet"):
+            memory.objects[key] = memory.objects[key][:10]
+    template = dict(memory.objects)
+
+    def make() -> World:
+        memory.objects = dict(template)
+        launches = launches_of(place, pair)
+        return World(launches, lambda: tuple(sorted(memory.objects)), lambda: check(place, launches, damaged))
+
+    return make
+
+
+PLACES = {"folder": in_a_folder, "object store": in_an_object_store}
+
+
+def named(case: tuple[str, tuple[tuple[str, ...], str]]) -> str:
+    place, (pair, damaged) = case
+    return " ".join([place, *pair, damaged]).strip()
+
+
+@pytest.fixture(params=itertools.product(PLACES, CASES), ids=named)
+def make(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], World]:
+    place, (pair, damaged) = request.param
+    return PLACES[place](pair, damaged, tmp_path)
+
+
+@pytest.mark.usefixtures("steps")
+def test_no_interruption_loses_or_doubles(make: Callable[[], World]) -> None:
+    """All orders in which one operation is interrupted once, at any step, by the whole of the other."""
+    assert explore(make, most_switches=1).orders > 1
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("steps")
+def test_no_order_of_steps_loses_or_doubles(make: Callable[[], World], request: pytest.FixtureRequest) -> None:
+    found = explore(make)
+    print(f"{request.node.callspec.id}: {found.orders:,} orders, {found.states:,} states")
+    assert found.orders > 1
