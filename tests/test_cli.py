@@ -126,6 +126,24 @@ def test_a_table_of_an_unrecorded_metric_says_which_there_are(folder: Path) -> N
     assert 'unknown metric "sped"; did you mean "speed"?' in done.stderr
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("launch", "spec.yaml", "--results", "res\udc80ults"),
+        ("status", "small", "--results", "res\udc80ults"),
+        ("export", "small", "--to", "tri\udc80als.csv"),
+        ("export", "small", "--to", "tri\udc80als.parquet"),
+    ],
+    ids=["results of a launch", "results", "csv", "parquet"],
+)
+def test_a_name_that_is_no_utf_8_is_refused_before_any_work(folder: Path, arguments: tuple[str, ...]) -> None:
+    there = sorted(folder.iterdir())
+    done = sweep(folder, *arguments)
+    assert done.returncode == 2
+    assert "the name is not UTF-8; choose another" in done.stderr
+    assert sorted(folder.iterdir()) == there
+
+
 def test_status_counts_what_is_stored(folder: Path) -> None:
     assert json.loads(sweep(folder, "status", "small", "--json").stdout)["statuses"] == {"done": 6}
     assert "done      6" in sweep(folder, "status", "small").stdout

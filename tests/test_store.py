@@ -435,6 +435,20 @@ def test_many_parts_are_read_as_one_table(store: Store) -> None:
     assert len(part_names(store)) == 3
 
 
+def test_a_part_that_is_gone_is_said_to_be_so(store: Store) -> None:
+    """It is not promised that a launch sets it aside, as there is nothing left."""
+    part = append(store, {"a": "ok"})
+    shutil.rmtree(part)
+    with pytest.raises(StoreError, match=f"{part.name}.*has been removed: launch the study again"):
+        parquet.load_table(part, "trials")
+
+
+def test_a_plan_that_is_gone_is_told_from_a_study_never_launched(store: Store) -> None:
+    append(store, {"a": "ok"})
+    with pytest.raises(StoreError, match=r"trials are stored here, but there is no plan.parquet; run the study again"):
+        store.read_plan()
+
+
 def test_the_plan_is_replaced_whole(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(StoreError, match="no study has been launched here"):
         store.read_plan()

@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sweep.names import unknown
+from sweep.storing.locations import in_unicode
 from sweep.storing.parquet import StoreError, move_durably
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
     """Raise StoreError unless `path` ends as one of `endings`, lies in a folder, and is free or may be replaced."""
+    in_unicode(path)
     if path.suffix not in endings:
         raise StoreError(f"{path}: {unknown('kind of file', path.suffix, endings)}")
     if not path.parent.is_dir():

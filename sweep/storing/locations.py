@@ -222,7 +222,7 @@ def location(given: Location | str) -> Location:
         return given
     found = URL.fullmatch(str(given))
     if found is None:
-        return Path(given)
+        return in_unicode(Path(given))
     scheme, (rest, _, query) = found["scheme"].lower(), found["rest"].partition("?")
     if scheme != "s3":
         raise StoreError(f"{given}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a folder")
@@ -235,6 +235,15 @@ def location(given: Location | str) -> Location:
         place = key.rpartition("@")[2]
         raise StoreError(f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never here")
     return ObjectPath(Server(**options), key)
+
+
+def in_unicode(path: Path) -> Path:
+    """The path. Raises StoreError where its name is no UTF-8, by which libraries ask for their files."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise StoreError(f"{path}: the name is not UTF-8; choose another, or rename the folder") from None
+    return path
 
 
 def local_folder(place: Location, what: str) -> Path:

@@ -41,6 +41,7 @@ POLL_SECONDS = 0.05
 YIELD_SECONDS = 5.0
 CLAIM_BYTES = 1000
 ASKING, HELD = "asking", "held"
+SILENCE = f"; of another machine, or one restarted since, it counts as ended after {STALE_SECONDS:.0f} s of silence"
 LOG = logging.getLogger("sweep")
 GIVEN_BACK: set[str] = set()
 """Claims of this process that it holds no more, although a place that did not answer may have kept one."""
@@ -125,7 +126,8 @@ class Lock:
         for rival in rivals:
             if rival.state == HELD:
                 what = f"share {rival.share} of this study" if rival.share else "this study"
-                raise StoreError(f"{self.path}: {what} is being launched by {rival.who}; wait for it, or end it")
+                way_out = "wait for it, or end it" + ("" if rival.machine == machine() else SILENCE)
+                raise StoreError(f"{self.path}: {what} is being launched by {rival.who}; {way_out}")
         if not rivals:
             if self._claims.update(self.token, self._text(HELD)):
                 return True

@@ -20,7 +20,9 @@ REQUESTS_AT_ONCE = 16
 
 
 def remedy_for(part: Location) -> str:
-    """What to do about a damaged part."""
+    """What to do about a part that cannot be read."""
+    if isinstance(part, Path) and not part.exists():
+        return "it has been removed: launch the study again, which runs its trials again"
     if isinstance(part, Path):
         return f"launch the study again: that sets {part.name} aside, below damaged, and runs its trials again"
     return f"delete {part}/manifest.json and launch the study again: that runs its trials again"

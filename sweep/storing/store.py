@@ -161,6 +161,9 @@ class Store:
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
         plan = patiently(lambda: _read_if_there(self._plan, "delete it and launch the study again"))
+        if plan is None and self.all_parts():
+            lost = "trials are stored here, but there is no plan.parquet"
+            raise StoreError(f"{self.folder}: {lost}; run the study again, which writes it anew")
         if plan is None:
             raise StoreError(f"{self.folder}: no study has been launched here (there is no plan.parquet)")
         return plan
