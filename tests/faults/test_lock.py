@@ -104,7 +104,7 @@ def test_on_one_machine_the_process_decides(store: Store, caplog: pytest.LogCapt
     began = started(os.getpid()) if start == "same" else "0"
     foreign(store, 0 if start == "other" else 1e6, machine=machine(), process=os.getpid(), started=began)
     if start == "same":
-        with pytest.raises(StoreError, match="is being launched by ada.*; wait for it, or end it$"), lock(store):
+        with pytest.raises(StoreError, match=r"is being launched by ada.*; wait for it, or end it$"), lock(store):
             pass
     else:
         with caplog.at_level(logging.WARNING), lock(store):
