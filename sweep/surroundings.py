@@ -3,7 +3,7 @@
 Python puts it first on `sys.path` of a process that it starts with `-m` or `-c`, as
 worker processes and their helpers are; numba and matplotlib look there for settings
 before they look where the user keeps them. What a user asks for stays: an empty entry
-of PYTHONPATH is the current folder, and `python -c` and notebooks have it on `sys.path`.
+of PYTHONPATH is the current folder; `python -c` and notebooks have it on `sys.path`.
 """
 
 import os

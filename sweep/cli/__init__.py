@@ -18,6 +18,7 @@ ENDINGS = {
     "StoreError": 2,
     "UnreachableError": 2,
     "WorkersError": 2,
+    "CacheError": 2,
     "ShareError": 2,
     "FailedTrialsError": 1,
 }
