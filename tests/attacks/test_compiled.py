@@ -264,6 +264,7 @@ def ran(folder: Path, code: str, **environment: str) -> Done:
     """A script that has run with more in its environment."""
     script = folder / "script.py"
     script.write_text(code)
+    script.chmod(0o644)
     return subprocess.run(
         [sys.executable, str(script)],
         env=os.environ | environment,
