@@ -1,11 +1,14 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
 
+import sys
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from sweep.compiled import BeforeKernels
 
 if TYPE_CHECKING:
     from sweep.storing.locations import Location
@@ -28,6 +31,7 @@ def check_sibling(found: str | None, ours: str) -> None:
 
 _kernels = find_spec("kernels")
 check_sibling(_kernels.origin if _kernels else None, __file__)
+sys.meta_path.insert(0, BeforeKernels())
 
 
 def load(study: str, results: "str | Location" = "results") -> "StoredStudy":

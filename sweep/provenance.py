@@ -15,6 +15,10 @@ from sweep.spec import Study
 
 PACKAGES = ("boidsweep", "numpy", "numba", "llvmlite", "scipy", "pandas", "pyarrow", "joblib", "pillow", "SALib")
 MOST_DIFF = 200_000
+QUIETLY = ("--no-pager", "-c", "core.fsmonitor=false", "-c", "core.hooksPath=/dev/null")
+OURSELVES = ("--no-ext-diff", "--no-textconv", "--ignore-submodules=all")
+APART = {"GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1", "GIT_ALLOW_PROTOCOL": ""}
+"""git neither writes the index nor fetches what a partial clone lacks."""
 
 
 def provenance(study: Study) -> dict[str, Any]:
@@ -57,33 +61,48 @@ def installed() -> tuple[str, ...]:
 def git_state(folder: Path) -> dict[str, Any]:
     """What the working tree that `folder` is in says of the code; empty where the code is not kept in one.
 
-    `commit`; `diff` to it, of which `cut` characters beyond MOST_DIFF are left out; and of the files that are
-    `untracked` below `folder` and in `kernels` beside it, the name and the sha256 of each.
+    The code is what is below `folder` and in `kernels` beside it: `commit`; its `diff` to it, of which `cut` characters
+    beyond MOST_DIFF are left out; and of the files that are `untracked` the name and the sha256 of each.
     """
-    commit = _git(folder, "rev-parse", "HEAD")
-    if not commit or not _git(folder, "ls-files", "."):
+    root, code = folder.parent, ("--", folder.name, "kernels")
+    commit = _git(root, "rev-parse", "HEAD")
+    if not commit or not _git(root, "ls-files", "--", folder.name):
         return {}
-    diff = _git(folder, "diff", "HEAD")
+    diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(errors="replace")
     return {
         "commit": commit.strip(),
         "diff": diff[:MOST_DIFF],
         "cut": max(0, len(diff) - MOST_DIFF),
-        "untracked": _untracked(folder.parent, (folder.name, "kernels")),
+        "untracked": _untracked(root, code),
     }
 
 
-def _untracked(root: Path, folders: tuple[str, ...]) -> dict[str, str]:
-    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", "--", *folders).split("\0")
+def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
+    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", *code).split("\0")
     paths = {name: root / name for name in names if name and (root / name).is_file()}
     return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(paths.items())}
 
 
-def _git(folder: Path, *arguments: str) -> str:
+def _git(root: Path, *arguments: str) -> str:
+    """What git says. It runs none of the commands that the settings of a repository may name.
+
+    The code may be installed within somebody else's repository. Filters of files have
+    names of their own, and are switched off by them.
+    """
+    names = _run(root, "config", "--name-only", "-z", "--get-regexp", r"^filter\.").split("\0")
+    if any("=" in name for name in names):  # no option can name it
+        return ""
+    off = [f"{name}={'false' if name.endswith('.required') else ''}" for name in names if name]
+    return _run(root, *(word for setting in off for word in ("-c", setting)), *arguments)
+
+
+def _run(root: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(root), *QUIETLY, *arguments]
     try:
-        done = subprocess.run(["git", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=20)
+        done = subprocess.run(command, env=os.environ | APART, capture_output=True, timeout=20)
     except (OSError, subprocess.TimeoutExpired):
         return ""
-    return done.stdout if done.returncode == 0 else ""
+    return os.fsdecode(done.stdout) if done.returncode == 0 else ""
 
 
 def cpu_name() -> str:

@@ -10,6 +10,7 @@ import sys
 
 from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
+from sweep.surroundings import ignore_settings
 
 INTERRUPTED = 130
 ENDINGS = {
@@ -17,6 +18,7 @@ ENDINGS = {
     "StoreError": 2,
     "UnreachableError": 2,
     "WorkersError": 2,
+    "CacheError": 2,
     "ShareError": 2,
     "FailedTrialsError": 1,
 }
@@ -25,6 +27,7 @@ ENDINGS = {
 
 def main() -> None:
     """The `sweep` command: errors that a user can mend become one line and an exit code."""
+    ignore_settings()
     try:
         app()
     except (KeyboardInterrupt, SystemExit) as ending:

@@ -17,6 +17,7 @@ from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 from sweep.running.interrupts import SIGNALS
+from sweep.surroundings import SAFE_PATH, ignore_settings, safe_path
 
 if TYPE_CHECKING:
     from sweep.running.watch import Limits, Verdict, Watching
@@ -133,14 +134,14 @@ class Loky:
 
         if self._pool is None:
             self._missed = None
-            with _deaf():
+            with safe_path(), _deaf():
                 # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
                 pool = ProcessPoolExecutor(
                     max_workers=self.workers,
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
                     initargs=(os.getpid(), self.initializer),
-                    env=ONE_THREAD,
+                    env=ONE_THREAD | {SAFE_PATH: "1"},  # those that start later have it, too
                 )
                 signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # its tracker has lifted the mask
                 pool.submit(int)
@@ -214,6 +215,7 @@ def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) ->
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     _end_with(coordinator)
+    ignore_settings()
     if initializer is not None:
         initializer()
 

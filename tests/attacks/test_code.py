@@ -1,0 +1,220 @@
+"""Code in the folder where a user stands never runs, and settings are not obeyed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from importlib.metadata import packages_distributions
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from searches import TINY
+from studies import SMALL, launched
+
+COMMAND = "from sweep.cli import main\nmain()\n"
+SEVERAL = """
+import json, sys
+from sweep.cli import main
+
+for arguments in json.loads(sys.argv[1]):
+    sys.argv = ["sweep", *arguments]
+    try:
+        main()
+    except SystemExit as ending:
+        assert not ending.code, (arguments, ending.code)
+    print(*arguments, flush=True)
+"""
+"""Several commands in one process, which starts once."""
+OF_PYTHON = {name for name in sys.stdlib_module_names if find_spec(name)}
+SHADOWS = {
+    *sys.stdlib_module_names,
+    *packages_distributions(),
+    *("sweep", "kernels", "sitecustomize", "usercustomize"),
+}
+"""Every module that this environment has; a file of such a name may be taken for it."""
+MARK = """
+import os, sys
+with open({marks!r}, "a") as file:
+    print(__name__, os.getpid(), sys.argv, file=file)
+raise ImportError("a stranger's file")
+"""
+ENVIRONMENT = {name: os.environ[name] for name in os.environ if name[:6] != "PYTHON"}
+
+
+class Hostile:
+    """A folder that a stranger has filled, and scripts of ours that lie elsewhere."""
+
+    def __init__(self, root: Path, shadows: set[str]) -> None:
+        self.folder, self.scripts = root / "stranger", root / "scripts"
+        self.marks = root / "marks"
+        self.folder.mkdir()
+        self.scripts.mkdir()
+        for name in shadows:
+            (self.folder / f"{name}.py").write_text(MARK.format(marks=str(self.marks)))
+        (self.folder / "small.yaml").write_text(SMALL)
+        (self.folder / "search.yaml").write_text(TINY)
+
+    def run(self, code: str, *arguments: str) -> str:
+        """What a script prints that runs in the folder; no other file may have run."""
+        script = self.scripts / "script.py"
+        script.write_text(code)
+        done = subprocess.run(
+            [sys.executable, str(script), *arguments],
+            cwd=self.folder,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert self.ran() == ""
+        assert done.returncode == 0, done.stderr
+        return done.stdout + done.stderr
+
+    def ran(self) -> str:
+        """Which files of the folder have run."""
+        return self.marks.read_text() if self.marks.exists() else ""
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Hostile:
+    """A folder with a file of the name of every module."""
+    return Hostile(tmp_path, SHADOWS)
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_nothing_beside_a_spec_runs_on_a_launch(hostile: Hostile, workers: str) -> None:
+    """In workers, in the trackers of loky and multiprocessing, and in the command."""
+    said = hostile.run(COMMAND, "launch", "small.yaml", "--workers", workers)
+    assert "6 new trials (6 done)" in said
+
+
+def test_nothing_runs_on_a_search_and_a_verification(hostile: Hostile) -> None:
+    launched(SMALL, hostile.folder / "results")
+    commands = [
+        ["search", "search.yaml", "--workers", "2"],
+        ["verify", "small", "--fraction", "1", "--workers", "1"],
+    ]
+    said = hostile.run(SEVERAL, json.dumps(commands))
+    assert "6 of 6" in said
+
+
+def test_nothing_runs_when_stored_results_are_read(hostile: Hostile) -> None:
+    trial = launched(SMALL, hostile.folder / "results").trials["trial_id"][0]
+    commands = [
+        ["plan", "small.yaml"],
+        ["status", "small"],
+        ["table", "small"],
+        ["compare", "small:separation_weight=0.5", "small:separation_weight=1"],
+        ["plot", "small"],
+        ["replay", "small", trial, "--frame", "2", "frame.png"],
+        ["diff", "small.yaml"],
+        ["gc", "small", "--dry-run"],
+        ["export", "small", "--to", "small.csv"],
+        ["models"],
+        ["maps"],
+        ["metrics"],
+        ["schema"],
+    ]
+    said = hostile.run(SEVERAL, json.dumps(commands))
+    assert all(" ".join(command) in said.splitlines() for command in commands)
+
+
+def test_nothing_runs_on_a_view(hostile: Hostile) -> None:
+    script = hostile.scripts / "script.py"
+    script.write_text(COMMAND)
+    command = [sys.executable, str(script), "view", "small.yaml", "--no-open"]
+    place = {"cwd": hostile.folder, "env": ENVIRONMENT}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **place) as view:
+        assert view.stdout is not None
+        assert view.stdout.readline().startswith("http://127.0.0.1:")
+        view.send_signal(signal.SIGINT)
+    assert hostile.ran() == ""
+
+
+RUN = """
+import sweep
+
+print(sweep.run("small.yaml", workers=2).statuses())
+"""
+NOTEBOOK = """
+import sys
+packages = [path for path in sys.path if path.endswith("site-packages")]
+sys.path.insert(sys.path.index(packages[0]), "")
+"""
+
+
+def test_nothing_runs_in_workers_of_a_program(hostile: Hostile) -> None:
+    assert "{'done': 6}" in hostile.run(RUN)
+
+
+def test_workers_of_a_notebook_look_where_the_notebook_looks(tmp_path: Path) -> None:
+    """IPython puts the current folder behind the modules of Python: there it stays."""
+    assert "{'done': 6}" in Hostile(tmp_path, OF_PYTHON).run(NOTEBOOK + RUN)
+
+
+ENVIRON = """
+import os
+from sweep.running.executors import Loky
+from sweep.surroundings import SAFE_PATH
+
+engine = Loky(1)
+print(engine.start().submit(os.getenv, SAFE_PATH).result(), os.getenv(SAFE_PATH))
+engine.stop()
+"""
+
+
+@pytest.mark.parametrize("value", [None, "", "yes"])
+def test_a_program_keeps_its_environment(
+    tmp_path: Path,
+    value: str | None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if value is not None:
+        monkeypatch.setitem(ENVIRONMENT, "PYTHONSAFEPATH", value)
+    assert Hostile(tmp_path, set()).run(ENVIRON) == f"1 {value}\n"
+
+
+def test_settings_of_matplotlib_in_the_folder_are_not_obeyed(tmp_path: Path) -> None:
+    mine = Hostile(tmp_path, set())
+    launched(SMALL, mine.folder / "results")
+    pictures = []
+    for settings in ("", "figure.facecolor: red\ntext.usetex: True\nsavefig.dpi: 20\n"):
+        (mine.folder / "matplotlibrc").write_text(settings)
+        mine.run(COMMAND, "plot", "small", "curves")
+        pictures.append((mine.folder / "results/small/figures/curves.png").read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+NUMBA = """
+import sys
+
+def asked(_=None):
+    import numba
+    from numba.core import config
+    seen = [numba.config.DISABLE_JIT, int(numba.config.OPT)]
+    config._env_reloader.reset()  # as when NUMBA_... changes
+    return [*seen, numba.config.DISABLE_JIT, int(numba.config.OPT)]
+
+if __name__ == "__main__":
+    sys.argv = ["sweep", "status", "small"]
+    from script import asked
+    from sweep.cli import main
+    from sweep.running.executors import Loky
+    try:
+        main()
+    except SystemExit:
+        pass
+    engine = Loky(1)
+    print("asked", asked(), engine.start().submit(asked).result())
+    engine.stop()
+"""
+
+
+def test_settings_of_numba_in_the_folder_are_not_obeyed(tmp_path: Path) -> None:
+    """Neither by a command nor by its workers, neither at first nor later."""
+    mine = Hostile(tmp_path, set())
+    launched(SMALL, mine.folder / "results")
+    (mine.folder / ".numba_config.yaml").write_text("disable_jit: 1\nopt: 0\n")
+    assert "asked [0, 3, 0, 3] [0, 3, 0, 3]\n" in mine.run(NUMBA)
