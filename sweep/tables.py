@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 from sweep.document import Entry
 from sweep.fields import Column, Field, NotAllowedError
+from sweep.limits import MOST_POINTS
 from sweep.names import unknown
-from sweep.sampling import MOST_POINTS
 
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 10_000
