@@ -22,8 +22,9 @@ from sweep.document import Entry
 from sweep.evaluation import ExpressionError
 from sweep.expressions import CONDITION, Expression, parse
 from sweep.fields import Column, Field, NotAllowedError
+from sweep.limits import MOST_POINTS, check_cells
 from sweep.names import unknown
-from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
+from sweep.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.tables import read_table
 
 GRIDS: dict[str, Callable[[float, float, int], Column]] = {"linspace": np.linspace, "logspace": np.geomspace}
@@ -85,7 +86,8 @@ class AxisReader:
             )
         when = self.when(entry)
         kept, rows = _distinct_rows(list(columns.values()))
-        columns = {field: column[kept] for field, column in columns.items()}
+        if len(kept) < len(rows):
+            columns = {field: column[kept] for field, column in columns.items()}
         notes = (*((blocks.note(name),) if blocks else ()), *_notes(name, entry))
         sampler, merged = _sampler(entry), len(rows) - len(kept)
         return Axis(name, columns, when, merged, notes, sampler=sampler, blocks=blocks, rows=rows if blocks else None)
@@ -101,7 +103,7 @@ class AxisReader:
             raise entry.error(f'"{field.name}" needs one of {", ".join(FORMS)}')
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
-            unit = SAMPLERS["random"](_points(entry), [field.name], field.name, self.seed)[0]
+            unit = SAMPLERS["random"](_points(entry, 1), [field.name], field.name, self.seed)[0]
             return _drawn(field, entry.child(form), unit)
         entry.keys([form, "when"])
         return _listed(field, entry.child("values")) if form == "values" else _grid(field, entry.child(form))
@@ -129,7 +131,8 @@ class AxisReader:
             shapes = {field: distribution.name for field, distribution in distributions.items()}
             units = sample_blocks(blocks, shapes, name, self.seed)
         else:
-            units = SAMPLERS[sampler](_points(entry), list(members), name, self.seed)
+            count = _points(entry, len(members))
+            units = SAMPLERS[sampler](count, list(members), name, self.seed)
         return {
             field: _drawn(self.fields[field], distribution, unit)
             for (field, distribution), unit in zip(distributions.items(), units, strict=True)
@@ -138,9 +141,10 @@ class AxisReader:
     def _zip(self, entry: Entry) -> dict[str, Column]:
         entry.keys(["zip", "when"])
         entry.child("zip").keys(self.fields)
-        columns = {}
+        columns: dict[str, Column] = {}
         for name, member in entry.child("zip").mapping():
             columns[name] = self._member(self.fields[name], member)
+            check_cells(entry, len(columns[name]), len(columns))
         lengths = {name: len(column) for name, column in columns.items()}
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{name} has {length}" for name, length in lengths.items())
@@ -208,12 +212,15 @@ def _grid(field: Field, entry: Entry) -> Column:
         values = GRIDS[entry.name](first, last, limits[2].whole(1, MOST_POINTS))
     if not np.isfinite(values).all():
         raise entry.error(f"{entry.name} has limits too far apart")
-    values[1:-1] = [float(f"{value:.{DIGITS}g}") for value in values[1:-1]]
+    rounded = (float(f"{value:.{DIGITS}g}") for value in values[1:-1])
+    values[1:-1] = np.fromiter(rounded, np.float64, max(len(values) - 2, 0))
     return _coerced(field, entry, values)
 
 
-def _points(entry: Entry) -> int:
-    return entry.child("points").whole(1, MOST_POINTS)
+def _points(entry: Entry, fields: int) -> int:
+    points = entry.child("points").whole(1, MOST_POINTS)
+    check_cells(entry.child("points"), points, fields)
+    return points
 
 
 def _drawn(field: Field, entry: Entry, unit: Column) -> Column:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.random import Generator
 
 from sweep.document import Entry
-from sweep.sampling import MOST_POINTS, Unit, generator
+from sweep.limits import MOST_POINTS, check_cells
+from sweep.sampling import Unit, generator
 
 Problem = dict[str, Any]
 """The fields as SALib has them: `num_vars`, `names` and `bounds`."""
@@ -66,6 +67,7 @@ def read_blocks(entry: Entry, sampler: str, fields: int) -> Blocks:
             f"{count:,} times {formula} for D = {fields} fields makes {count * size:,} points; "
             f"at most {MOST_POINTS:,} are allowed"
         )
+    check_cells(entry.child("points"), count * size, fields)
     _check_installed(entry.child("sample"), sampler)
     return Blocks(sampler, count, size, levels)
 

@@ -8,11 +8,15 @@ import numpy as np
 from sweep.axes import Axis
 from sweep.consistency import check_consistency
 from sweep.fields import Column, NotAllowedError, Value, preset_settings
+from sweep.limits import (
+    MOST_CELLS,
+    MOST_OPERATIONS,
+    MOST_POINTS,
+    MOST_TRIALS,
+    beyond,
+)
 from sweep.points import Points, check_maps, fitted_to_map
-from sweep.sampling import MOST_POINTS
 from sweep.spec import Study
-
-MOST_TRIALS = 10**9
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ def expand(study: Study) -> Design:
     Raises SpecError where there are none or too many of them, and where a value computed from others is not
     allowed.
     """
-    _check_count(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
+    _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
     points = fitted_to_map(study, Points(preset_settings(study.model, study.preset) | study.fixed, {}, 1))
     for axis in study.axes:
         points = _multiplied(study, points, axis)
@@ -57,19 +61,43 @@ def expand(study: Study) -> Design:
     points, rejected = _derived(study, points)
     check_maps(study, points)
     check_consistency(study, points)
-    _check_count(study, points.count, study.trials_per_point)
+    _check_trials(study, points)
     duplicates = sum(axis.merged for axis in study.axes)
     return Design(points.base, points.columns, points.count, rejected, duplicates)
 
 
-def _check_count(study: Study, n_points: int, trials_per_point: int = 0) -> None:
-    for count, most, what in (
-        (n_points, MOST_POINTS, "points"),
-        (n_points * trials_per_point, MOST_TRIALS, "trials"),
+def _check_size(study: Study, n_points: int) -> None:
+    """Raise SpecError for a design of too many points, cells or computations."""
+    fields = len({*(name for axis in study.axes for name in axis.columns), *study.derive})
+    parts = sum(expression.operations for expression in study.expressions)
+    points = f"the study has {n_points:,} points"
+    for count, most, asked in (
+        (n_points, MOST_POINTS, points),
+        (
+            n_points * fields,
+            MOST_CELLS,
+            f"{points} with {fields} fields that vary, {n_points * fields:,} cells",
+        ),
+        (
+            n_points * parts,
+            MOST_OPERATIONS,
+            f"{points}, and its expressions {parts:,} parts that are computed at each, {n_points * parts:,} operations",
+        ),
     ):
         if count > most:
-            message = f"the study has {count:,} {what}; at most {most:,} are allowed"
-            raise study.document.error(("sweep",), message)
+            raise study.document.error(("sweep",), beyond(asked, most))
+
+
+def _check_trials(study: Study, points: Points) -> None:
+    """Raise SpecError for a plan of too many trials or cells."""
+    trials, fields = points.count * study.trials_per_point, len(points.columns)
+    asked = f"the study has {trials:,} trials"
+    place = ("replicates",) if study.seeds is None else ("seeds",)
+    if trials > MOST_TRIALS:
+        raise study.document.error(place, beyond(asked, MOST_TRIALS))
+    if trials * fields > MOST_CELLS:
+        asked += f" with {fields} fields that vary, {trials * fields:,} cells"
+        raise study.document.error(place, beyond(asked, MOST_CELLS))
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
@@ -79,12 +107,14 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
         applies = points.evaluate(study, axis.when, ("sweep", axis.name, "when"))
     repeats = np.where(applies, len(axis), 1)
     count = int(repeats.sum())
-    _check_count(study, count)
+    _check_size(study, count)
     columns = {name: np.repeat(column, repeats) for name, column in points.columns.items()}
     row = np.arange(count) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     outside = np.repeat(~applies, repeats)
+    whole = points.count == 1 and bool(applies[0])
     for name, values in axis.columns.items():
-        columns[name] = values[row]
+        # The first axis gives its own columns: copies would double a large sample.
+        columns[name] = values if whole else values[row]
         columns[name][outside] = points.base[name]
     return Points(points.base, columns, count)
 

@@ -3,7 +3,6 @@
 import ast
 import math
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,9 @@ from numpy.typing import NDArray
 from sweep.fields import Column
 
 Rows = NDArray[np.intp]
+
+BLOCK = 2**16
+"""Points computed at once: each level of an expression holds a few columns."""
 
 CONSTANTS: dict[str, float | bool] = {"pi": math.pi, "true": True, "false": False}
 
@@ -67,10 +69,27 @@ def evaluate(tree: ast.expr, columns: Mapping[str, Column], n_points: int) -> Co
 
     `columns` has an array of that shape for each name. Numbers are float64 throughout, so that no power can
     grow without bound. What an `if`, `and`, `or` or chained comparison does not need at a point is not
-    computed there. Raises ExpressionError at a point without a finite value.
+    computed there, and nothing is computed twice. Raises ExpressionError at a point
+    without a finite value.
     """
-    with np.errstate(all="ignore"):
-        return _value(tree, columns, np.arange(n_points))
+    firsts = range(0, max(n_points, 1), BLOCK)
+    blocks = (_block(tree, columns, n, min(n + BLOCK, n_points)) for n in firsts)
+    return np.concatenate(list(blocks))
+
+
+def _block(
+    tree: ast.expr,
+    columns: Mapping[str, Column],
+    first: int,
+    last: int,
+) -> Column:
+    """The value at the points from `first` up to `last`."""
+    among = {name: column[first:last] for name, column in columns.items()}
+    try:
+        with np.errstate(all="ignore"):
+            return _value(tree, among, np.arange(last - first))
+    except ExpressionError as error:
+        raise ExpressionError(str(error), first + error.point) from None
 
 
 def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
@@ -89,10 +108,8 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
             return _finite(node, ARITHMETIC[type(operator)], [value(left), value(right)], rows)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             return _finite(node, FUNCTIONS[name][0], [value(argument) for argument in arguments], rows)
-        case ast.Compare(left=left, ops=[operator], comparators=[right]):
-            return (ORDER | EQUALITY)[type(operator)](value(left), value(right))
         case ast.Compare():
-            return value(_unchained(node))
+            return _comparison(node, columns, rows)
         case ast.BoolOp(op=operator, values=conditions):
             return _junction(isinstance(operator, ast.And), conditions, columns, rows)
         case ast.IfExp(test=test, body=body, orelse=orelse):
@@ -127,13 +144,16 @@ def _finite(node: ast.expr, function: Callable[..., Column], operands: list[Colu
     return result
 
 
-def _unchained(comparison: ast.Compare) -> ast.BoolOp:
-    """`a < b < c` as `a < b and b < c`."""
-    terms = pairwise([comparison.left, *comparison.comparators])
-    return ast.BoolOp(
-        ast.And(),
-        [ast.Compare(left, [operator], [right]) for (left, right), operator in zip(terms, comparison.ops, strict=True)],
-    )
+def _comparison(node: ast.Compare, columns: Mapping[str, Column], rows: Rows) -> Column:
+    """`a < b < c`: each term is computed once, and only where the earlier ones hold."""
+    result = np.full(len(rows), True)
+    left = _value(node.left, columns, rows)
+    for operator, term in zip(node.ops, node.comparators, strict=True):
+        right = _value(term, columns, rows[result])
+        holds = (ORDER | EQUALITY)[type(operator)](left, right)
+        result[result] = holds
+        left = right[holds]
+    return result
 
 
 def _junction(every: bool, conditions: list[ast.expr], columns: Mapping[str, Column], rows: Rows) -> Column:

@@ -24,11 +24,16 @@ MOST_LEVELS = 60
 
 @dataclass(frozen=True)
 class Expression:
-    """A checked expression: what it yields (a number, a condition or a text) and the settings it needs."""
+    """A checked expression: what it yields, and the settings it needs.
+
+    It yields a number, a condition or a text. `operations` is the number of its parts,
+    each of which is computed once at a point, at most.
+    """
 
     text: str
     kind: str
     names: frozenset[str]
+    operations: int
     tree: ast.expr = field(repr=False, compare=False)
 
     def evaluate(self, columns: Mapping[str, Column | Value], n_points: int) -> Column:
@@ -61,7 +66,8 @@ def parse(text: str, known: Mapping[str, Field]) -> Expression:
     if _depth(tree) > MOST_LEVELS:
         raise ExpressionError("the expression is nested too deeply")
     checker = _Checker(known)
-    return Expression(text, checker.kind(tree), frozenset(checker.names), tree)
+    kind = checker.kind(tree)
+    return Expression(text, kind, frozenset(checker.names), checker.parts, tree)
 
 
 def _depth(tree: ast.AST) -> int:
@@ -77,8 +83,10 @@ class _Checker:
     def __init__(self, known: Mapping[str, Field]) -> None:
         self.known = known
         self.names: set[str] = set()
+        self.parts = 0
 
     def kind(self, node: ast.expr) -> str:
+        self.parts += 1
         match node:
             case ast.Constant(value=bool()):
                 return CONDITION
@@ -98,7 +106,7 @@ class _Checker:
                 return self._all(CONDITION, conditions, "and" if isinstance(operator, ast.And) else "or")
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self._all(CONDITION, [test], "if")
-                return self._all(self.kind(body), [orelse], f'"{ast.unparse(body)}" before "if"')
+                return self._all(self.kind(body), [orelse], '"{}" before "if"', body)
             case ast.Compare(left=left, ops=operators, comparators=others):
                 return self._comparison(operators, [left, *others])
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
@@ -118,16 +126,26 @@ class _Checker:
         self.names.add(name)
         return KINDS[self.known[name].kind]
 
-    def _all(self, wanted: str, nodes: list[ast.expr], where: str) -> str:
+    def _all(
+        self,
+        wanted: str,
+        nodes: list[ast.expr],
+        where: str,
+        first: ast.expr | None = None,
+    ) -> str:
+        """The kind that all nodes must have; `first` is named for the {} in `where`."""
         for node in nodes:
             found = self.kind(node)
             if found != wanted:
-                raise ExpressionError(f'{where} needs {wanted}, but "{ast.unparse(node)}" is {found}')
+                # Unparsed only here: nested expressions would be, at each level.
+                place = where.format(first and ast.unparse(first))
+                given = f'"{ast.unparse(node)}" is {found}'
+                raise ExpressionError(f"{place} needs {wanted}, but {given}")
         return wanted
 
     def _comparison(self, operators: list[ast.cmpop], terms: list[ast.expr]) -> str:
         wanted = self.kind(terms[0])
-        self._all(wanted, terms[1:], f'comparison with "{ast.unparse(terms[0])}"')
+        self._all(wanted, terms[1:], 'comparison with "{}"', terms[0])
         allowed = EQUALITY | ORDER if wanted == NUMBER else EQUALITY
         if any(type(operator) not in allowed for operator in operators):
             signs = "==, !=, <, <=, > and >=" if wanted == NUMBER else "== and !="

@@ -43,6 +43,8 @@ class Points:
 
     def kept(self, keep: NDArray[np.bool_]) -> "Points":
         """The points where `keep` is true."""
+        if keep.all():
+            return self
         columns = {name: column[keep] for name, column in self.columns.items()}
         return Points(self.base, columns, int(keep.sum()))
 

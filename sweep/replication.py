@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 from kernels.metrics import METRICS
 from sweep.document import Entry
+from sweep.limits import MOST_TRIALS
 from sweep.names import unknown
 from sweep.sequential import Until
 
-MOST_REPLICATES = 10**9
 LEAST_LOOK = 3
 FIRST_LOOK = 10
 CONFIDENCE = 0.95
@@ -31,29 +31,31 @@ def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
         return Replication(seeds=_seeds(seeds))
     assert replicates
     if not isinstance(replicates.value, dict):
-        return Replication(replicates=replicates.whole(1, MOST_REPLICATES))
+        return Replication(replicates=replicates.whole(1, MOST_TRIALS))
     if "search" in root.value:
         raise replicates.error('a search races its candidates itself: "replicates" must be a whole number there')
     return Replication(until=_until(replicates, recorded))
 
 
 def _seeds(entry: Entry) -> tuple[int, ...]:
-    numbers = [(child, child.whole(0)) for child in entry.entries()]
-    for index, (child, number) in enumerate(numbers):
-        if any(number == other for _, other in numbers[:index]):
+    numbers: dict[int, None] = {}
+    for child in entry.entries():
+        number = child.whole(0)
+        if number in numbers:
             raise child.error(f'{number} stands twice in "seeds"')
-    return tuple(number for _, number in numbers)
+        numbers[number] = None
+    return tuple(numbers)
 
 
 def _until(entry: Entry, recorded: tuple[str, ...]) -> Until:
     entry.keys(["until", "min", "max"], ["until", "max"])
     rule = entry.child("until")
     rule.keys(["metric", "half_width", "confidence"], ["metric", "half_width"])
-    most = entry.child("max").whole(LEAST_LOOK, MOST_REPLICATES)
+    most = entry.child("max").whole(LEAST_LOOK, MOST_TRIALS)
     first = entry.get("min")
     if first is None and most < FIRST_LOOK:
         raise entry.child("max").error(f'"max" is {most}, below the default of "min", {FIRST_LOOK}: give "min" too')
-    least = first.whole(LEAST_LOOK, MOST_REPLICATES) if first else FIRST_LOOK
+    least = first.whole(LEAST_LOOK, MOST_TRIALS) if first else FIRST_LOOK
     if first and least > most:
         raise first.error(f'"min" must be at most "max", which is {most}, not {least}')
     return Until(_metric(rule.child("metric"), recorded), _half_width(rule), _confidence(rule), least, most)
@@ -87,7 +89,7 @@ def _confidence(rule: Entry) -> float:
 
 def replicates_schema() -> dict[str, Any]:
     """The JSON Schema of `replicates`."""
-    number = {"type": "integer", "minimum": LEAST_LOOK, "maximum": MOST_REPLICATES}
+    number = {"type": "integer", "minimum": LEAST_LOOK, "maximum": MOST_TRIALS}
     rule = {
         "metric": {"type": "string", "description": "a recorded metric, or <metric>_mean for its last half"},
         "half_width": {"type": "number", "exclusiveMinimum": 0, "description": "in the unit of the metric"},
@@ -98,7 +100,7 @@ def replicates_schema() -> dict[str, Any]:
         "min": number | {"description": f"trials before the first look, by default {FIRST_LOOK}"},
         "max": number | {"description": "most trials a point"},
     }
-    fixed = {"type": "integer", "minimum": 1, "maximum": MOST_REPLICATES}
+    fixed = {"type": "integer", "minimum": 1, "maximum": MOST_TRIALS}
     return {"anyOf": [fixed, _mapping(adaptive, ["until", "max"])], "description": "trials a point"}
 
 

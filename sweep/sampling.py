@@ -20,8 +20,6 @@ Unit = NDArray[np.float64]
 LEAST = 2.0**-54
 """Stands for 0 where the inverse of a distribution is infinite."""
 
-MOST_POINTS = 10_000_000
-
 MOST = 1e100
 """Bound of the arguments of continuous distributions, far from where arithmetic overflows."""
 
@@ -36,9 +34,13 @@ def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> 
 
     More points are other points altogether.
     """
-    from scipy.stats.qmc import LatinHypercube
-
-    sample = LatinHypercube(d=len(names), seed=generator(seed, axis)).random(points)
+    # As scipy's LatinHypercube, which holds the sample four times: it spawns its generator.
+    (rng,) = generator(seed, axis).spawn(1)
+    sample = rng.uniform(size=(points, len(names)))
+    for column in sample.T:
+        interval = np.arange(1, points + 1)
+        rng.shuffle(interval)
+        column[:] = (interval - column) / points
     return list(sample.T)
 
 

@@ -14,10 +14,11 @@ from sweep.axes import GRIDS
 from sweep.blocks import MOST_LEVELS, OPTIONS
 from sweep.document import INTEGER_BOUND
 from sweep.fields import Field, fields, preset_settings
+from sweep.limits import MOST_POINTS
 from sweep.maps import MAP_NAME, MOST_LENGTH
 from sweep.policy import policy_rules, policy_schema
 from sweep.replication import replicates_schema
-from sweep.sampling import DISTRIBUTIONS, MOST_POINTS, SAMPLERS
+from sweep.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.search.schema import model_schema, search_schema
 from sweep.spec import CHECKPOINT_SECONDS, REQUIRED, STUDY_NAME
 

@@ -114,6 +114,12 @@ class Study:
             return self.until.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
 
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        """All that is computed at points: `when` of axes, `derive`, `require`."""
+        conditions = [axis.when for axis in self.axes if axis.when]
+        return (*conditions, *self.derive.values(), *self.require)
+
     def place_of(self, field: str) -> Place | None:
         """Where in the spec a field gets its value, or None where the preset gives it."""
         if field in self.fixed:

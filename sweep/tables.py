@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 
 from sweep.document import Entry
 from sweep.fields import Column, Field, NotAllowedError
+from sweep.limits import MOST_POINTS, check_cells
 from sweep.names import unknown
-from sweep.sampling import MOST_POINTS
+from sweep.pages import PagesError, check_footer, unpacked
 
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 10_000
@@ -81,6 +82,10 @@ def _legibly(file: Entry, look: Callable[[], T]) -> T:
 
     try:
         return look()
+    except PagesError as error:
+        raise file.error(f'"{file.value}" {error}') from None
+    except UnicodeDecodeError:
+        raise file.error(f'"{file.value}" is not a text in UTF-8') from None
     except (OSError, pa.ArrowException) as error:
         raise file.error(f'"{file.value}" cannot be read: {str(error).splitlines()[0]}') from None
 
@@ -94,27 +99,45 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
             raise file.error(f'"{file.value}" has a first line that is too long; at most {MOST_COLUMNS:,} columns')
         lines = 0
         while block := stream.read(BLOCK):
-            lines += block.count(b"\n")
+            # Either sign ends a line.
+            lines += max(block.count(b"\n"), block.count(b"\r"))
         _check_rows(file, lines)
         stream.seek(0)
-        table = csv.read_csv(stream)
-    return list(table.column_names), table.select
+        names = csv.open_csv(stream).schema.names
+
+    def read(columns: list[str]) -> Any:
+        check_cells(file, lines, len(columns))
+        # Cells of one sign each would take eight times the file.
+        wanted = csv.ConvertOptions(include_columns=columns)
+        with path.open("rb") as stream:
+            table = csv.read_csv(stream, convert_options=wanted)
+        _check_rows(file, len(table))
+        return table
+
+    return names, read
 
 
 def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     from pyarrow import parquet
 
-    with parquet.ParquetFile(path) as opened:
+    # The footer is as long as its list of columns: a short one must not make a long list.
+    limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
+    check_footer(path)
+    with parquet.ParquetFile(path, **limits) as opened:
         about, schema = opened.metadata, opened.schema_arrow
     if about.num_columns > MOST_COLUMNS:
         raise file.error(f'"{file.value}" has {about.num_columns:,} columns; at most {MOST_COLUMNS:,} are allowed')
     groups = [about.row_group(index) for index in range(about.num_row_groups)]
-    _check_rows(file, max(about.num_rows, sum(group.num_rows for group in groups)))
+    rows = max(about.num_rows, sum(group.num_rows for group in groups))
+    _check_rows(file, rows)
 
     def read(columns: list[str]) -> Any:
-        texts = _checked_columns(file, columns, schema, groups)
+        check_cells(file, rows, len(columns))
+        texts = _checked_columns(file, columns, schema)
+        if unpacked(path, about, columns).size > MOST_BYTES:
+            raise file.error(f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes')
         # Equal texts are kept once, or ten million times a long one would be too much.
-        with parquet.ParquetFile(path, read_dictionary=texts) as again:
+        with parquet.ParquetFile(path, read_dictionary=texts, **limits) as again:
             table = again.read(columns)
         _check_texts(file, table, texts)
         return table
@@ -127,7 +150,7 @@ def _check_rows(file: Entry, rows: int) -> None:
         raise file.error(f'"{file.value}" has {rows:,} rows; at most {MOST_POINTS:,} are allowed')
 
 
-def _checked_columns(file: Entry, columns: list[str], schema: Any, groups: list[Any]) -> list[str]:
+def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
     """Those of the columns that hold texts; SpecError where one holds neither those nor numbers nor truths."""
     import pyarrow as pa
 
@@ -141,9 +164,6 @@ def _checked_columns(file: Entry, columns: list[str], schema: Any, groups: list[
             raise file.error(
                 f'"{file.value}", column "{name}" holds {kind}; allowed are numbers, texts, true and false'
             )
-    parts = (group.column(index) for group in groups for index in range(group.num_columns))
-    if sum(part.total_uncompressed_size for part in parts if part.path_in_schema in columns) > MOST_BYTES:
-        raise file.error(f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes')
     return texts
 
 

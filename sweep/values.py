@@ -11,6 +11,7 @@ from sweep.axes import Axis, AxisReader, read_expression
 from sweep.document import Entry
 from sweep.expressions import CONDITION, KINDS, Expression
 from sweep.fields import Field, NotAllowedError, Value
+from sweep.limits import MOST_CELLS, beyond
 from sweep.names import unknown
 
 
@@ -29,8 +30,15 @@ def read_fixed(entry: Entry | None, known: dict[str, Field]) -> dict[str, Value]
 
 def read_axes(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> tuple[Axis, ...]:
     """The axes under `sweep`, in the order of the file; `given` are the fields with a value under another key."""
-    entries = dict(entry.mapping()) if entry else {}
-    axes = {name: reader.read(name, child) for name, child in entries.items() if not is_ablation(child)}
+    entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
+    for name, child in entries.items():
+        if is_ablation(child):
+            continue
+        axes[name] = reader.read(name, child)
+        cells += len(axes[name]) * len(axes[name].columns)
+        if cells > MOST_CELLS:
+            asked = f"the axes as far as this one have {cells:,} cells"
+            raise child.error(beyond(asked, MOST_CELLS))
     taken = {*given, *(field for axis in axes.values() for field in axis.columns)}
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:

@@ -243,10 +243,10 @@ def test_what_a_sampler_cannot_do_is_said(sampler: str, changes: list[tuple[str,
 
 def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
-    monkeypatch.setattr("sweep.search.section.find_spec", lambda _name: None)
+    monkeypatch.setattr("sweep.search.checks.find_spec", lambda _name: None)
     with pytest.raises(SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"):
         parse_spec(spec)
-    monkeypatch.setattr("sweep.search.section.find_spec", lambda _name: object())
+    monkeypatch.setattr("sweep.search.checks.find_spec", lambda _name: object())
     assert search_of(spec).sampler == "gp"
 
 

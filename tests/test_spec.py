@@ -300,7 +300,7 @@ REPLACED = [
     ("study: short\n", "", '1: missing key "study"'),
     ("seed: 1\n", "", '1: missing key "seed"'),
     ("replicates: 2\n", "", '1: needs either "replicates" (trials a point) or "seeds" (a list), and not both'),
-    ("replicates: 2", "replicates: 0", '4: "replicates" must be a whole number from 1 to 1000000000, not 0'),
+    ("replicates: 2", "replicates: 0", '4: "replicates" must be a whole number from 1 to 20000000, not 0'),
     ("replicates: 2", "seeds: [3, 3]", '4: 3 stands twice in "seeds"'),
     ("replicates: 2", "seeds: [3, -1]", '4: "seeds" must be a whole number from 0, not -1'),
     ("seed: 1", "seed: -1", '5: "seed" must be a whole number from 0, not -1'),

@@ -17,6 +17,7 @@ from sweep.search.candidates import (
     repeated,
     section_of,
 )
+from sweep.search.checks import check_trials
 from sweep.search.ledger import Ledger, failed_trials, known_trials
 from sweep.search.loop import Course, Entrant, Run
 from sweep.search.outcome import HELD_OUT, REFERENCES, SEARCH, candidates, chosen
@@ -71,6 +72,7 @@ class _Whole:
     ) -> None:
         self.study, self.results, self.report = study, results, report
         self.section = section_of(study)
+        check_trials(study.document, self.section, repetitions)
         self.courses = _courses(study, repetitions)
         check_candidates(study)
         self.judging = held_out(study)
@@ -79,7 +81,7 @@ class _Whole:
         store = Store(results / study.name)
         blocks = {course.name: course.blocks for course in self.courses}
         self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
-        most = len(self.courses) * self.section.budget + self.section.held_out_trials(repetitions)
+        most = self.section.most_trials(repetitions)
         self.progress = SearchProgress(trials=most)
         failures = Failures(study, store, most)
         self.ledger = Ledger(study, store, Tables(study, origin), executor, columns, {}, self._note, failures)

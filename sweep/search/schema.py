@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from kernels.metrics import METRICS
+from sweep.limits import MOST_SEARCHED
 from sweep.recorded import MEAN
 from sweep.search.section import (
     BATCH,
@@ -11,8 +12,6 @@ from sweep.search.section import (
     HELD_OUT_REPLICATES,
     LEVEL,
     MOST_BATCH,
-    MOST_BUDGET,
-    MOST_HELD_OUT,
     REQUIRED,
     SAMPLERS,
 )
@@ -23,14 +22,14 @@ Schema = dict[str, Any]
 def search_schema() -> Schema:
     """The section, whatever the model."""
     held_out = {
-        "candidates": _whole(MOST_HELD_OUT, f"how many of the best are judged, by default {HELD_OUT_CANDIDATES}"),
-        "replicates": _whole(MOST_HELD_OUT, f"trials of each of them and scenario, by default {HELD_OUT_REPLICATES}"),
+        "candidates": _whole(MOST_SEARCHED, f"how many of the best are judged, by default {HELD_OUT_CANDIDATES}"),
+        "replicates": _whole(MOST_SEARCHED, f"trials of each of them and scenario, by default {HELD_OUT_REPLICATES}"),
     }
     properties = {
         "parameters": _named({"type": "object"}, "fields, each with the range in which it is searched"),
         "objectives": _columns(_objective(), "metrics at the last frame, or <metric>_mean over the last half"),
         "constraints": _columns(_constraint(), "bounds of such metrics"),
-        "budget": _whole(MOST_BUDGET, "most trials of the search; those on held-out seeds come on top"),
+        "budget": _whole(MOST_SEARCHED, "most trials of the search; those on held-out seeds come on top"),
         "sampler": {"enum": list(SAMPLERS), "description": "by default tpe, for several objectives nsga2"},
         "batch": _whole(MOST_BATCH, f"candidates asked for at once, by default {BATCH}"),
         "racing": _racing(),

@@ -5,7 +5,6 @@ All functions raise SpecError, with file and line, for what is not allowed.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -13,9 +12,11 @@ from kernels.settings import Model
 from sweep.axes import Axis, AxisReader
 from sweep.document import Entry, Place
 from sweep.fields import Field, NotAllowedError, Value
+from sweep.limits import MOST_SEARCHED
 from sweep.names import unknown
 from sweep.recorded import read_column
 from sweep.sampling import DISTRIBUTIONS
+from sweep.search.checks import check_search
 from sweep.search.objectives import Constraint, Objective, Statistic
 from sweep.values import read_axes
 
@@ -23,14 +24,13 @@ FORMS = ("uniform", "loguniform", "integers", "choice")
 """The distributions that have bounds, which a search needs."""
 
 SAMPLERS = ("random", "qmc", "tpe", "cmaes", "gp", "nsga2", "nsga3")
-POPULATIONS = ("nsga2", "nsga3")
 REQUIRED = ("parameters", "objectives", "budget")
 KEYS = (*REQUIRED, "constraints", "sampler", "batch", "racing", "over", "held_out", "references")
 
 BATCH = 12
 LEVEL = 0.1
 HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES = 5, 40
-MOST_BUDGET, MOST_BATCH, MOST_HELD_OUT = 10_000_000, 10_000, 1_000_000
+MOST_BATCH = 10_000
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,10 @@ class Search:
         settings = self.held_out.candidates + len(self.references) + 2 * repetitions * several
         return settings * self.held_out.replicates * self.scenarios
 
+    def most_trials(self, repetitions: int) -> int:
+        """The most trials of the search, with repetitions and as many random searches."""
+        return (1 + 2 * repetitions) * self.budget + self.held_out_trials(repetitions)
+
     def place_of(self, field: str) -> Place | None:
         """Where in the spec the search gives a field its values, or None where it does not."""
         if any(parameter.name == field for parameter in self.parameters):
@@ -104,7 +108,7 @@ def read_search(entry: Entry, reader: AxisReader, model: Model, given: Mapping[s
         parameters=parameters,
         objectives=_objectives(entry.child("objectives"), model),
         constraints=_constraints(entry.get("constraints"), model),
-        budget=entry.child("budget").whole(1, MOST_BUDGET),
+        budget=entry.child("budget").whole(1, MOST_SEARCHED),
         sampler=_sampler(entry),
         batch=_whole(entry.get("batch"), BATCH, MOST_BATCH),
         level=_level(entry.get("racing")),
@@ -112,8 +116,7 @@ def read_search(entry: Entry, reader: AxisReader, model: Model, given: Mapping[s
         held_out=_held_out(entry.get("held_out")),
         references=_references(entry.get("references"), reader.fields, names),
     )
-    _check_budget(entry, search)
-    _check_sampler(entry, search)
+    check_search(entry, search)
     return search
 
 
@@ -238,8 +241,8 @@ def _held_out(entry: Entry | None) -> HeldOut:
         return HeldOut()
     entry.keys(["candidates", "replicates"])
     return HeldOut(
-        _whole(entry.get("candidates"), HELD_OUT_CANDIDATES, MOST_HELD_OUT),
-        _whole(entry.get("replicates"), HELD_OUT_REPLICATES, MOST_HELD_OUT),
+        _whole(entry.get("candidates"), HELD_OUT_CANDIDATES, MOST_SEARCHED),
+        _whole(entry.get("replicates"), HELD_OUT_REPLICATES, MOST_SEARCHED),
     )
 
 
@@ -259,34 +262,3 @@ def _coerced(field: Field, entry: Entry) -> Value:
         return field.coerce(entry.value)
     except NotAllowedError as error:
         raise entry.error(str(error)) from None
-
-
-def _check_budget(entry: Entry, search: Search) -> None:
-    least = search.batch * search.scenarios
-    if search.budget < least:
-        each = f" in {search.scenarios} scenarios each" if search.scenarios > 1 else ""
-        raise entry.child("budget").error(
-            f"a budget of {search.budget} trials is less than one batch of {search.batch} candidates{each}: "
-            f"at least {least}, or a smaller batch"
-        )
-
-
-def _check_sampler(entry: Entry, search: Search) -> None:
-    def refused(reason: str) -> None:
-        raise (entry.get("sampler") or entry.child("objectives")).error(f"sampler {search.sampler} {reason}")
-
-    if search.sampler == "cmaes":
-        if len(search.objectives) > 1:
-            refused("has one objective: use nsga2, nsga3, tpe or random")
-        if search.constraints:
-            refused("knows no constraints: use tpe, nsga2 or nsga3")
-        if any(parameter.form == "choice" for parameter in search.parameters):
-            refused("needs numbers, and no choice: use tpe")
-        if sum(len(set(parameter.arguments)) > 1 for parameter in search.parameters) < 2:
-            refused("needs two parameters or more: use tpe")
-    if search.sampler == "nsga3" and len(search.objectives) < 2:
-        refused("is for several objectives: use nsga2 or tpe")
-    if search.sampler in POPULATIONS and search.batch < 2:
-        refused("needs a batch, which is its population, of 2 or more")
-    if search.sampler == "gp" and find_spec("torch") is None:
-        refused("needs torch: pip install torch")

@@ -1,0 +1,152 @@
+"""What a parquet file unpacks to, by the heads of its pages: the footer may claim less.
+
+A page is unpacked to the size in its own head and no further, so these sizes are true.
+Format: https://github.com/apache/parquet-format, heads in Thrift's compact protocol.
+"""
+
+import struct
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+MOST_FOOTER = 10_000_000
+"""Bytes: read, each byte may take a few hundred."""
+MOST_HEAD = 100_000
+"""Bytes of the head of a page, whose statistics may hold two long texts."""
+MOST_PAGES = 1_000_000
+MAGIC = b"PAR1"
+DELTA_BYTE_ARRAY = 7
+"""The encoding of texts by what they share with the one before: a few bytes give any
+number of long texts."""
+
+Head = dict[int, Any]
+"""The values of a Thrift struct by the numbers of their fields."""
+
+
+class PagesError(ValueError):
+    """Why a parquet file is not unpacked."""
+
+
+class Unpacked(NamedTuple):
+    """Bytes that pages unpack to, and values in them: those of equal ones are one."""
+
+    size: int
+    values: int
+
+
+def check_footer(path: Path) -> None:
+    """Raise PagesError for a file without a footer, or with one that is too large."""
+    with path.open("rb") as stream:
+        stream.seek(-min(8, path.stat().st_size), 2)
+        end = stream.read(8)
+    if len(end) < 8 or end[4:] != MAGIC:
+        raise PagesError("is no parquet file, or its end is missing")
+    if struct.unpack("<I", end[:4])[0] > MOST_FOOTER:
+        raise PagesError(f"has a footer of more than {MOST_FOOTER:,} bytes")
+
+
+def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
+    """What the `columns` of a file unpack to; `about` is its metadata, as pyarrow has it.
+
+    Nothing is unpacked. Raises PagesError for pages that are not as the format says, are
+    too many, or hold texts as deltas; OSError where the file cannot be read.
+    """
+    size = values = pages = 0
+    with path.open("rb") as stream:
+        for group in map(about.row_group, range(about.num_row_groups)):
+            for chunk in map(group.column, range(group.num_columns)):
+                if chunk.path_in_schema.split(".")[0] not in columns:
+                    continue
+                first, last = _extent(chunk)
+                while first < last:
+                    head, first = _page(stream, first)
+                    size, values = size + head[2], values + _values(head)
+                    pages += 1
+                    if pages > MOST_PAGES:
+                        raise PagesError(f"has more than {MOST_PAGES:,} pages")
+    return Unpacked(size, values)
+
+
+def _extent(chunk: Any) -> tuple[int, int]:
+    """Where the pages of a column in a row group begin and end, as pyarrow finds them."""
+    first = chunk.data_page_offset
+    if chunk.has_dictionary_page and 0 < chunk.dictionary_page_offset < first:
+        first = chunk.dictionary_page_offset
+    return first, first + chunk.total_compressed_size
+
+
+def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
+    """The head of the page that begins there, and where the next one begins."""
+    stream.seek(first)
+    reader = _Reader(stream.read(MOST_HEAD))
+    try:
+        head = reader.struct()
+        sizes = head[2], head[3]
+    except (IndexError, KeyError, RecursionError):
+        raise PagesError("has a page without a head that can be read") from None
+    if not all(isinstance(size, int) and size >= 0 for size in sizes):
+        raise PagesError("has a page of a negative size")
+    return head, first + reader.place + head[3]
+
+
+def _values(head: Head) -> int:
+    """The values of a page of data, of a dictionary, or of data in the second format."""
+    found = 0
+    for kind, encoding in ((5, 2), (7, 2), (8, 4)):
+        about = head.get(kind)
+        if isinstance(about, dict):
+            if about.get(encoding) in (DELTA_BYTE_ARRAY, None):
+                raise PagesError("holds texts as deltas, which may grow without bound")
+            found += abs(int(about.get(1) or 0))
+    return found
+
+
+class _Reader:
+    """Reads a struct of Thrift's compact protocol. IndexError where it is none."""
+
+    def __init__(self, content: bytes) -> None:
+        self.content, self.place = content, 0
+
+    def struct(self) -> Head:
+        found, field = Head(), 0
+        while (byte := self._byte()) & 15:
+            field = field + (byte >> 4) if byte >> 4 else self._signed()
+            if field in found:
+                raise IndexError
+            found[field] = self._value(byte & 15)
+        return found
+
+    def _value(self, kind: int) -> Any:
+        if kind in (1, 2):  # a truth is its own kind
+            return kind == 1
+        if kind == 3:
+            return self._byte()
+        if kind == 5:  # of 32 bits, as all numbers that count here
+            return self._signed()
+        if kind in (4, 6):
+            self._signed()
+        elif kind == 7:
+            self.place += 8
+        elif kind == 8:
+            length = self._unsigned()
+            self.place += length
+        elif kind == 12:
+            return self.struct()
+        else:
+            # Lists and maps stand in no head of a page.
+            raise IndexError
+        return None
+
+    def _byte(self) -> int:
+        self.place += 1
+        return self.content[self.place - 1]
+
+    def _unsigned(self) -> int:
+        value = shift = 0
+        while (byte := self._byte()) & 128:
+            value, shift = value | (byte & 127) << shift, shift + 7
+        return value | byte << shift
+
+    def _signed(self) -> int:
+        value = self._unsigned()
+        return value >> 1 ^ -(value & 1)
