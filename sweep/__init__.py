@@ -1,11 +1,14 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
 
+import logging
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from sweep.harmless import harmless, make_harmless
 
 if TYPE_CHECKING:
     from sweep.storing.locations import Location
@@ -28,6 +31,7 @@ def check_sibling(found: str | None, ours: str) -> None:
 
 _kernels = find_spec("kernels")
 check_sibling(_kernels.origin if _kernels else None, __file__)
+logging.getLogger(__name__).addFilter(make_harmless)
 
 
 def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
@@ -72,7 +76,8 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     troubled = {status: count for status, count in stored.statuses().items() if status != "done"}
     if troubled:
         counts = ", ".join(f"{count:,} {status}" for status, count in sorted(troubled.items()))
-        warnings.warn(f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials", stacklevel=2)
+        about = f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials"
+        warnings.warn(harmless(about), stacklevel=2)
     return stored
 
 

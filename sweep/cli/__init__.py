@@ -10,6 +10,7 @@ import sys
 
 from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
+from sweep.harmless import guard_streams
 
 INTERRUPTED = 130
 ENDINGS = {
@@ -25,6 +26,7 @@ ENDINGS = {
 
 def main() -> None:
     """The `sweep` command: errors that a user can mend become one line and an exit code."""
+    guard_streams()
     try:
         app()
     except (KeyboardInterrupt, SystemExit) as ending:

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.formulas import without_formulas
 from sweep.keeping.netcdf import check_netcdf, write_netcdf
 from sweep.keeping.outputs import check_output, unfinished, write_checksum
 from sweep.keeping.stored import origins
@@ -101,10 +102,14 @@ def _write_arrow(table: pa.Table, place: Path, _study: StoredStudy) -> None:
 def _write_csv(table: pa.Table, place: Path, _study: StoredStudy) -> None:
     from pyarrow import csv
 
-    schema = _long(table.schema.empty_table().combine_chunks()).schema
+    schema = _flat(table.schema.empty_table().combine_chunks()).schema
     with csv.CSVWriter(place, schema) as writer:
         for batch in table.to_batches(max_chunksize=ROWS_AT_A_TIME):
-            writer.write_table(_long(pa.Table.from_batches([batch])))
+            writer.write_table(_flat(pa.Table.from_batches([batch])))
+
+
+def _flat(table: pa.Table) -> pa.Table:
+    return without_formulas(_long(table))
 
 
 def _long(table: pa.Table) -> pa.Table:
