@@ -12,6 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.ablation import fitted_preset
+from sweep.maps import OwnMap, maps_from_json
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
@@ -58,6 +59,14 @@ class StoredStudy:
     def spec(self) -> str:
         """The YAML text of the spec as last launched."""
         return str(self.provenance["spec"])
+
+    @cached_property
+    def maps(self) -> dict[str, OwnMap]:
+        """The maps that the spec brings, by name. Raises StoreError for what is stored and is none."""
+        try:
+            return maps_from_json(self.provenance.get("maps", {}))
+        except ValueError as error:
+            raise StoreError(f"study {self.name}: the stored maps are not allowed: {error}") from None
 
     @property
     def varied(self) -> list[str]:
