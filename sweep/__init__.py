@@ -1,5 +1,6 @@
 """boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
 
+import logging
 import sys
 from collections.abc import Mapping
 from importlib import import_module
@@ -9,6 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from sweep.compiled import BeforeKernels
+from sweep.harmless import harmless, make_harmless
 
 if TYPE_CHECKING:
     from sweep.storing.locations import Location
@@ -32,6 +34,7 @@ def check_sibling(found: str | None, ours: str) -> None:
 _kernels = find_spec("kernels")
 check_sibling(_kernels.origin if _kernels else None, __file__)
 sys.meta_path.insert(0, BeforeKernels())
+logging.getLogger(__name__).addFilter(make_harmless)
 
 
 def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
@@ -76,7 +79,8 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     troubled = {status: count for status, count in stored.statuses().items() if status != "done"}
     if troubled:
         counts = ", ".join(f"{count:,} {status}" for status, count in sorted(troubled.items()))
-        warnings.warn(f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials", stacklevel=2)
+        about = f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials"
+        warnings.warn(harmless(about), stacklevel=2)
     return stored
 
 

@@ -11,9 +11,10 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from sweep.comparison import Comparison
-from sweep.listing import MOST_ROWS, brief, console
+from sweep.listing import MOST_ROWS, brief
 from sweep.matching import telling
 from sweep.sides import Side
+from sweep.terminal import console
 
 MOST_VALUES = 4
 MOST_ALONE = 6

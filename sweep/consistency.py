@@ -12,6 +12,7 @@ from sweep.expressions import parse
 from sweep.points import SIDES, Points
 from sweep.spec import Record, Study
 
+MOST_SIDE = 1e15
 MOST_PIXELS = 10**8
 MOST_LOOKS = 10**6
 """Places on all paths that one boid looks along in one step; the published settings have about sixty."""
@@ -25,6 +26,10 @@ class Demand(NamedTuple):
 
 
 DEMANDS = (
+    Demand(
+        f"max(width, height) <= {MOST_SIDE}",
+        f"the world is larger than {MOST_SIDE:g}, where positions have no decimals any more",
+    ),
     Demand(
         "2 * start_margin < min(width, height)",
         "start_margin leaves boids no room: it must be less than half of width and of height",

@@ -7,6 +7,7 @@ streams and what is recorded: trials that could differ in a single number are di
 
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -27,6 +28,7 @@ from sweep.spec import Record, Streams, Study
 Purpose = Literal["start", "world", "noise"]
 Counts = NDArray[np.int64]
 
+TRIAL_ID = re.compile("[0-9a-f]{24}")
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
 """Points, or trials, whose ids are made at once: for a million, the texts would take a gigabyte."""

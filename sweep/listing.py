@@ -2,10 +2,9 @@
 
 import json
 import math
-from typing import Any
+from typing import Any, Literal
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
 from kernels.metrics import METRICS
@@ -13,8 +12,11 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
 from sweep.fields import fields
+from sweep.jobs import TRIAL_ID
 from sweep.names import unknown
+from sweep.running.failures import last_line
 from sweep.study import StoredStudy, details
+from sweep.terminal import console
 
 MOST_ROWS = 200
 INTERVALS: dict[MeanKind, str] = {
@@ -22,12 +24,6 @@ INTERVALS: dict[MeanKind, str] = {
     "bootstrap": "mean and 95 % interval by the BCa bootstrap",
     "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
 }
-
-
-def console() -> Console:
-    """Standard output; wide where it is not a terminal, so that a pipe loses no column."""
-    out = Console(highlight=False)
-    return out if out.is_terminal else Console(highlight=False, width=200)
 
 
 def model_table() -> Table:
@@ -91,7 +87,14 @@ def _views(study: str, trials: pd.DataFrame) -> list[str]:
     """The command that shows a trial of each point, in the order of `by_point`."""
     done_first = trials.assign(later=trials["status"] != "done").sort_values("later", kind="stable")
     shown = done_first.groupby("point")["trial_id"].first()
-    return [f"sweep view {study} {shown[point]}" for point in trials["point"].unique()]
+    return [command("view", study, shown.get(point)) for point in trials["point"].unique()]
+
+
+def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
+    """The command that shows a stored trial: made from names that are checked, never read from a file."""
+    if not TRIAL_ID.fullmatch(str(trial)):
+        return "no command: the id of this trial is not 24 hexadecimal digits"
+    return f"sweep {verb} {study} {trial}"
 
 
 def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
@@ -192,5 +195,7 @@ def status_text(study: StoredStudy) -> str:
     if statuses.keys() - {"done", "missing"}:
         troubled = study.trials[study.trials["status"] != "done"].head(5)
         for _, row in troubled.iterrows():
-            lines.append(f"{row['status']}: {row['error'].strip().splitlines()[-1]}\n          {row['replay']}")
+            error = last_line(str(row["error"] or ""))
+            again = command("replay", study.name, row["trial_id"])
+            lines.append(f"{row['status']}: {error}\n          {again}")
     return "\n".join(lines)

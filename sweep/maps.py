@@ -51,10 +51,38 @@ class OwnMap:
         return {"size": self.size, "obstacles": self.obstacles}
 
 
-def from_json(stored: dict[str, Any]) -> OwnMap:
-    """The map that `as_json` wrote."""
-    width, height = stored["size"]
-    return OwnMap((width, height), tuple((x, y, a, b, disc) for x, y, a, b, disc in stored["obstacles"]))
+def from_json(stored: Any) -> OwnMap:
+    """The map that `as_json` wrote. Raises ValueError, with what is wrong, for what is none."""
+    try:
+        width, height = np.array(stored["size"], np.float64).tolist()
+        obstacles = np.array(stored["obstacles"], np.float64).reshape(-1, 5)
+    except (ValueError, TypeError, KeyError, OverflowError):
+        raise ValueError("it has no size, or no table of obstacles") from None
+    if not (0 < width < math.inf and 0 < height < math.inf):
+        raise ValueError(f"its size is {width} x {height}")
+    if len(obstacles) > MOST_SHAPES:
+        raise ValueError(f"it has {len(obstacles):,} shapes; at most {MOST_SHAPES:,} are allowed")
+    rows = tuple((x, y, a, b, disc) for x, y, a, b, disc in obstacles.tolist())
+    for x, y, half_width, half_height, disc in rows:
+        lengths = min(half_width, half_height) > 0 and disc in (0.0, 1.0)
+        if not lengths or not _meets(x, y, half_width, half_height, bool(disc), width, height):
+            raise ValueError(f"a shape at {x}, {y} of {half_width} x {half_height} is none, or outside")
+    return OwnMap((width, height), rows)
+
+
+def maps_from_json(stored: Any) -> dict[str, OwnMap]:
+    """The maps by name that were written each by `as_json`. Raises ValueError as `from_json`."""
+    if not isinstance(stored, dict):
+        raise ValueError("they are no maps by name")
+    found = {}
+    for name, about in stored.items():
+        if not MAP_NAME.fullmatch(name) or name in MAPS:
+            raise ValueError(f'"{name}" is no name of a map of a spec')
+        try:
+            found[name] = from_json(about)
+        except ValueError as error:
+            raise ValueError(f'"{name}": {error}') from None
+    return found
 
 
 def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
@@ -97,11 +125,17 @@ def _shape(entry: Entry, width: float, height: float) -> tuple[float, float, flo
     x, y = shape.child("x").number(), shape.child("y").number()
     lengths = [_positive(shape.child(name)) for name in sizes]
     half_width, half_height = lengths * 2 if kind == "disc" else (lengths[0] / 2, lengths[1] / 2)
-    beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
-    round_off = kind == "disc" and math.hypot(beside, beyond) >= half_width
-    if round_off or beside >= half_width or beyond >= half_height:
+    if not _meets(x, y, half_width, half_height, kind == "disc", width, height):
         raise shape.error(f"the {kind} lies outside the world, which is {width:g} x {height:g}")
     return x, y, half_width, half_height, float(kind == "disc")
+
+
+def _meets(x: float, y: float, half_width: float, half_height: float, disc: bool, width: float, height: float) -> bool:
+    """Whether some of a shape lies within the world; nothing that is not finite does."""
+    beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
+    if disc and not math.hypot(beside, beyond) < half_width:
+        return False
+    return math.isfinite(x + y + half_width + half_height) and beside < half_width and beyond < half_height
 
 
 def _positive(entry: Entry) -> float:

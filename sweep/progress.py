@@ -4,12 +4,12 @@ import sys
 import time
 from types import TracebackType
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
 from sweep.launch import Progress
 from sweep.storing.locations import Location
+from sweep.terminal import Terminal
 
 LINE_SECONDS = 10.0
 
@@ -21,13 +21,13 @@ class ProgressBar:
         self.name = name
         self.terminal = sys.stderr.isatty()
         self.bar = Bar(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[pace]}"),
+            TextColumn("{task.fields[pace]}", markup=False),
             TimeRemainingColumn(),
             TextColumn("{task.fields[notes]}"),
-            console=Console(stderr=True),
+            console=Terminal(stderr=True),
             disable=not self.terminal,
         )
         self.task = self.bar.add_task(name, total=None, pace="", notes="")
@@ -87,7 +87,7 @@ class ProgressBar:
             )
 
     def _line(self, text: str) -> None:
-        self.bar.console.print(f"{self.name}: {text}", highlight=False, soft_wrap=True)
+        self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
 
     def summary(self, progress: Progress, folder: Location) -> str:
         """What became of the launch, in one line."""

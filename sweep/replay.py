@@ -1,15 +1,12 @@
 """One stored trial, run again from its row."""
 
-from typing import Any
-
 from kernels.worlds import MAPS
-from sweep.fields import fields
 from sweep.jobs import Job, point_id
 from sweep.keeping.comparison import differences
 from sweep.keeping.stored import StoredTrial, stored_trials
-from sweep.maps import Obstacles, OwnMap, from_json
 from sweep.names import unknown
-from sweep.spec import Streams
+from sweep.running.interrupts import ended_by_ctrl_c
+from sweep.stored_spec import accepted
 from sweep.storing.parquet import StoreError
 from sweep.storing.rows import trial_metrics
 from sweep.study import StoredStudy, StoredWorld
@@ -27,37 +24,34 @@ def stored_trial(study: StoredStudy, trial: str) -> StoredTrial:
 def stored_job(study: StoredStudy, stored: StoredTrial) -> Job:
     """The job that runs a stored trial again; its point is that of the settings in the row.
 
-    Raises StoreError where the spec as last launched has another map of that name.
+    Raises StoreError where the row is none that a launch can have written, see `accepted`, and
+    where the spec as last launched has another map of that name.
     """
-    row = stored.row
-    settings = {name: row[name] for name in fields(row["model"])}
-    maps = {own: from_json(about) for own, about in study.provenance.get("maps", {}).items()}
-    streams = dict(item.split("=") for item in row["streams"].split())
+    row, name, maps = stored.row, stored.row.get("map"), study.maps
+    if name not in MAPS and name not in maps:
+        raise _without_map(study, name)
+    once, settings = accepted(study.name, stored, maps)
+    point = point_id(once.model, once.preset, settings, maps)
+    if name in maps and row["point"] != point:
+        raise _without_map(study, name)
     return Job(
         trial_id=row["trial_id"],
-        point=point_id(row["model"], row["preset"], settings, maps),
+        point=point,
         replicate=row["replicate"],
-        seed=row["seed"],
-        literal=row["seed_listed"],
-        model=row["model"],
-        preset=row["preset"],
+        seed=once.seed,
+        literal=once.seeds is not None,
+        model=once.model,
+        preset=once.preset,
         settings=settings,
-        record=stored.record,
-        streams=Streams(**streams),
+        record=once.record,
+        streams=once.streams,
         time_limit=None,
-        obstacles=_obstacles(study, row, maps),
+        obstacles=maps[name].obstacles if name in maps else None,
     )
 
 
-def _obstacles(study: StoredStudy, row: dict[str, Any], maps: dict[str, OwnMap]) -> Obstacles | None:
-    """Those of a map of the spec's own, None for a built-in one."""
-    name = row["map"]
-    if name in MAPS:
-        return None
-    settings = {name: row[name] for name in fields(row["model"])}
-    if row["point"] != point_id(row["model"], row["preset"], settings, maps):
-        raise StoreError(f"study {study.name}: the spec as last launched does not have the map {name} of this trial")
-    return maps[name].obstacles
+def _without_map(study: StoredStudy, name: object) -> StoreError:
+    return StoreError(f"study {study.name}: the spec as last launched does not have the map {name} of this trial")
 
 
 def stored_world(study: StoredStudy, trial: str) -> StoredWorld:
@@ -77,7 +71,9 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     An exception of the trial is raised as it is.
     """
     stored = stored_trial(study, trial)
-    result = simulate(stored_job(study, stored))
+    job = stored_job(study, stored)
+    with ended_by_ctrl_c():
+        result = simulate(job)
     differing = differences(study.name, stored, result)
     lines = [f"trial {trial}"]
     for name, value in ({"status": result.status, "last_step": result.step} | trial_metrics(result)).items():

@@ -136,7 +136,7 @@ def load_spec(path: Path) -> Study:
 
     Raises SpecError, with file and line, for whatever is wrong with it.
     """
-    return _study(read_document(path))
+    return read_study(read_document(path))
 
 
 def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) -> Study:
@@ -145,10 +145,11 @@ def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) ->
     Raises SpecError.
     """
     text = spec if isinstance(spec, str) else dump(spec)
-    return _study(parse_document(text, path))
+    return read_study(parse_document(text, path))
 
 
-def _study(root: Entry) -> Study:
+def read_study(root: Entry) -> Study:
+    """The study that a whole document describes. Raises SpecError."""
     if root.value is None:
         raise root.error("is empty")
     root.keys(KEYS, required=REQUIRED)

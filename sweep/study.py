@@ -12,9 +12,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.ablation import fitted_preset
+from sweep.maps import OwnMap, maps_from_json
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
 from sweep.spec import STUDY_NAME
+from sweep.stored_tables import checked
 from sweep.storing.locations import Location, StoreError, location
 from sweep.storing.rows import PROVENANCE
 from sweep.storing.store import Store
@@ -58,6 +60,14 @@ class StoredStudy:
     def spec(self) -> str:
         """The YAML text of the spec as last launched."""
         return str(self.provenance["spec"])
+
+    @cached_property
+    def maps(self) -> dict[str, OwnMap]:
+        """The maps that the spec brings, by name. Raises StoreError for what is stored and is none."""
+        try:
+            return maps_from_json(self.provenance.get("maps", {}))
+        except ValueError as error:
+            raise StoreError(f"study {self.name}: the stored maps are not allowed: {error}") from None
 
     @property
     def varied(self) -> list[str]:
@@ -132,7 +142,7 @@ class StoredStudy:
 
         Raises StoreError where there is no such trial, and where none are stored of it.
         """
-        table = self.store.read("trajectories", trial_ids=pa.array([trial]))
+        table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
             stored = self.store.trial_ids()
             if trial not in stored:
@@ -165,7 +175,7 @@ class StoredStudy:
         """The unit of every column of `trials` and `series` that has one."""
         tables = [self._table("trials").schema, self._table("series").schema]
         metadata = {column.name: column.metadata or {} for schema in tables for column in schema}
-        return {name: about[b"unit"].decode() for name, about in metadata.items() if about.get(b"unit")}
+        return {name: about[b"unit"].decode(errors="replace") for name, about in metadata.items() if about.get(b"unit")}
 
     def statuses(self) -> Counter[str]:
         """How many trials of the spec have which status; `missing` are not stored."""
@@ -176,8 +186,12 @@ class StoredStudy:
         """How many stored trials do not belong to the spec as last launched."""
         return len(self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist()))
 
+    def read(self, name: str, trial_ids: pa.Array) -> pa.Table:
+        """The rows of some trials in a stored table. Raises StoreError for what no launch writes."""
+        return checked(self.name, name, self.store.read(name, trial_ids=trial_ids))
+
     def _table(self, name: str) -> pa.Table:
-        return self.store.read(name, trial_ids=self.plan["trial_id"].combine_chunks())
+        return self.read(name, self.plan["trial_id"].combine_chunks())
 
     def _in_order(self, table: pa.Table) -> pd.DataFrame:
         """Rows in the order of the plan, those of one trial as stored."""

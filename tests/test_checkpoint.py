@@ -25,6 +25,7 @@ from sweep.jobs import Job
 from sweep.result import Result
 from sweep.running import checkpoint, checkpoint_file
 from sweep.running.checkpoint import Checkpointed, discard, present
+from sweep.running.checkpoint_key import own_key
 from sweep.storing.store import Store
 from sweep.trial import Simulation, run
 
@@ -130,8 +131,8 @@ def test_all_that_changes_is_in_a_checkpoint(model: str, tmp_path: Path) -> None
     for number, array in enumerate((earlier.work.heading_x, earlier.work.before.x, earlier.work.near.dx)):
         array[:] = number + 0.5
     saved = checkpoint_file.Saved(earlier.state(), 1.5, 2, 3)
-    checkpoint_file.write_state(tmp_path / "state", TRIAL, saved)
-    found = checkpoint_file.read_state(tmp_path / "state", TRIAL, later.state())
+    checkpoint_file.write_state(tmp_path / "state", TRIAL, saved, own_key())
+    found = checkpoint_file.read_state(tmp_path / "state", TRIAL, later.state(), own_key())
     later.restore(found.state)
     assert found[1:] == saved[1:]
     assert (later.step, later.noise.state) == (9, earlier.noise.state)
@@ -200,7 +201,7 @@ def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.Mo
     """After so many seconds since the last one began, and not before 100 times what that took."""
     written = []
     monkeypatch.setattr(checkpoint._Checkpoint, "_write", lambda _self, seconds: written.append(seconds))
-    one = checkpoint._Checkpoint(tmp_path, Simulation(plain_job()), 60.0)
+    one = checkpoint._Checkpoint(tmp_path, Simulation(plain_job()), 60.0, own_key())
     for seconds in range(1, 200):
         one.look(float(seconds))
     assert written == [60.0, 121.0, 182.0]
@@ -226,7 +227,7 @@ def change(path: Path, **header: Any) -> None:
     """Write other values into the header of a checkpoint, and its checksum so that they are believed."""
     _, about, arrays = path.read_bytes().split(b"\n", 2)
     content = json.dumps(json.loads(about) | header).encode() + b"\n" + arrays
-    path.write_bytes(b"boidsweep checkpoint 1 %08x\n" % zlib.crc32(content) + content)
+    path.write_bytes(checkpoint_file._first_line(content, own_key()) + content)
 
 
 def put(path: Path, name: str, value: int) -> None:
@@ -239,7 +240,7 @@ def put(path: Path, name: str, value: int) -> None:
             break
         start += int(np.dtype(kind).itemsize * np.prod(shape))
     content = header + b"\n" + arrays[:start] + value.to_bytes(8, "little") + arrays[start + 8 :]
-    path.write_bytes(b"boidsweep checkpoint 1 %08x\n" % zlib.crc32(content) + content)
+    path.write_bytes(checkpoint_file._first_line(content, own_key()) + content)
 
 
 def flip(path: Path) -> None:
@@ -262,8 +263,8 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "long": (lambda path: os.truncate(path, 2**22), "is larger than it can be"),
     "something else": (lambda path: path.write_bytes(b"PK\x03\x04" * 100), "is not a checkpoint"),
     "too new": (
-        lambda path: path.write_bytes(path.read_bytes().replace(b"checkpoint 1", b"checkpoint 2", 1)),
-        "is of a format that this version does not know; it knows 1",
+        lambda path: path.write_bytes(path.read_bytes().replace(b"checkpoint 2", b"checkpoint 3", 1)),
+        "is of a format that this version does not know; it knows 2",
     ),
     "another trial's": (lambda path: change(path, trial_id="another"), "is of another trial"),
     "another numpy's": (
@@ -311,7 +312,7 @@ def test_any_flipped_bit_of_a_checkpoint_is_noticed(tmp_path: Path, monkeypatch:
         content[place] ^= 1 << random.randrange(8)
         path.write_bytes(content)
         with pytest.raises(ValueError, match=r"damaged|format"):
-            checkpoint_file.read_state(path, TRIAL, own)
+            checkpoint_file.read_state(path, TRIAL, own, own_key())
 
 
 def test_what_was_added_to_the_frames_and_never_declared_is_cut_off(

@@ -327,5 +327,5 @@ def test_a_message_does_not_steer_the_terminal(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(short('fixed: {"\\e[2J\\e]0;mine\\a": 1}'))
     done = sweep(tmp_path, "plan", "spec.yaml")
     assert done.returncode == 2
-    assert r"\x1b[2J\x1b]0;mine\x07" in done.stderr
+    assert r"\u001b[2J\u001b]0;mine\u0007" in done.stderr
     assert "\x1b" not in done.stderr

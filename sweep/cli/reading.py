@@ -56,6 +56,7 @@ def table(
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
+    from sweep.formulas import as_csv
     from sweep.listing import point_table, table_text
     from sweep.study import StoredStudy
 
@@ -65,7 +66,7 @@ def table(
     except ValueError as error:
         stop(str(error), 2)
     if csv:
-        print(rows.to_csv(index=False), end="")
+        print(as_csv(rows), end="")
     elif as_json:
         print(rows.to_json(orient="records", indent=2))
     else:
@@ -147,13 +148,14 @@ def compare(
     """
     from sweep.comparison import Method, compare_sides
     from sweep.comparison_text import comparison_json, comparison_text
+    from sweep.formulas import as_csv
     from sweep.sides import read_side
 
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))
     found = compare_sides(one, other, metric or (), half=over is Over.half, method=method)
     if csv:
-        print(found.rows.to_csv(index=False), end="")
+        print(as_csv(found.rows), end="")
     elif as_json:
         print(comparison_json(found))
     else:

@@ -98,7 +98,7 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     done = selection.trials[selection.trials["status"] == "done"]
     found = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
     wanted = pa.array([trial for trials in found for trial in trials], pa.string())
-    stored = selection.study.store.read("heatmaps", trial_ids=wanted)
+    stored = selection.study.read("heatmaps", wanted)
     place = {trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())}
     if not set(wanted.to_pylist()) <= place.keys():
         raise StoreError(f"study {selection.study.name}: a trial that is done has no heatmap; choose with where")

@@ -17,7 +17,7 @@ from sweep.figures.pieces import draw_flock, draw_map, note, span, title_panel, 
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
 from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.study import StoredStudy, StoredWorld
 
 Floats = NDArray[np.float64]
 
@@ -69,13 +69,15 @@ def draw_trajectories(layout: Flights) -> Figure:
     with style.context(STYLE):
         across = min(2, len(trials))
         down = -(-len(trials) // across)
-        height = max(row["height"] / row["width"] for _, row in trials)
+        # Not from their rows, which nobody has checked.
+        worlds = [selection.study.world(row["trial_id"]) for _, row in trials]
+        height = max(world.height / world.width for world in worlds)
         width = 4.8 if across == 1 else 7.2
         figure = Figure(figsize=(width, 0.7 + down * (0.75 + height * (width - 0.8 * across) / across)))
         panels = figure.subplots(down, across, squeeze=False).ravel()
         frames = [
-            _panel(axes, selection.study, row, unit, [*facet.title.split(", "), _replicate(row)], across)
-            for axes, (facet, row) in zip(panels, trials, strict=False)
+            _panel(axes, selection.study, row, world, unit, [*facet.title.split(", "), _replicate(row)], across)
+            for axes, (facet, row), world in zip(panels, trials, worlds, strict=False)
         ]
         for axes in panels[len(trials) :]:
             axes.set_axis_off()
@@ -85,10 +87,17 @@ def draw_trajectories(layout: Flights) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, study: StoredStudy, trial: "pd.Series[Any]", unit: str, title: list[str], across: int) -> int:
+def _panel(
+    axes: Axes,
+    study: StoredStudy,
+    trial: "pd.Series[Any]",
+    world: StoredWorld,
+    unit: str,
+    title: list[str],
+    across: int,
+) -> int:
     """Draw one flight, and return its last frame."""
     frames, flight = study.trajectory(trial["trial_id"])
-    world = study.world(trial["trial_id"])
     draw_map(axes, world, unit, downwards=unit == "px")
     _widen(axes, flight[:, :2], (world.width, world.height))
     points = world.obstacles[world.obstacles[:, 2] == 0.0]

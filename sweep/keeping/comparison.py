@@ -54,7 +54,7 @@ def differences(study: str, stored: StoredTrial, result: Result) -> list[Differe
         difference
         for table, columns in then.items()
         for column, values in columns.items()
-        for difference in _compared(trial, table, column, values, found[table][column])
+        for difference in _compared(trial, table, column, values, found.get(table, {}).get(column, np.empty(0)))
     ]
 
 

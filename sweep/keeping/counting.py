@@ -3,6 +3,8 @@
 import sys
 import time
 
+from sweep.harmless import begin_line_anew
+
 LINE_SECONDS = 10.0
 
 
@@ -18,7 +20,8 @@ class Counter:
         """Show that `done` of `whole` things are done."""
         text = f"{self.what}: {done:,} of {whole:,} {self.things}"
         if self.terminal:
-            print(f"\r{text}", end="\n" if done == whole else "", file=sys.stderr, flush=True)
+            begin_line_anew(sys.stderr)
+            print(text, end="\n" if done == whole else "", file=sys.stderr, flush=True)
         elif done == 0 or time.monotonic() - self.said_at > LINE_SECONDS:
             self.said_at = time.monotonic()
             print(text, file=sys.stderr, flush=True)

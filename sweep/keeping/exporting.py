@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sweep.formulas import without_formulas
 from sweep.keeping.netcdf import check_netcdf, write_netcdf
 from sweep.keeping.outputs import check_output, unfinished, write_checksum
 from sweep.keeping.stored import origins
@@ -62,7 +63,7 @@ def export(study: StoredStudy, path: Path, table: str = "trials", *, force: bool
 def _rows(study: StoredStudy, name: str) -> pa.Table:
     """A table of the spec's trials in the order of the plan, with the provenance of the study and of its parts."""
     listed = study.plan["trial_id"].combine_chunks()
-    table = study.store.read(name, trial_ids=listed)
+    table = study.read(name, listed)
     if table.num_rows == 0:
         asked = "" if name == "trials" else f"; record: {{{name}: ...}} in the spec keeps some"
         raise StoreError(f"study {study.name}: no {name} of it are stored{asked}")
@@ -82,10 +83,14 @@ def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any
 def _about(table: pa.Table) -> dict[str, Any]:
     """The units and the provenance of a table, ready for JSON."""
     columns = {
-        field.name: {key.decode(): text.decode() for key, text in (field.metadata or {}).items()}
+        field.name: {_decoded(key): _decoded(text) for key, text in (field.metadata or {}).items()}
         for field in table.schema
     }
     return {"columns": columns, "provenance": json.loads(table.schema.metadata[PROVENANCE])}
+
+
+def _decoded(text: bytes) -> str:
+    return text.decode(errors="replace")
 
 
 def _write_parquet(table: pa.Table, place: Path, _study: StoredStudy) -> None:
@@ -101,10 +106,14 @@ def _write_arrow(table: pa.Table, place: Path, _study: StoredStudy) -> None:
 def _write_csv(table: pa.Table, place: Path, _study: StoredStudy) -> None:
     from pyarrow import csv
 
-    schema = _long(table.schema.empty_table().combine_chunks()).schema
+    schema = _flat(table.schema.empty_table().combine_chunks()).schema
     with csv.CSVWriter(place, schema) as writer:
         for batch in table.to_batches(max_chunksize=ROWS_AT_A_TIME):
-            writer.write_table(_long(pa.Table.from_batches([batch])))
+            writer.write_table(_flat(pa.Table.from_batches([batch])))
+
+
+def _flat(table: pa.Table) -> pa.Table:
+    return without_formulas(_long(table))
 
 
 def _long(table: pa.Table) -> pa.Table:

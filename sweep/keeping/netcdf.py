@@ -8,6 +8,7 @@
 `trial` is the trial's id; its replicate, its seed and the settings that vary stand beside as coordinates.
 """
 
+import math
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 INSTALL = 'pip install ".[netcdf]"'
 OUTSIDE = -2
+MOST_PLACES = 2**31
+"""Of an array, which is held in memory."""
 Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]
 
 
@@ -77,7 +80,7 @@ def _frames(table: pa.Table, ids: pa.Array) -> Variables:
         if pa.types.is_list(column.type):
             variables[name] = (("trial", "frame", "boid"), _by_boid(column, place, shape), about)
         elif name not in ("trial_id", "frame"):
-            values = np.full(shape, np.nan)
+            values = _room(shape, np.nan, np.float64)
             values[place] = column.to_numpy(zero_copy_only=False)
             variables[name] = (("trial", "frame"), values, about)
     return variables
@@ -87,19 +90,30 @@ def _by_boid(column: pa.Array, place: tuple[NDArray[Any], ...], shape: tuple[int
     lengths = pc.list_value_length(column).to_numpy()
     starts = np.cumsum(lengths) - lengths
     boid = np.arange(lengths.sum()) - np.repeat(starts, lengths)
-    values = np.full((*shape, int(lengths.max())), np.nan)
+    values = _room((*shape, int(lengths.max())), np.nan, np.float64)
     values[(*(np.repeat(index, lengths) for index in place), boid)] = pc.list_flatten(column).to_numpy()
     return values
 
 
 def _maps(table: pa.Table) -> Variables:
     rows, columns = (table[name].to_numpy() for name in ("rows", "columns"))
-    visits = np.full((table.num_rows, int(rows.max()), int(columns.max())), OUTSIDE, np.int32)
+    visits = _room((table.num_rows, int(rows.max()), int(columns.max())), OUTSIDE, np.int32)
     for index, flat in enumerate(table["visits"]):
         size = int(rows[index]), int(columns[index])
         visits[index, : size[0], : size[1]] = flat.values.to_numpy().reshape(size)
     about = _attributes(table, "visits") | {"text": "visits a pixel, -1 in obstacles, -2 outside of the map"}
     return {"visits": (("trial", "row", "column"), visits, about)}
+
+
+def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
+    """An array that has `value` everywhere. Raises StoreError where it would have too many places."""
+    if math.prod(shape) > MOST_PLACES:
+        size = " x ".join(f"{side:,}" for side in shape)
+        raise StoreError(
+            f"netCDF: an array of all trials would have {size} places; at most {MOST_PLACES:,} are "
+            "allowed: write .parquet instead"
+        )
+    return np.full(shape, value, kind)
 
 
 def _values(column: pa.ChunkedArray) -> NDArray[Any]:
@@ -114,4 +128,4 @@ def _attributes(table: pa.Table, name: str) -> dict[str, str]:
     """The unit and the text of a column, by the names of the CF conventions."""
     about = table.schema.field(name).metadata or {}
     named = {"units": about.get(b"unit", b""), "long_name": about.get(b"text", b"")}
-    return {key: text.decode() for key, text in named.items() if text}
+    return {key: text.decode(errors="replace") for key, text in named.items() if text}

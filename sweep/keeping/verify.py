@@ -6,14 +6,15 @@ sin, cos, exp and log come from the system's mathematics library, and LLVM compi
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kernels import KERNELS_SHA
 from sweep.cost import job_seconds
+from sweep.jobs import Job
 from sweep.keeping.comparison import Difference, differences, values_compared
 from sweep.keeping.stored import StoredTrial, by_part, stored_trials
 from sweep.provenance import machine
@@ -35,6 +36,15 @@ NOT_PROMISED = (
 )
 
 
+class Refused(NamedTuple):
+    """Why a stored trial cannot run again."""
+
+    why: str
+
+    def __str__(self) -> str:
+        return self.why
+
+
 @dataclass
 class Verification:
     """What was checked, and what differs.
@@ -51,7 +61,7 @@ class Verification:
     checked: Counter[str] = field(default_factory=Counter)
     values: Counter[str] = field(default_factory=Counter)
     origins: Counter[str] = field(default_factory=Counter)
-    differing: dict[str, list[Difference]] = field(default_factory=dict)
+    differing: dict[str, Sequence[Difference | Refused]] = field(default_factory=dict)
 
     @property
     def same(self) -> bool:
@@ -66,6 +76,11 @@ class Verification:
         if found:
             self.differing[stored.row["trial_id"]] = found
 
+    def refuse(self, stored: StoredTrial, why: StoreError) -> None:
+        """Count a trial that cannot run again: it is not what its row says, whatever it gives."""
+        self.checked[str(stored.row["status"])] += 1
+        self.differing[stored.row["trial_id"]] = [Refused(str(why))]
+
     def as_text(self) -> str:
         """The verification for a reader."""
         checked, differing = self.checked.total(), len(self.differing)
@@ -79,10 +94,10 @@ class Verification:
         lines += [f"then       {origin}: {count:,} trials" for origin, count in self.origins.most_common()]
         lines += [f"now        {_origin(machine())}", f"result     {checked - differing:,} of {checked:,} the same"]
         lines.append(f"bound      {self._bound()}")
-        every = [difference for found in self.differing.values() for difference in found]
+        every = [one for found in self.differing.values() for one in found]
         lines += [str(difference) for difference in every[:MOST_LISTED]]
         if len(every) > MOST_LISTED:
-            lines.append(f"{len(every) - MOST_LISTED:,} more columns differ; trials: {', '.join(self.differing)}")
+            lines.append(f"{len(every) - MOST_LISTED:,} more differ; trials: {', '.join(self.differing)}")
         return "\n".join([*lines, NOT_PROMISED])
 
     def _bound(self) -> str:
@@ -106,8 +121,8 @@ def verify(
     """Run `fraction` of the stored trials of the spec again, at least one and at most `most`, and compare every bit.
 
     The sample is drawn without replacement, from `seed`. `report` is told how many of how many trials have been
-    compared. Raises StoreError where the trials were computed by other kernels, where there are none, and for a
-    damaged part.
+    compared. A trial that no launch can have written counts as one that differs. Raises StoreError
+    where the trials were computed by other kernels, where there are none, and for a damaged part.
     """
     sample, verification = _drawn(study, fraction, most, seed)
     report(0, len(sample))
@@ -144,7 +159,7 @@ def _drawn(study: StoredStudy, fraction: float, most: int, seed: int) -> tuple[l
 
 
 def _worker_died(trial: StoredTrial) -> bool:
-    return trial.row["status"] == "failed" and "Traceback" not in trial.row["error"]
+    return trial.row["status"] == "failed" and "Traceback" not in str(trial.row["error"])
 
 
 def _check(
@@ -154,7 +169,12 @@ def _check(
     verification: Verification,
     checked: Callable[[], None],
 ) -> None:
-    stored, jobs = {trial.row["trial_id"]: trial for trial in trials}, [stored_job(study, trial) for trial in trials]
+    stored, jobs = {trial.row["trial_id"]: trial for trial in trials}, list[Job]()
+    for trial in trials:
+        try:
+            jobs.append(stored_job(study, trial))
+        except StoreError as error:
+            verification.refuse(trial, error)
     if not jobs:
         return
     # Compiled here once, or cold workers would each compile the same.

@@ -18,7 +18,7 @@ import os
 import time
 from collections.abc import Callable, Collection
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -34,6 +34,7 @@ from sweep.running.checkpoint_file import (
     read_state,
     write_state,
 )
+from sweep.running.checkpoint_key import own_key
 from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
@@ -45,11 +46,15 @@ TIMES_LONGER = 100.0
 
 @dataclass(frozen=True)
 class Checkpointed:
-    """`run`, that of `sweep.trial`, with checkpoints in `folder` every so many seconds; its results are the same."""
+    """`run`, that of `sweep.trial`, with checkpoints in `folder` every so many seconds; its results are the same.
+
+    They are sealed with `key`, which the coordinator hands to its workers.
+    """
 
     run: Callable[[Job], Result]
     folder: Path
     every: float
+    key: bytes = field(default_factory=own_key, repr=False)
 
     def __call__(self, job: Job) -> Result:
         """The result of `job`, whose `seconds`, like its time limit, count those of all attempts that it goes on from.
@@ -60,7 +65,7 @@ class Checkpointed:
 
     def _simulate(self, job: Job) -> Result:
         began = time.perf_counter()
-        checkpoint = _Checkpoint(self.folder, Simulation(job), self.every)
+        checkpoint = _Checkpoint(self.folder, Simulation(job), self.every, self.key)
         try:
             spent = checkpoint.resume()
             return checkpoint.simulation.result(began - spent, checkpoint.look)
@@ -72,9 +77,9 @@ class Checkpointed:
 class _Checkpoint:
     """The checkpoint of one trial, in the hands of the worker that runs it as `simulation`."""
 
-    def __init__(self, folder: Path, simulation: Simulation, every: float) -> None:
+    def __init__(self, folder: Path, simulation: Simulation, every: float, key: bytes) -> None:
         job = simulation.job
-        self.simulation = simulation
+        self.simulation, self._key = simulation, key
         self._folder, self._trial, self._every = folder, job.trial_id, every
         self._places = [folder / f"{job.trial_id}.{ending}" for ending in ("state", "tried-1", "tried-2")]
         self._frames = folder / f"{job.trial_id}.frames"
@@ -89,7 +94,7 @@ class _Checkpoint:
         if found is None:
             return 0.0
         try:
-            saved = read_state(found, self._trial, self.simulation.state())
+            saved = read_state(found, self._trial, self.simulation.state(), self._key)
             taken = read_frames(self._frames, self._kind, saved)
             self.simulation.restore(saved.state)
         except Exception as error:  # whatever is wrong with the file, the trial is not
@@ -147,7 +152,8 @@ class _Checkpoint:
         taken = self.simulation.taken
         try:
             count, crc = add_frames(self._frames, self._kind, taken[self._written :], self._count, self._crc)
-            write_state(self._places[0], self._trial, Saved(self.simulation.state(), seconds, count, crc))
+            saved = Saved(self.simulation.state(), seconds, count, crc)
+            write_state(self._places[0], self._trial, saved, self._key)
         except OSError:
             with suppress(OSError):  # the disk may be full
                 drop_frames(self._frames, self._kind, self._count)

@@ -1,15 +1,17 @@
 """The two files of a checkpoint: the state of a trial, replaced each time, and its frames, to which new ones are added.
 
-    boidsweep checkpoint 1 8f3a02c1                          the format, and the CRC of all that follows
+    boidsweep checkpoint 2 8f3a02c1...                       the format, and the seal of all that follows
     {"trial_id": ..., "step": 120000, "arrays": ..., ...}    a header in JSON
     ...                                                      the bytes of the arrays, one after the other
 
 The frames lie in records of one size, in a file of which the header says how many count, and their CRC: what a writer
 added and did not live to declare is cut off by the next. Nothing read decides about a type or a size in memory: the
-arrays must be those that the trial at hand has. The same bits are promised for the same code, libraries and processor,
-so that a checkpoint of others is refused.
+arrays must be those that the trial at hand has. The seal (HMAC-SHA256) is made with the user's own key, as indices and
+counts are handed to kernels, which check none, and numbers become results. The same bits are promised for the same
+code, libraries and processor, so that a checkpoint of others is refused.
 """
 
+import hmac
 import json
 import os
 import platform
@@ -27,7 +29,7 @@ from sweep.provenance import cpu_name
 from sweep.running.fingerprint import fingerprint, refusal
 from sweep.state import State, Taken
 
-FORMAT = 1
+FORMAT = 2
 MOST_HEADER = 2**20
 
 FrameType = np.dtype[np.void]
@@ -42,7 +44,7 @@ class Saved(NamedTuple):
     crc: int = 0
 
 
-def write_state(path: Path, trial_id: str, saved: Saved) -> None:
+def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
     """Replace a checkpoint in one step; afterwards the disk holds it. Raises OSError."""
     state = saved.state
     header = {
@@ -62,7 +64,7 @@ def write_state(path: Path, trial_id: str, saved: Saved) -> None:
     new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
     try:
         with new.open("xb") as file:
-            file.write(_first_line(content))
+            file.write(_first_line(content, key))
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -72,16 +74,16 @@ def write_state(path: Path, trial_id: str, saved: Saved) -> None:
             new.unlink(missing_ok=True)
 
 
-def read_state(path: Path, trial_id: str, own: State) -> Saved:
+def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     """The checkpoint of a trial whose state at its start is `own`.
 
-    Raises ValueError with what is wrong where it cannot be used, OSError where it cannot be read, and whatever its
-    header provokes where somebody has made one up.
+    Raises ValueError with what is wrong where it cannot be used, as one that another key has sealed, and OSError where
+    it cannot be read.
     """
     if path.stat().st_size > MOST_HEADER + sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is larger than it can be")
     first, _, content = path.read_bytes().partition(b"\n")
-    _check_first_line(first + b"\n", content)
+    _check_first_line(first + b"\n", content, key)
     header, _, values = content.partition(b"\n")
     about = json.loads(header)
     if about["trial_id"] != trial_id:
@@ -144,18 +146,18 @@ def read_frames(path: Path, kind: FrameType, saved: Saved) -> Taken:
     return Taken(rows["step"].copy(), np.ascontiguousarray(rows["values"].T), rows["bodies"].copy())
 
 
-def _first_line(content: bytes) -> bytes:
-    return f"boidsweep checkpoint {FORMAT} {zlib.crc32(content):08x}\n".encode()
+def _first_line(content: bytes, key: bytes) -> bytes:
+    return f"boidsweep checkpoint {FORMAT} {hmac.digest(key, content, 'sha256').hex()}\n".encode()
 
 
-def _check_first_line(line: bytes, content: bytes) -> None:
+def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:
     words = line.split()
     if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
     if words[2] != b"%d" % FORMAT:
         raise ValueError(f"is of a format that this version does not know; it knows {FORMAT}")
-    if line != _first_line(content):
-        raise ValueError("is damaged")
+    if not hmac.compare_digest(line, _first_line(content, key)):
+        raise ValueError("is damaged, or was written by somebody else or on a machine where you have another key")
 
 
 def _shapes(state: State) -> dict[str, Any]:

@@ -42,6 +42,23 @@ class HeldInterrupt:
 
 
 @contextmanager
+def ended_by_ctrl_c() -> Iterator[None]:
+    """Inside, Ctrl-C ends the process itself, where it would have raised KeyboardInterrupt.
+
+    Python only sees it between two kernel calls, and one of an allowed row may take for ever.
+    """
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    changes = in_main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if changes:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if changes:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
 def ended_like_ctrl_c() -> Iterator[None]:
     """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt where they would have ended the process without a word.
 

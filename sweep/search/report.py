@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
 from sweep.search.findings import Found, plain, warnings
@@ -24,6 +23,7 @@ from sweep.search.words import (
 )
 from sweep.strict_yaml import dump
 from sweep.study import StoredStudy
+from sweep.terminal import Terminal
 
 WIDTH = 110
 
@@ -229,5 +229,5 @@ def _table(*columns: str) -> Table:
 def _rendered(table: Table) -> str:
     stream = StringIO()
     # Left to itself rich displays it at once in a notebook, and in bold type where FORCE_COLOR is set.
-    Console(file=stream, width=WIDTH, highlight=False, force_jupyter=False, force_terminal=False).print(table)
+    Terminal(file=stream, width=WIDTH, force_jupyter=False, force_terminal=False).print(table)
     return stream.getvalue().rstrip("\n")

@@ -62,7 +62,7 @@ def read_asked(study: StoredStudy) -> Asked:
         raise StoreError(f"study {study.name}: not a search (it has no asked.parquet)")
     about = json.loads(asked.schema.metadata[ABOUT])
     metrics = [name + ending for name in study.metrics for ending in ("", MEAN)]
-    stored = study.store.read("trials", trial_ids=asked["trial_id"].combine_chunks()).to_pandas()
+    stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
     planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
     table = asked.to_pandas().merge(planned, on="trial_id", how="left").merge(known, on="trial_id", how="left")

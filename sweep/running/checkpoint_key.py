@@ -1,0 +1,68 @@
+"""The key of a user's checkpoints: nobody goes on from one that somebody else has made up.
+
+A checkpoint says where boids are and how often they have collided. A sum that anyone can
+compute finds damage; only a key finds a stranger's lie, which would become a result of ours.
+The key is a file that its user alone can read. The coordinator reads it and hands it to its
+workers, so that they need no home folder. Whoever has another key, on another machine, begins
+such a trial anew.
+"""
+
+import logging
+import os
+import secrets
+import stat
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+LOG = logging.getLogger("sweep")
+
+BYTES = 32
+NAME = "boidsweep/checkpoint.key"
+
+
+@cache
+def own_key() -> bytes:
+    """The user's key, made by the first launch; where none can be kept, one for this process."""
+    try:
+        path = _state_folder() / NAME
+        return _read(path) if path.exists() else _made(path)
+    except (OSError, RuntimeError) as error:
+        words = "no later launch goes on from the checkpoints of this one"
+        LOG.warning("%s; %s, unless XDG_STATE_HOME is a folder of yours", error, words)
+        return secrets.token_bytes(BYTES)
+
+
+def _state_folder() -> Path:
+    """Where programs keep what must outlive them (XDG). Raises RuntimeError without a home."""
+    given = Path(os.environ.get("XDG_STATE_HOME", ""))
+    return given if given.is_absolute() else Path.home() / ".local" / "state"
+
+
+def _made(path: Path) -> bytes:
+    """A new key at `path`, or the one that another launch has put there meanwhile."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
+    try:
+        with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+            file.write(secrets.token_bytes(BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(FileExistsError):
+            path.hardlink_to(new)
+    finally:
+        new.unlink(missing_ok=True)
+    return _read(path)
+
+
+def _read(path: Path) -> bytes:
+    """The key in a file. Raises OSError where others could have put or read it there."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        about = os.fstat(descriptor)
+        private = about.st_uid == os.geteuid() and not about.st_mode & 0o077
+        if not (stat.S_ISREG(about.st_mode) and private and about.st_size == BYTES):
+            raise OSError(f"{path} is not a key that only you can read: delete it")
+        return os.read(descriptor, BYTES)
+    finally:
+        os.close(descriptor)
