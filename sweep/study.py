@@ -1,10 +1,9 @@
 """A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
 
-import json
 from collections import Counter
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,9 +13,9 @@ from numpy.typing import NDArray
 from sweep.ablation import fitted_preset
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
-from sweep.spec import STUDY_NAME
+from sweep.storing.layout import PLAN, STUDY_NAME
 from sweep.storing.locations import Location, StoreError, location
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import plan_provenance
 from sweep.storing.store import Store
 
 if TYPE_CHECKING:
@@ -45,11 +44,11 @@ class StoredStudy:
             raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
         self.name = name
         place = location(results)
-        self.store = Store(place / name)
+        self.store = Store(place / name, place)
         if isinstance(place, Path) and not (place / name).is_dir():
             raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
         self.plan = self.store.read_plan()
-        self.provenance: dict[str, Any] = json.loads(self.plan.schema.metadata[PROVENANCE])
+        self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
 
     def __repr__(self) -> str:
         return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
@@ -208,7 +207,7 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
 
 def _launched(results: Path) -> list[str]:
     """The studies in a folder of results, which lie at most three folders deep."""
-    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + "plan.parquet"))
+    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN))
     return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
 
 

@@ -38,7 +38,6 @@ from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
 
-FOLDER = "checkpoints"
 TIMES_LONGER = 100.0
 """How many times longer than it took to write the last checkpoint a trial runs before the next, at least."""
 
@@ -115,7 +114,8 @@ class _Checkpoint:
         try:
             self._write(seconds)
         except (OSError, MemoryError) as error:
-            _say_once(self._folder, getattr(error, "strerror", None) or type(error).__name__)
+            said = getattr(error, "strerror", None) or str(error)
+            _say_once(self._folder, said or type(error).__name__)
         took = time.perf_counter() - began
         self._due = seconds + took + max(self._every, TIMES_LONGER * took)
 
