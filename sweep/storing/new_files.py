@@ -38,14 +38,17 @@ def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
     folder = _open_folder(path.parent, below or path.parent)
     try:
         with create(name, folder) as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(name, path.name, src_dir_fd=folder, dst_dir_fd=folder)
+            try:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+                os.replace(name, path.name, src_dir_fd=folder, dst_dir_fd=folder)
+            except BaseException:
+                with suppress(OSError):
+                    os.unlink(name, dir_fd=folder)
+                raise
         os.fsync(folder)
     finally:
-        with suppress(OSError):
-            os.unlink(name, dir_fd=folder)
         os.close(folder)
 
 
