@@ -283,7 +283,7 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "frames cut": (lambda path: os.truncate(frames_of(path), 10), "has fewer frames than it says"),
     "frames flipped": (lambda path: flip(frames_of(path)), "has damaged frames"),
     "frames below zero": (lambda path: change(path, frames=-1), "has fewer frames than it says"),
-    "frames beyond": (lambda path: change(path, frames=10**30), "has fewer frames than it says"),
+    "frames beyond": (lambda path: change(path, frames=10**30), "has more frames than the trial has steps"),
 }
 
 

@@ -78,6 +78,8 @@ class _Checkpoint:
         self._places = [folder / f"{job.trial_id}.{ending}" for ending in ("state", "tried-1", "tried-2")]
         self._frames = folder / f"{job.trial_id}.frames"
         self._kind = frame_type(len(job.record.metrics), simulation.schedule.n if job.record.trajectories else 0)
+        # The first, the last, and those between.
+        self._most_frames = simulation.schedule.steps // job.record.every + 2
         self._written, self._count, self._crc = 0, 0, 0
         self._aside: Path | None = None
         self._due = every
@@ -89,7 +91,7 @@ class _Checkpoint:
             return 0.0
         try:
             saved = read_state(found, self._trial, self.simulation.state())
-            taken = read_frames(self._frames, self._kind, saved)
+            taken = read_frames(self._frames, self._kind, saved, self._most_frames)
             self.simulation.restore(saved.state)
         except Exception as error:  # whatever is wrong with the file, the trial is not
             LOG.warning("%s: %s; the trial begins anew", found, error)

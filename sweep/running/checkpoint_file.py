@@ -122,8 +122,13 @@ def _cut(path: Path, size: int) -> BinaryIO:
     return file
 
 
-def read_frames(path: Path, kind: FrameType, saved: Saved) -> Taken:
-    """The frames that a checkpoint declares. Raises ValueError where they are not what was written, or OSError."""
+def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
+    """The frames that a checkpoint declares, of which a trial has `most`.
+
+    Raises ValueError where they are not what was written, or OSError.
+    """
+    if saved.frames > most:
+        raise ValueError("has more frames than the trial has steps")
     size = saved.frames * kind.itemsize
     with open_regular(path) as file:
         if not 0 <= size <= os.fstat(file.fileno()).st_size:

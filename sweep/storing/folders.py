@@ -67,7 +67,10 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Delete a file of the study, if it is there."""
-        (self.root / name).unlink(missing_ok=True)
+        try:
+            (self.root / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be deleted ({error.strerror})") from error
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
