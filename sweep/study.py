@@ -103,7 +103,11 @@ class StoredStudy:
     @cached_property
     def trials(self) -> pd.DataFrame:
         """One row a stored trial of the spec, in its order: what it is, every setting, every metric."""
-        return self._in_order(self._table("trials"))
+        table = self._table("trials")
+        for name in ("status", "point", *self.varied, *self.metrics):
+            if table.num_rows and name not in table.column_names:
+                raise StoreError(f"study {self.name}: its stored trials have no column {name}; launch it again")
+        return self._in_order(table)
 
     @cached_property
     def series(self) -> pd.DataFrame:
