@@ -4,6 +4,7 @@ A notebook runs in an empty folder, so that nothing stored before helps it, and 
 run. tests/test_notebooks.py runs them in the same way and compares.
 """
 
+import codecs
 import os
 import re
 import shutil
@@ -14,6 +15,8 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 from nbformat import NotebookNode
+
+from sweep.storing.new_files import replacing
 
 FOLDER = Path(__file__).parent
 SECONDS = 600
@@ -57,7 +60,9 @@ def main() -> None:
     """Run and rewrite every notebook, or those named on the command line."""
     for path in [Path(name) for name in sys.argv[1:]] or sorted(FOLDER.glob("*.ipynb")):
         with tempfile.TemporaryDirectory() as empty:
-            nbformat.write(executed(path, Path(empty)), path)
+            notebook = executed(path, Path(empty))
+        with replacing(path) as file:
+            nbformat.write(notebook, codecs.getwriter("utf-8")(file))
         print(path.name)
 
 

@@ -12,20 +12,31 @@ from matplotlib.figure import Figure
 from kernels import KERNELS_SHA
 from sweep.claims import Publication
 from sweep.figures import STYLE, save, saved_about
+from sweep.storing.layout import FIGURES
 from sweep.study import StoredStudy
 
 
 class FigureFile:
-    """One figure of a publication, drawn from `stored`, its studies by the names of their specs, below `root`."""
+    """One figure of a publication, drawn from `stored`, its studies by the names of their specs, below `root`.
+
+    `results` is the folder that the user has named, which `root` is or lies in.
+    """
 
     def __init__(
-        self, publication: Publication, name: str, stored: Mapping[str, StoredStudy], root: Path, watermark: str
+        self,
+        publication: Publication,
+        name: str,
+        stored: Mapping[str, StoredStudy],
+        root: Path,
+        watermark: str,
+        results: Path,
     ) -> None:
         self.publication = publication
         self.name = name
         self.drawing = publication.drawings[name]
         self.studies = {spec: stored[spec] for spec in self.drawing.specs if spec in stored}
-        self.path = root / "figures" / publication.name / name  # less the endings of its two files
+        self.results = results
+        self.path = root / FIGURES / publication.name / name  # less the endings of its two files
         self.watermark = watermark
 
     @property
@@ -42,7 +53,7 @@ class FigureFile:
         figure = self.drawing.draw(self.studies)
         if not isinstance(figure, Figure):
             raise TypeError(f"its function must return a figure of matplotlib, not {type(figure).__name__}")
-        save(figure, self.path, self.about, self.watermark)
+        save(figure, self.path, self.about, self.watermark, below=self.results)
 
     @cached_property
     def about(self) -> dict[str, str]:

@@ -24,7 +24,8 @@ from sweep.spec import Study
 from sweep.storing.custody import custody
 from sweep.storing.locations import Location
 from sweep.storing.lock import Lock
-from sweep.storing.rows import PROVENANCE, Tables
+from sweep.storing.origin import PROVENANCE
+from sweep.storing.rows import Tables
 from sweep.storing.shares import Share
 from sweep.storing.store import Store
 
@@ -83,7 +84,7 @@ def launch(
     if share and study.until:
         message = "what trials follow depends on all that are stored: this study cannot be launched in shares"
         raise study.document.error(("replicates", "until"), message)
-    design, store = expand(study), Store(results / study.name)
+    design, store = expand(study), Store(results / study.name, results)
     with custody(store, share) as lock:
         return _Launch(study, design, store, executor, lock, report, share, retry).run()
 

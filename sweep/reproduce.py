@@ -21,6 +21,8 @@ from sweep.running.executors import ExecutorFactory
 from sweep.scorecard import Page, Picture, Row, Section
 from sweep.scorecard_html import as_html
 from sweep.scorecard_markdown import as_markdown
+from sweep.storing.layout import SCORECARD
+from sweep.storing.new_files import replacing
 from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 from sweep.verdicts import judge, untestable
@@ -74,14 +76,14 @@ def reproduce(
     """
     wanted = _chosen(publications, only)
     root = results / QUICK if quick else results
-    outcome, times = Outcome(root / "scorecard.html"), [time.monotonic()]
+    outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
     for publication in wanted:
         _run(publication, results, engine, outcome)
     times.append(time.monotonic())
     stored = {publication.name: _stored(publication, results) for publication in publications}
     files = {
         publication.name: [
-            FigureFile(publication, name, stored[publication.name], root, WATERMARK if quick else "")
+            FigureFile(publication, name, stored[publication.name], root, WATERMARK if quick else "", results)
             for name in publication.drawings
         ]
         for publication in publications
@@ -92,7 +94,7 @@ def reproduce(
     times.append(time.monotonic())
     claims = sum(claim.measure is not None for publication in publications for claim in publication.claims)
     sections = [_section(one, stored[one.name], files[one.name], results, claims, outcome) for one in publications]
-    _write(Page(root, sections, claims, WATERMARK if quick else ""))
+    _write(Page(root, sections, claims, WATERMARK if quick else ""), results)
     times.append(time.monotonic())
     steps = zip(("trials", "figures", "page"), times, times[1:], strict=False)
     outcome.seconds = {what: until - since for what, since, until in steps}
@@ -178,10 +180,12 @@ def _row(publication: Publication, claim: Claim, stored: Stored, claims: int, ou
     return Row(claim, judge(measured.estimate, claim.expect, claims), measured)
 
 
-def _write(page: Page) -> None:
+def _write(page: Page, results: Path) -> None:
+    texts = as_html(page), as_markdown(page)
     try:
-        page.root.mkdir(parents=True, exist_ok=True)
-        (page.root / "scorecard.html").write_text(as_html(page), encoding="utf-8")
-        (page.root / "scorecard.md").write_text(as_markdown(page), encoding="utf-8")
+        results.mkdir(parents=True, exist_ok=True)
+        for name, text in zip(SCORECARD, texts, strict=True):
+            with replacing(page.root / name, results) as file:
+                file.write(text.encode())
     except OSError as error:
         raise StoreError(f"{page.root}: cannot write the page ({error}); trials and figures are stored") from None

@@ -20,7 +20,8 @@ from sweep.policy import policy_rules, policy_schema
 from sweep.replication import replicates_schema
 from sweep.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.search.schema import model_schema, search_schema
-from sweep.spec import CHECKPOINT_SECONDS, REQUIRED, STUDY_NAME
+from sweep.spec import CHECKPOINT_SECONDS, REQUIRED
+from sweep.storing.layout import STUDY_NAME
 
 Schema = dict[str, Any]
 

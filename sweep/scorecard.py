@@ -181,4 +181,4 @@ def origin_lines(page: Page) -> list[tuple[str, str]]:
 
 
 def _commit(git: Mapping[str, str]) -> str:
-    return git.get("commit", "unknown") + (" with changes" if git.get("diff") else "")
+    return f"{git.get('commit', 'unknown')}{' with changes' if git.get('diff') else ''}"

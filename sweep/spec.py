@@ -1,7 +1,6 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,12 +22,12 @@ from sweep.recorded import check_metric, metric_of
 from sweep.replication import read_replication
 from sweep.search.section import Search, read_search
 from sweep.sequential import Until
+from sweep.storing.layout import STUDY_NAME, taken_name
 from sweep.strict_yaml import dump, parse_document, read_document
 from sweep.values import check_complete, check_conditions, check_once, read_axes, read_derive, read_fixed, read_require
 
 Stream = Literal["common", "independent"]
 
-STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 REQUIRED = ("study", "model", "preset", "seed")
 CHECKPOINT_SECONDS = 60.0
 KEPT = ("heatmaps", "trajectories")
@@ -197,8 +196,9 @@ def _name(entry: Entry) -> str:
             f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "." joined by "/", '
             "none beginning with a dot"
         )
-    if taken := {"parts", "writing", "figures", "checkpoints"} & set(name.split("/")):
-        raise entry.error(f'study "{name}" is not allowed: every study has a folder "{taken.pop()}" of its own')
+    if taken := taken_name(name):
+        said = "is a name that results use themselves"
+        raise entry.error(f'study "{name}" is not allowed: "{taken}" {said}')
     return name
 
 

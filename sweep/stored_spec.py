@@ -11,8 +11,8 @@ from sweep.design import expand
 from sweep.document import Document, Entry, SpecError
 from sweep.fields import Value, fields, study_fields
 from sweep.keeping.stored import StoredTrial
+from sweep.limits import MOST_TRIALS
 from sweep.maps import OwnMap
-from sweep.replication import MOST_REPLICATES
 from sweep.spec import Study, read_study
 from sweep.storing.parquet import StoreError
 from sweep.values import read_fixed
@@ -60,7 +60,7 @@ def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, d
 def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
     """The spec of a row without its settings and maps."""
     seed = cell("seed").whole(0)
-    replicate, every = cell("replicate").whole(0, MOST_REPLICATES - 1), cell("every").whole(1)
+    replicate, every = cell("replicate").whole(0, MOST_TRIALS - 1), cell("every").whole(1)
     words = cell("streams").text().split()
     record = stored.record
     return {

@@ -1,10 +1,9 @@
 """A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
 
-import json
 from collections import Counter
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,10 +14,10 @@ from sweep.ablation import fitted_preset
 from sweep.maps import OwnMap, maps_from_json
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
-from sweep.spec import STUDY_NAME
 from sweep.stored_tables import checked
+from sweep.storing.layout import PLAN, STUDY_NAME
 from sweep.storing.locations import Location, StoreError, location
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import plan_provenance
 from sweep.storing.store import Store
 
 if TYPE_CHECKING:
@@ -47,11 +46,11 @@ class StoredStudy:
             raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
         self.name = name
         place = location(results)
-        self.store = Store(place / name)
+        self.store = Store(place / name, place)
         if isinstance(place, Path) and not (place / name).is_dir():
             raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
         self.plan = self.store.read_plan()
-        self.provenance: dict[str, Any] = json.loads(self.plan.schema.metadata[PROVENANCE])
+        self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
 
     def __repr__(self) -> str:
         return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
@@ -114,7 +113,11 @@ class StoredStudy:
     @cached_property
     def trials(self) -> pd.DataFrame:
         """One row a stored trial of the spec, in its order: what it is, every setting, every metric."""
-        return self._in_order(self._table("trials"))
+        table = self._table("trials")
+        for name in ("status", "point", *self.varied, *self.metrics):
+            if table.num_rows and name not in table.column_names:
+                raise StoreError(f"study {self.name}: its stored trials have no column {name}; launch it again")
+        return self._in_order(table)
 
     @cached_property
     def series(self) -> pd.DataFrame:
@@ -222,7 +225,7 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
 
 def _launched(results: Path) -> list[str]:
     """The studies in a folder of results, which lie at most three folders deep."""
-    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + "plan.parquet"))
+    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN))
     return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
 
 

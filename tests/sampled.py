@@ -13,7 +13,7 @@ from sweep.design import expand
 from sweep.jobs import Jobs
 from sweep.launch import plan_table
 from sweep.spec import parse_spec
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import PROVENANCE
 from sweep.study import StoredStudy
 
 FIELDS = ("separation_weight", "alignment_weight", "cohesion_weight")

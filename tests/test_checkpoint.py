@@ -260,7 +260,7 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "empty": (lambda path: os.truncate(path, 0), "is not a checkpoint"),
     "half": (lambda path: os.truncate(path, path.stat().st_size // 2), "is damaged"),
     "flipped": (flip, "is damaged"),
-    "long": (lambda path: os.truncate(path, 2**22), "is larger than it can be"),
+    "long": (lambda path: os.truncate(path, 2**22), "is larger than"),
     "something else": (lambda path: path.write_bytes(b"PK\x03\x04" * 100), "is not a checkpoint"),
     "too new": (
         lambda path: path.write_bytes(path.read_bytes().replace(b"checkpoint 2", b"checkpoint 3", 1)),
@@ -284,7 +284,7 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "frames cut": (lambda path: os.truncate(frames_of(path), 10), "has fewer frames than it says"),
     "frames flipped": (lambda path: flip(frames_of(path)), "has damaged frames"),
     "frames below zero": (lambda path: change(path, frames=-1), "has fewer frames than it says"),
-    "frames beyond": (lambda path: change(path, frames=10**30), "has fewer frames than it says"),
+    "frames beyond": (lambda path: change(path, frames=10**30), "has more frames than the trial has steps"),
 }
 
 

@@ -307,7 +307,7 @@ REPLACED = [
     ("seed: 1", "seed: 1.5", '5: "seed" must be a whole number from 0, not 1.5'),
     ("seed: 1", "seed: true", '5: "seed" must be a whole number from 0, not true'),
     ("study: short", "study: 5", '1: "study" must be a text, not 5'),
-    ("study: short", "study: a/parts", '1: study "a/parts" is not allowed: every study has a folder "parts"'),
+    ("study: short", "study: a/parts", '1: study "a/parts" is not allowed: "parts" is a name that results'),
     ("study: short", "study: ../up", '1: study "../up" is not allowed'),
     ("study: short", "study: a/../b", '1: study "a/../b" is not allowed'),
     ("study: short", "study: /root", '1: study "/root" is not allowed'),

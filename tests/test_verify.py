@@ -18,7 +18,8 @@ from sweep.keeping.stored import stored_trials
 from sweep.keeping.verify import Verification, upper_bound, verify
 from sweep.replay import replay, stored_job
 from sweep.running.executors import Loky, Serial
-from sweep.storing.parquet import StoreError, new_file
+from sweep.storing.new_files import create
+from sweep.storing.parquet import StoreError, table_writer
 from sweep.study import StoredStudy
 from sweep.trial import run
 
@@ -46,7 +47,7 @@ def rewrite(study: StoredStudy, table: str, column: str, change: Any) -> StoredS
     index = old.column_names.index(column)
     new = old.set_column(index, old.schema.field(column), pa.array(values, old.schema.field(column).type))
     path.unlink()
-    with new_file(path, old.schema) as writer:
+    with create(path) as file, table_writer(file, old.schema) as writer:
         writer.write_table(new)
     return StoredStudy(study.name, study.store.folder.parent)
 

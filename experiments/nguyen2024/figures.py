@@ -133,8 +133,10 @@ def alignment_effect_on_dispersion(studies: Studies) -> NDArray[np.float64]:
 
 def main(names: list[str]) -> None:
     """Draw figure 2 for each stored study and print where it is."""
+    results = Path("results")
     for name in names:
-        for path in save(figure2({name: sweep.load(name)}), Path("results") / name / "figures" / "figure2"):
+        figure = figure2({name: sweep.load(name)})
+        for path in save(figure, results / name / "figures" / "figure2", below=results):
             print(path)
 
 

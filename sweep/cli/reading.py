@@ -112,6 +112,7 @@ def plot(
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import Choices, draw_figures, plan_figures
     from sweep.figures.selection import where_of
+    from sweep.storing.layout import FIGURES
     from sweep.study import StoredStudy
 
     stored = StoredStudy(study, results)
@@ -119,9 +120,10 @@ def plot(
     figures = plan_figures(stored, kinds or [], choices)
     for reason in figures.left_out:
         print(f"not drawn: {reason}", file=sys.stderr)
-    home = stored.store.folder
-    folder = out or (home / "figures" if isinstance(home, Path) else Path("figures") / study)
-    for path in draw_figures(stored, figures, folder, [one.value for one in formats or [Format.png]], choices):
+    below = out or (results if isinstance(results, Path) else Path())
+    home = below / study / FIGURES if isinstance(results, Path) else below / FIGURES / study
+    kinds_of_file = [one.value for one in formats or [Format.png]]
+    for path in draw_figures(stored, figures, out or home, kinds_of_file, choices, below):
         print(path, flush=True)
 
 

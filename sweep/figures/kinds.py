@@ -238,12 +238,12 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
 
 
 def draw_figures(
-    study: StoredStudy, plot: Plot, folder: Path, formats: Sequence[str], choices: Choices
+    study: StoredStudy, plot: Plot, folder: Path, formats: Sequence[str], choices: Choices, below: Path | None = None
 ) -> Iterator[Path]:
-    """Draw and save the figures of a plan one after the other; gives each file as it is there."""
+    """Draw and save the figures of a plan, as `save` does, one after the other; gives each file as it is there."""
     about = about_study(study)
     if choices.where:
         about["Where"] = ", ".join(f"{name}={value}" for name, value in choices.where.items())
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind
-        yield from save(planned.draw(), folder / name, about, formats=formats)
+        yield from save(planned.draw(), folder / name, about, formats=formats, below=below)

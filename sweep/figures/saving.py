@@ -9,6 +9,8 @@ from matplotlib import style
 from matplotlib.figure import Figure
 
 from sweep.figures.style import STYLE
+from sweep.keeping.outputs import unfinished
+from sweep.storing.regular import open_regular
 from sweep.study import StoredStudy
 
 FORMATS = ("png", "svg", "pdf")
@@ -21,22 +23,23 @@ def save(
     about: Mapping[str, str] | None = None,
     watermark: str = "",
     formats: Sequence[str] = BOTH,
+    below: Path | None = None,
 ) -> list[Path]:
     """Write `figure` in each of `formats`, byte-identical for the same input, and return the files in that order.
 
     `about` goes into their metadata: text chunks of a PNG, subject and keywords of a PDF, the description of
     an SVG. Each file appears by one rename; a PNG comes last, so that what it says of itself is true of all.
+    `below` is the folder that the user has named, where that is not the one that the files lie in: no folder between
+    the two may be a link. Raises StoreError where a file cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:
         _mark(figure, watermark)
     files = {name: path.with_name(f"{path.name}.{name}") for name in formats}
     for name in sorted(files, key=lambda name: name == "png"):
-        unfinished = path.with_name(f"{path.name}.{name}.unfinished")
         # The style has the salt of the ids in an SVG, and the dots an inch.
-        with style.context(STYLE):
-            figure.savefig(unfinished, format=name, metadata=_metadata(name, about or {}))
-        unfinished.replace(files[name])
+        with unfinished(files[name], below) as file, style.context(STYLE):
+            figure.savefig(file, format=name, metadata=_metadata(name, about or {}))
     return list(files.values())
 
 
@@ -52,15 +55,15 @@ def about_study(study: StoredStudy) -> dict[str, str]:
 
 def saved_about(path: Path) -> dict[str, str]:
     """What the PNG that `save` wrote with a PDF says of itself; empty unless both files are there and whole."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     png, pdf = (path.with_name(f"{path.name}.{name}") for name in BOTH)
     if not pdf.exists():
         return {}
     try:
-        with Image.open(png) as image:
+        with open_regular(png) as file, Image.open(file, formats=["png"]) as image:
             return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
-    except (FileNotFoundError, UnidentifiedImageError):
+    except Exception:  # decoders of damaged files raise errors of almost any type
         return {}
 
 

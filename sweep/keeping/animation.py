@@ -104,8 +104,8 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
     found = [body for step, body in _bodies(job, max(1, frame), report, until=frame) if step == frame]
     if not found:
         raise StoreError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
-    with unfinished(path) as place:
-        Image.fromarray(Scene(study, job).draw(frame, found[0])).save(place)
+    with unfinished(path) as file:
+        Image.fromarray(Scene(study, job).draw(frame, found[0])).save(file, "png")
 
 
 def frames_apart(job: Job) -> int:
@@ -118,8 +118,8 @@ def write_animation(study: str, job: Job, path: Path, every: int, report: Report
     scene = Scene(study, job)
     pictures = (scene.draw(step, bodies) for step, bodies in _bodies(job, every, report))
     write: Any = {".gif": write_gif, ".mp4": write_mp4}[path.suffix]
-    with unfinished(path) as place:
-        write(pictures, place)
+    with unfinished(path) as file:
+        write(pictures, file)
 
 
 def _bodies(

@@ -4,7 +4,6 @@ A part that loses some of its trials is replaced by a merged one, which names it
 deleted whole. So being killed at any moment loses no trial that stays.
 """
 
-import json
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -15,8 +14,8 @@ from sweep.plan import size
 from sweep.storing.custody import custody
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.merging import superseded_rows
+from sweep.storing.origin import part_provenance
 from sweep.storing.parquet import each, load_table
-from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 
@@ -77,7 +76,7 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     listed = study.plan["trial_id"].combine_chunks()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, trials in zip(parts, tables, strict=True):
-        ids, about = trials["trial_id"], json.loads(trials.schema.metadata[PROVENANCE])
+        ids, about = trials["trial_id"], part_provenance(trials.schema, part / "trials.parquet")
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
         if (about["spec"], about["kernels_sha"]) == (study.spec, study.provenance["kernels_sha"]):

@@ -88,7 +88,7 @@ def compare(first: Study | StoredStudy, second: Study, results: Location) -> Com
     Raises SpecError for a design that cannot be, and StoreError for a damaged store.
     """
     before, after = _side(first), _side(second)
-    stored = pa.array(Store(results / second.name).trial_ids(), pa.string())
+    stored = pa.array(Store(results / second.name, results).trial_ids(), pa.string())
     there = _among(after.trials, stored)
     return Comparison(
         first=before.label,

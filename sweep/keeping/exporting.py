@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -15,8 +15,8 @@ from sweep.keeping.netcdf import check_netcdf, write_netcdf
 from sweep.keeping.outputs import check_output, unfinished, write_checksum
 from sweep.keeping.stored import origins
 from sweep.names import unknown
-from sweep.storing.parquet import StoreError, new_file
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import PROVENANCE
+from sweep.storing.parquet import StoreError, table_writer
 from sweep.study import StoredStudy
 
 TABLES = ("trials", "series", "heatmaps", "trajectories")
@@ -52,11 +52,11 @@ def export(study: StoredStudy, path: Path, table: str = "trials", *, force: bool
     if path.suffix == ".nc":
         check_netcdf()
     rows = _rows(study, table)
-    with unfinished(path) as place:
-        WRITERS[path.suffix](rows, place, study)
+    with unfinished(path) as file:
+        WRITERS[path.suffix](rows, file, study)
         if path.suffix == ".csv":
             with unfinished(beside[0]) as about:
-                about.write_text(json.dumps(_about(rows), indent=2), encoding="utf-8")
+                about.write(json.dumps(_about(rows), indent=2).encode())
     return Exported(rows.num_rows, write_checksum(path), (path, *beside))
 
 
@@ -93,21 +93,21 @@ def _decoded(text: bytes) -> str:
     return text.decode(errors="replace")
 
 
-def _write_parquet(table: pa.Table, place: Path, _study: StoredStudy) -> None:
-    with new_file(place, table.schema) as writer:
+def _write_parquet(table: pa.Table, file: BinaryIO, _study: StoredStudy) -> None:
+    with table_writer(file, table.schema) as writer:
         writer.write_table(table)
 
 
-def _write_arrow(table: pa.Table, place: Path, _study: StoredStudy) -> None:
-    with pa.OSFile(str(place), "wb") as sink, pa.ipc.new_file(sink, table.schema) as writer:
+def _write_arrow(table: pa.Table, file: BinaryIO, _study: StoredStudy) -> None:
+    with pa.ipc.new_file(file, table.schema) as writer:
         writer.write_table(table)
 
 
-def _write_csv(table: pa.Table, place: Path, _study: StoredStudy) -> None:
+def _write_csv(table: pa.Table, file: BinaryIO, _study: StoredStudy) -> None:
     from pyarrow import csv
 
     schema = _flat(table.schema.empty_table().combine_chunks()).schema
-    with csv.CSVWriter(place, schema) as writer:
+    with csv.CSVWriter(file, schema) as writer:
         for batch in table.to_batches(max_chunksize=ROWS_AT_A_TIME):
             writer.write_table(_flat(pa.Table.from_batches([batch])))
 
@@ -136,7 +136,7 @@ def _pixels(table: pa.Table) -> pa.Table:
     return pa.table(names)
 
 
-WRITERS: dict[str, Callable[[pa.Table, Path, StoredStudy], None]] = {
+WRITERS: dict[str, Callable[[pa.Table, BinaryIO, StoredStudy], None]] = {
     ".parquet": _write_parquet,
     ".csv": _write_csv,
     ".nc": write_netcdf,

@@ -12,7 +12,7 @@ from sweep.jobs import Job
 from sweep.keeping.outputs import unfinished
 from sweep.spec import Record
 from sweep.state import Taken
-from sweep.storing.parquet import new_file
+from sweep.storing.parquet import table_writer
 from sweep.storing.rows import trajectories_schema
 from sweep.trial import BOID_STEPS_A_CALL, Simulation
 
@@ -40,7 +40,7 @@ def write_flight(job: Job, path: Path, every: int, about: dict[bytes, bytes], re
     """Write the frames of a trial as `trajectories` has them, with the metadata `about`; return how many they are."""
     schema = trajectories_schema(job.model, {}).with_metadata(about)
     count = 0
-    with unfinished(path) as place, new_file(place, schema) as writer:
+    with unfinished(path) as file, table_writer(file, schema) as writer:
         for taken in frames(job, every, report):
             writer.write_table(_table(job.trial_id, taken, schema))
             count += len(taken.steps)

@@ -10,16 +10,16 @@
 
 import math
 from importlib.util import find_spec
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from sweep.keeping.outputs import by_path
+from sweep.storing.origin import PROVENANCE
 from sweep.storing.parquet import StoreError
-from sweep.storing.rows import PROVENANCE
 from sweep.study import StoredStudy
 
 if TYPE_CHECKING:
@@ -38,9 +38,10 @@ def check_netcdf() -> None:
         raise StoreError(f"netCDF files are written by xarray and netCDF4, which are not installed: {INSTALL}")
 
 
-def write_netcdf(table: pa.Table, place: Path, study: StoredStudy) -> None:
+def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
     """Write a table with its provenance (a text in the variable `provenance`); holds the arrays in memory."""
-    dataset(table, study).to_netcdf(place, engine="netcdf4")
+    arrays = dataset(table, study)
+    by_path(lambda path: arrays.to_netcdf(path, engine="netcdf4"), file)
 
 
 def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":

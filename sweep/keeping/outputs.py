@@ -1,14 +1,17 @@
 """Files for the user: refused before any work where they cannot be, and whole or absent afterwards."""
 
 import hashlib
-import secrets
-from collections.abc import Iterable, Iterator
+import shutil
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import BinaryIO
 
 from sweep.names import unknown
 from sweep.storing.locations import in_unicode
-from sweep.storing.parquet import StoreError, move_durably
+from sweep.storing.new_files import replacing
+from sweep.storing.parquet import StoreError
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
@@ -25,19 +28,28 @@ def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> 
 
 
 @contextmanager
-def unfinished(path: Path) -> Iterator[Path]:
-    """A place beside `path` to write to, which becomes `path` in one step at the end, or is gone after an error.
+def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
+    """A file to write to, which becomes `path` in one step at the end: see `replacing`.
 
     Raises StoreError where it cannot be written.
     """
-    beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
-        yield beside
-        move_durably(beside, path)
+        with replacing(path, below) as file:
+            yield file
     except OSError as error:
         raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
-    finally:
-        beside.unlink(missing_ok=True)
+
+
+def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
+    """Put what `write` writes to a path into `file`, for programs that know paths only.
+
+    The path lies in a new folder that nobody else may enter, and that is gone afterwards.
+    """
+    with TemporaryDirectory(prefix="boidsweep-") as folder:
+        path = Path(folder) / "written"
+        write(path)
+        with path.open("rb") as content:
+            shutil.copyfileobj(content, file)
 
 
 def sha256(path: Path) -> str:
@@ -49,6 +61,6 @@ def sha256(path: Path) -> str:
 def write_checksum(path: Path) -> str:
     """Write the sha256 of a file to `<path>.sha256`, as `sha256sum -c` reads it, and return it."""
     digest = sha256(path)
-    with unfinished(path.with_name(path.name + ".sha256")) as beside:
-        beside.write_text(f"{digest}  {path.name}\n", encoding="utf-8")
+    with unfinished(path.with_name(path.name + ".sha256")) as file:
+        file.write(f"{digest}  {path.name}\n".encode())
     return digest

@@ -12,7 +12,7 @@ from sweep.keeping.outputs import check_output
 from sweep.keeping.video import find_ffmpeg
 from sweep.provenance import machine
 from sweep.replay import stored_job, stored_trial
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import PROVENANCE
 from sweep.study import StoredStudy
 
 

@@ -1,6 +1,5 @@
 """Stored trials, each with its rows of all tables and the provenance of the part that it stands in."""
 
-import json
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 from kernels.metrics import METRICS
 from sweep.spec import Record
 from sweep.storing.locations import Location
+from sweep.storing.origin import PROVENANCE, part_provenance
 from sweep.storing.parquet import each, load_table, load_trials, stored_schema
-from sweep.storing.rows import PROVENANCE
 from sweep.storing.store import Store
 
 Columns = dict[str, NDArray[Any]]
@@ -61,10 +60,13 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
     """
 
     def read(parts: list[Location]) -> list[tuple[dict[str, Any], int]]:
-        counts = Counter[bytes]()
+        counts, said = Counter[bytes](), dict[bytes, dict[str, Any]]()
         for part, own in _holders(parts, trial_ids).items():
-            counts[stored_schema(part / "trials.parquet").metadata[PROVENANCE]] += len(own)
-        return [(json.loads(about), count) for about, count in counts.items()]
+            schema = stored_schema(part / "trials.parquet")
+            about = part_provenance(schema, part / "trials.parquet")
+            key = schema.metadata[PROVENANCE]
+            counts[key], said[key] = counts[key] + len(own), about
+        return [(said[key], count) for key, count in counts.items()]
 
     return store.steadily(read)
 
@@ -86,7 +88,7 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
     tables = {path.stem: load_trials(part, path.stem, None, ids) for path in part.glob("*.parquet")}
     trials = tables.pop("trials")
-    provenance = json.loads(trials.schema.metadata[PROVENANCE])
+    provenance = part_provenance(trials.schema, part / "trials.parquet")
     for row in trials.to_pylist():
         own = {name: table.filter(pc.equal(table["trial_id"], row["trial_id"])) for name, table in tables.items()}
         yield StoredTrial(row, {name: _columns(table) for name, table in own.items()}, provenance)

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.keeping.outputs import by_path
 from sweep.storing.parquet import StoreError
 
 FRAMES_A_SECOND = 25
@@ -32,7 +34,7 @@ def find_ffmpeg() -> str:
     raise StoreError(f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif needs none")
 
 
-def write_gif(pictures: Pictures, path: Path) -> None:
+def write_gif(pictures: Pictures, file: BinaryIO) -> None:
     """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of the first picture."""
     from PIL import Image
 
@@ -42,16 +44,21 @@ def write_gif(pictures: Pictures, path: Path) -> None:
     images = (
         Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in chain([first], pictures)
     )
-    next(images).save(path, save_all=True, append_images=images, duration=1000 // FRAMES_A_SECOND, loop=0)
+    pace = {"duration": 1000 // FRAMES_A_SECOND, "loop": 0}
+    next(images).save(file, "gif", save_all=True, append_images=images, **pace)
 
 
-def write_mp4(pictures: Pictures, path: Path) -> None:
+def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
     """Write pictures (rows, columns, 3) of even size as an MP4. Raises StoreError where ffmpeg fails."""
+    by_path(lambda path: _run_ffmpeg(pictures, path), file)
+
+
+def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
     first = next(pictures)
     rows, columns, _ = first.shape
     shape = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{columns}x{rows}", "-r", str(FRAMES_A_SECOND), "-i", "-"]
-    form = ["-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", f"file:{path}"]
-    command = [find_ffmpeg(), "-y", "-loglevel", "error", *shape, *form]
+    form = ["-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+    command = [find_ffmpeg(), "-y", "-loglevel", "error", *shape, *form, "-f", "mp4", f"file:{path}"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
@@ -64,6 +71,5 @@ def write_mp4(pictures: Pictures, path: Path) -> None:
             pass
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:
-        raise StoreError(
-            f"{path.name}: ffmpeg cannot write it: {error.splitlines()[-1] if error else 'no reason given'}"
-        )
+        said = error.splitlines()[-1] if error else "no reason given"
+        raise StoreError(f"ffmpeg cannot write the MP4: {said}")

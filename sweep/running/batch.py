@@ -12,12 +12,13 @@ from pathlib import Path
 from sweep.cost import job_seconds
 from sweep.jobs import Job
 from sweep.result import Result, after, failed, overdue, result_bytes
-from sweep.running.checkpoint import FOLDER, Checkpointed, discard, present
+from sweep.running.checkpoint import Checkpointed, discard, present
 from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import Failures
 from sweep.running.runner import drive
 from sweep.running.watch import Limits
 from sweep.spec import Study
+from sweep.storing.layout import CHECKPOINTS
 from sweep.storing.locations import StoreError
 from sweep.storing.rows import Tables
 from sweep.storing.store import Store
@@ -49,7 +50,7 @@ def run_jobs(
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    folder = store.folder.absolute() / FOLDER if isinstance(store.folder, Path) else None
+    folder = store.folder.absolute() / CHECKPOINTS if isinstance(store.folder, Path) else None
     if folder:
         _discard_stale(folder, store, jobs)
 

@@ -39,7 +39,6 @@ from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
 
-FOLDER = "checkpoints"
 TIMES_LONGER = 100.0
 """How many times longer than it took to write the last checkpoint a trial runs before the next, at least."""
 
@@ -84,6 +83,8 @@ class _Checkpoint:
         self._places = [folder / f"{job.trial_id}.{ending}" for ending in ("state", "tried-1", "tried-2")]
         self._frames = folder / f"{job.trial_id}.frames"
         self._kind = frame_type(len(job.record.metrics), simulation.schedule.n if job.record.trajectories else 0)
+        # The first, the last, and those between.
+        self._most_frames = simulation.schedule.steps // job.record.every + 2
         self._written, self._count, self._crc = 0, 0, 0
         self._aside: Path | None = None
         self._due = every
@@ -95,7 +96,7 @@ class _Checkpoint:
             return 0.0
         try:
             saved = read_state(found, self._trial, self.simulation.state(), self._key)
-            taken = read_frames(self._frames, self._kind, saved)
+            taken = read_frames(self._frames, self._kind, saved, self._most_frames)
             self.simulation.restore(saved.state)
         except Exception as error:  # whatever is wrong with the file, the trial is not
             LOG.warning("%s: %s; the trial begins anew", found, error)
@@ -120,7 +121,8 @@ class _Checkpoint:
         try:
             self._write(seconds)
         except (OSError, MemoryError) as error:
-            _say_once(self._folder, getattr(error, "strerror", None) or type(error).__name__)
+            said = getattr(error, "strerror", None) or str(error)
+            _say_once(self._folder, said or type(error).__name__)
         took = time.perf_counter() - began
         self._due = seconds + took + max(self._every, TIMES_LONGER * took)
 

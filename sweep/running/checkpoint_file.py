@@ -15,19 +15,19 @@ import hmac
 import json
 import os
 import platform
-import secrets
 import zlib
 from collections.abc import Iterable
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
 from sweep.provenance import cpu_name
 from sweep.running.fingerprint import fingerprint, refusal
 from sweep.state import State, Taken
+from sweep.storing.new_files import replacing
+from sweep.storing.regular import open_regular, read_whole
 
 FORMAT = 2
 MOST_HEADER = 2**20
@@ -61,17 +61,9 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
     }
     arrays = (array.tobytes() for array in state.arrays.values())
     content = b"".join([json.dumps(header).encode(), b"\n", *arrays])
-    new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
-    try:
-        with new.open("xb") as file:
-            file.write(_first_line(content, key))
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        new.replace(path)
-    finally:
-        with suppress(OSError):
-            new.unlink(missing_ok=True)
+    with replacing(path) as file:
+        file.write(_first_line(content, key))
+        file.write(content)
 
 
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
@@ -80,9 +72,8 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     Raises ValueError with what is wrong where it cannot be used, as one that another key has sealed, and OSError where
     it cannot be read.
     """
-    if path.stat().st_size > MOST_HEADER + sum(array.nbytes for array in own.arrays.values()):
-        raise ValueError("is larger than it can be")
-    first, _, content = path.read_bytes().partition(b"\n")
+    most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
+    first, _, content = read_whole(path, most).partition(b"\n")
     _check_first_line(first + b"\n", content, key)
     header, _, values = content.partition(b"\n")
     about = json.loads(header)
@@ -108,7 +99,7 @@ def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int
 
     Afterwards the disk holds them. Raises OSError, also where the file is a link.
     """
-    with os.fdopen(_cut(path, frames * kind.itemsize), "r+b") as file:
+    with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
         for block in blocks:
             rows = np.empty(len(block.steps), kind)
@@ -123,22 +114,27 @@ def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
     """Leave only the first `frames`, where the rest could not be written. Raises OSError, also for a link."""
-    os.close(_cut(path, frames * kind.itemsize))
+    _cut(path, frames * kind.itemsize).close()
 
 
-def _cut(path: Path, size: int) -> int:
-    """A descriptor of the file, which has no more than `size` bytes."""
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-    os.ftruncate(descriptor, size)
-    return descriptor
+def _cut(path: Path, size: int) -> BinaryIO:
+    """The file, open for writing, which has no more than `size` bytes."""
+    file = open_regular(path, os.O_RDWR | os.O_CREAT)
+    file.truncate(size)
+    return file
 
 
-def read_frames(path: Path, kind: FrameType, saved: Saved) -> Taken:
-    """The frames that a checkpoint declares. Raises ValueError where they are not what was written, or OSError."""
+def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
+    """The frames that a checkpoint declares, of which a trial has `most`.
+
+    Raises ValueError where they are not what was written, or OSError.
+    """
+    if saved.frames > most:
+        raise ValueError("has more frames than the trial has steps")
     size = saved.frames * kind.itemsize
-    if not 0 <= size <= path.stat().st_size:
-        raise ValueError("has fewer frames than it says")
-    with path.open("rb") as file:
+    with open_regular(path) as file:
+        if not 0 <= size <= os.fstat(file.fileno()).st_size:
+            raise ValueError("has fewer frames than it says")
         content = file.read(size)
     if zlib.crc32(content) != saved.crc:
         raise ValueError("has damaged frames")

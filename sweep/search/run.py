@@ -78,7 +78,7 @@ class _Whole:
         self.judging = held_out(study)
         self.references = references(self.judging)
         origin, columns = provenance(study), self.section.columns
-        store = Store(results / study.name)
+        store = Store(results / study.name, results)
         blocks = {course.name: course.blocks for course in self.courses}
         self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
         most = self.section.most_trials(repetitions)

@@ -20,13 +20,24 @@ from sweep.recorded import MEAN
 from sweep.search.candidates import section_of
 from sweep.search.samplers import options
 from sweep.spec import Study
+from sweep.storing.origin import PROVENANCE, metadata
 from sweep.storing.parquet import StoreError
-from sweep.storing.rows import PROVENANCE
 from sweep.storing.store import Store
 from sweep.study import StoredStudy
 
 ABOUT = b"search"
 """The key, in the metadata of asked.parquet, of what the search was, as JSON."""
+
+SHAPE = {
+    "parameters": [str],
+    "ranges": {str: {str: list}},
+    "objectives": [{}],
+    "constraints": [{}],
+    "blocks": {str: int},
+    "rejected": {str: int},
+    "repeated": {str: int},
+}
+SEARCH_AGAIN = "delete it and search again"
 
 COLUMNS = pa.schema(
     [
@@ -60,7 +71,7 @@ def read_asked(study: StoredStudy) -> Asked:
     asked = study.store.read_asked()
     if asked is None:
         raise StoreError(f"study {study.name}: not a search (it has no asked.parquet)")
-    about = json.loads(asked.schema.metadata[ABOUT])
+    about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
     metrics = [name + ending for name in study.metrics for ending in ("", MEAN)]
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])

@@ -25,9 +25,12 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.storing.folders import LEFTOVER_SECONDS, OURS
+from sweep.storing.folders import LEFTOVER_SECONDS
+from sweep.storing.layout import DAMAGED, LOCK, PART_NAME, PARTS
 from sweep.storing.locations import Found, Location, ObjectPath, StoreError, patiently
+from sweep.storing.lock_files import claim_text
 from sweep.storing.manifest import MANIFEST
+from sweep.storing.new_files import create
 
 GRAVE_SECONDS = 48 * 3600.0
 GRAVE = ".ended"
@@ -38,8 +41,8 @@ class Bucket:
 
     def __init__(self, root: ObjectPath) -> None:
         self.root = root
-        self._parts = root / "parts"
-        self.lock = LockObjects(root / "lock")
+        self._parts = root / PARTS
+        self.lock = LockObjects(root / LOCK)
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
@@ -53,7 +56,7 @@ class Bucket:
     def parts(self) -> list[Location]:
         """All parts, that is those with a manifest, oldest first, with what they consist of; it takes one request."""
         listed = patiently(self._parts.listed)
-        parts = [part for part in listed.iterdir() if OURS.fullmatch(part.name) and (part / MANIFEST).exists()]
+        parts = [part for part in listed.iterdir() if PART_NAME.fullmatch(part.name) and (part / MANIFEST).exists()]
         return [*sorted(parts, key=lambda part: part.name)]
 
     def commit(self, staged: Path, name: str) -> Location:
@@ -91,7 +94,7 @@ class Bucket:
 
     def set_aside(self, part: Location) -> Location | None:
         """Copy a part below damaged/, delete it, and say where it is now; None where it has gone meanwhile."""
-        place = self.root / "damaged" / part.name
+        place = self.root / DAMAGED / part.name
         sources: list[Location] = [*part.iterdir()]
         # Whoever deletes the part begins with its manifest: then nothing is copied.
         sources.sort(key=lambda file: file.name != MANIFEST)
@@ -110,11 +113,11 @@ class Bucket:
         study = patiently(self.root.listed)
         found = study.found or {}
         now = max((one.st_mtime_ns for one in found.values()), default=0)
-        for part in (study / "parts").iterdir():
-            sealed = (part / MANIFEST).exists() or not OURS.fullmatch(part.name)
+        for part in (study / PARTS).iterdir():
+            sealed = (part / MANIFEST).exists() or not PART_NAME.fullmatch(part.name)
             if not sealed and _age(part.found, now) > LEFTOVER_SECONDS:
                 _delete_below(part)
-        for grave in (study / "lock").glob(f"*{GRAVE}"):
+        for grave in (study / LOCK).glob(f"*{GRAVE}"):
             if _age(grave.found, now) > GRAVE_SECONDS:
                 _delete(grave)
 
@@ -147,10 +150,7 @@ class LockObjects:
 
     def text(self, token: str) -> str | None:
         """None where the object is gone."""
-        try:
-            return (self._folder / f"{token}.json").read_text()
-        except FileNotFoundError:
-            return None
+        return claim_text(self._folder / f"{token}.json")
 
     def update(self, token: str, text: str) -> bool:
         """Written first, looked for a grave then: who dug one before that will not go on without our knowing."""
@@ -205,7 +205,8 @@ def _write(path: ObjectPath, data: Any) -> None:
 def _download(path: ObjectPath | Path, file: Path) -> None:
     assert isinstance(path, ObjectPath)
     content = patiently(lambda: path.server.ask(path, lambda files: files.open_input_stream(path.key).read()))
-    file.write_bytes(content)
+    with create(file) as new:
+        new.write(content)
 
 
 def _copy(path: Location, target: ObjectPath) -> None:

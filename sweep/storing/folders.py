@@ -5,7 +5,8 @@
     <study>/damaged/<part id>/              a part that could not be read
 
 A rename within a file system happens or does not, whatever crashes; flushed before and after, it holds when the power
-fails. Nothing is written through symbolic links.
+fails. Nothing is written through symbolic links that lie below the results, the folder that the user has named. That
+is looked at before each write: it does not help against somebody who may change these folders at the same moment.
 """
 
 import os
@@ -13,32 +14,34 @@ import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import accumulate
 from pathlib import Path
 
+from sweep.storing.layout import DAMAGED, LOCK, PART_NAME, PARTS, STORED, WRITING
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.lock_files import LockFiles
 from sweep.storing.parquet import move_durably
 from sweep.storing.processes import here, started
 
-OURS = re.compile(r"\d{20}-[0-9a-f]+(\+[0-9a-f]+)?|[^~]+~\d+~.+")  # a part's name, or one in writing/
+STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
 LEFTOVER_SECONDS = 3600.0
 """After this time, by the clock of the place, nobody can be about to go on with what is unfinished."""
-WRITTEN = ("parts", "writing", "damaged", "lock", "checkpoints", "spec.yaml")
 
 
 class Folder:
-    """The place of a study in the folder `root`, which need not exist before the first write."""
+    """The place of a study in the folder `root` below `results`, which need not exist before the first write."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, results: Path) -> None:
         self.root = root
-        self._parts, self._writing = root / "parts", root / "writing"
-        self.lock = LockFiles(root / "lock", self.staging)
+        self._results = results
+        self._parts, self._writing = root / PARTS, root / WRITING
+        self.lock = LockFiles(root / LOCK, self.staging)
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
         """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
-        refuse_links(self.root)
+        refuse_links(self.root, self._results)
         try:
             self._parts.mkdir(parents=True, exist_ok=True)
             staging.mkdir(parents=True)
@@ -50,7 +53,7 @@ class Folder:
 
     def parts(self) -> list[Location]:
         """The folders of all parts, oldest first."""
-        return [*_folders(self._parts)]
+        return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
         """Make a folder in staging a part, at once and whole, and return its place."""
@@ -64,7 +67,10 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Delete a file of the study, if it is there."""
-        (self.root / name).unlink(missing_ok=True)
+        try:
+            (self.root / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be deleted ({error.strerror})") from error
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
@@ -78,8 +84,8 @@ class Folder:
 
     def set_aside(self, part: Location) -> Location | None:
         """Move a part below damaged/, and say where it is now; None where it has gone meanwhile."""
-        refuse_links(self.root)
-        source, place = self._parts / part.name, self.root / "damaged" / part.name
+        refuse_links(self.root, self._results)
+        source, place = self._parts / part.name, self.root / DAMAGED / part.name
         try:
             place.parent.mkdir(exist_ok=True)
             source.rename(place)
@@ -95,7 +101,7 @@ class Folder:
         On this machine the process decides. What another machine left, or this one before it was started again, goes
         after LEFTOVER_SECONDS, and only while nobody else is at work on the study.
         """
-        for folder in _folders(self._writing):
+        for folder in _folders(self._writing, STAGED_NAME):
             owner, process = folder.name.split("~")[:2]
             dead = started(int(process)) is None if owner == here() else whole and self._is_old(folder)
             if dead:
@@ -110,17 +116,18 @@ class Folder:
                 return False
 
 
-def refuse_links(folder: Path) -> None:
-    """Raise StoreError where a study's folder, or what we write in it, is a symbolic link, and so is elsewhere."""
-    for path in (folder, *(folder / name for name in WRITTEN), *folder.glob("*.parquet")):
+def refuse_links(folder: Path, results: Path) -> None:
+    """Raise StoreError where a study's folder, or one between it and `results`, or what we write in it, is a link."""
+    way = (results / Path(*names) for names in accumulate(zip(folder.relative_to(results).parts)))
+    for path in (*way, *(folder / name for name in STORED)):
         if path.is_symlink():
             raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
 
 
-def _folders(folder: Path) -> list[Path]:
-    """Our own sub-folders, by name; anything else that lies there is left alone."""
-    if not folder.is_dir():
+def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
+    """Our own sub-folders, by name; anything else that lies there is left alone, and a link to a folder is none."""
+    if folder.is_symlink() or not folder.is_dir():
         return []
     with os.scandir(folder) as entries:
-        ours = [entry for entry in entries if OURS.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
+        ours = [entry for entry in entries if names.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
         return sorted(folder / entry.name for entry in ours)

@@ -6,7 +6,6 @@ AWS_REGION, AWS_ENDPOINT_URL, ~/.aws); what follows a question mark wins, as in
 `s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module loads nothing heavy before it is needed.
 """
 
-import io
 import logging
 import os
 import re
@@ -198,10 +197,10 @@ class ObjectPath:
         """The object for reading, whole or in pieces. Raises FileNotFoundError where it is not there."""
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
-    def read_text(self, encoding: str = "utf-8") -> str:
-        """The object's text. Raises FileNotFoundError where it is not there."""
-        content: bytes = self.server.ask(self, lambda files: files.open_input_stream(self.key).read())
-        return io.TextIOWrapper(io.BytesIO(content), encoding).read()
+    def head(self, size: int) -> bytes:
+        """The first `size` bytes of the object. Raises FileNotFoundError where it is not there."""
+        content: bytes = self.server.ask(self, lambda files: files.open_input_stream(self.key).read(size))
+        return content
 
 
 def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:

@@ -32,6 +32,7 @@ from sweep.storing.locations import StoreError
 from sweep.storing.lock_files import Claims
 from sweep.storing.places import Place
 from sweep.storing.processes import host, machine, started
+from sweep.storing.regular import parsed
 from sweep.storing.shares import Share
 
 BEAT_SECONDS = 10.0
@@ -158,10 +159,14 @@ class Lock:
         if text is None:
             return None
         try:
-            about = dict(json.loads(text))
-        except (ValueError, TypeError):
+            about = parsed(text.encode(), {})
+        except ValueError:
             return Claim(token)
-        return Claim(token, **{name: about[name] for name in Claim._fields[1:] if name in about})
+        known = {name: about[name] for name in Claim._fields[1:] if name in about}
+        kinds = {name: type(default) for name, default in Claim._field_defaults.items()}
+        if not all(isinstance(value, kinds[name]) for name, value in known.items()):
+            return Claim(token)
+        return Claim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
         """Wait until those who go first hold, or are gone; not for ever, as they may die of it."""

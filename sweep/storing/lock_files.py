@@ -6,6 +6,13 @@ from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import Protocol
 
+from sweep.storing.locations import Location
+from sweep.storing.new_files import create
+from sweep.storing.regular import open_regular, read_whole
+
+MOST_CLAIM = 100_000
+"""Bytes of a claim that are read; one of ours has a hundredth of it."""
+
 
 class Claims(Protocol):
     """What `lock.py` asks of a place, with claims by their token. Raises OSError or StoreError if that fails."""
@@ -35,6 +42,16 @@ class Claims(Protocol):
         """Take one's own claim away."""
 
 
+def claim_text(path: Location) -> str | None:
+    """What a claim says; None where it is gone, "" where it is nothing that we could have written."""
+    try:
+        return read_whole(path, MOST_CLAIM).decode(errors="replace")
+    except FileNotFoundError:
+        return None
+    except OSError:
+        return ""
+
+
 class LockFiles:
     """Claims as files of a folder. One is never made again by its owner once it was deleted."""
 
@@ -49,7 +66,8 @@ class LockFiles:
         """By a rename, so that it is never seen half written."""
         with self._staging(f"lock-{token}") as staging:
             new = staging / self._file(token).name
-            new.write_text(text, encoding="utf-8")
+            with create(new) as file:
+                file.write(text.encode())
             while new.exists():
                 self._folder.mkdir(exist_ok=True)
                 with suppress(FileNotFoundError):  # whoever was the last to leave has just removed the folder
@@ -64,15 +82,12 @@ class LockFiles:
 
     def text(self, token: str) -> str | None:
         """None where the file is gone."""
-        try:
-            return self._file(token).read_text(encoding="utf-8", errors="replace")
-        except FileNotFoundError:
-            return None
+        return claim_text(self._file(token))
 
     def update(self, token: str, text: str) -> bool:
         """Written into the file as it is: a rename could bring back one that has been deleted."""
         try:
-            with self._file(token).open("r+b", buffering=0) as file:
+            with open_regular(self._file(token), os.O_RDWR) as file:
                 file.write(text.encode())
         except FileNotFoundError:
             return False
@@ -89,9 +104,13 @@ class LockFiles:
     def touched(self, token: str) -> int | None:
         """The file is opened for that, as network file systems remember old times else."""
         try:
-            with self._file(token).open("rb") as file:
+            with open_regular(self._file(token)) as file:
                 return os.fstat(file.fileno()).st_mtime_ns
         except FileNotFoundError:
+            return None
+        except OSError:  # no file of ours
+            with suppress(FileNotFoundError):
+                return self._file(token).lstat().st_mtime_ns
             return None
 
     def evict(self, token: str) -> None:

@@ -10,14 +10,24 @@ listed; the bytes of an object are fetched and compared where it was written ove
 """
 
 import json
+import re
 import zlib
 from pathlib import Path
 from typing import TypedDict
 
-from sweep.storing.locations import Location, StoreError
-from sweep.storing.parquet import load_table, opened
+import pyarrow as pa
 
-MANIFEST = "manifest.json"
+from sweep.storing.locations import Location, StoreError
+from sweep.storing.new_files import create
+from sweep.storing.origin import part_provenance
+from sweep.storing.parquet import load_table, opened, remedy_for
+from sweep.storing.regular import open_stored, read_json
+
+MANIFEST, REPLACES, MERGED_MARK = "manifest.json", "replaces.json", "+"
+MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
+"""Bytes of a manifest, which has a line a table, and of the list that a merged part has of up to 100,000 others."""
+NAME = re.compile(r"[a-z_]+\.(parquet|json)")
+SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
 BLOCK_BYTES = 2**20
 
 
@@ -40,7 +50,8 @@ def seal(folder: Path) -> None:
     files = {file.name: _about(file) for file in sorted(folder.iterdir())}
     with opened(folder / "trials.parquet") as file:
         manifest: Manifest = {"trials": file.metadata.num_rows, "files": files}
-    (folder / MANIFEST).write_text(json.dumps(manifest), encoding="utf-8")
+    with create(folder / MANIFEST) as new:
+        new.write(json.dumps(manifest).encode())
 
 
 def damage(part: Location) -> str:
@@ -49,13 +60,12 @@ def damage(part: Location) -> str:
     Raises StoreError where we may not read it, which is no damage.
     """
     try:
-        manifest: Manifest = json.loads((part / MANIFEST).read_text(encoding="utf-8"))
-        sealed, _, files = (part / MANIFEST).stat().st_mtime_ns, manifest["trials"], manifest["files"].items()
+        manifest, sealed = _read(part), (part / MANIFEST).stat().st_mtime_ns
     except FileNotFoundError:
         return _undecodable(part)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError):
         return f"{MANIFEST} cannot be read"
-    for name, about in files:
+    for name, about in manifest["files"].items():
         try:
             found = _now(part / name, about, sealed)
         except FileNotFoundError:
@@ -68,15 +78,14 @@ def damage(part: Location) -> str:
             return f"{name} has {found['bytes']:,} bytes of {about['bytes']:,}"
         if found != about:
             return f"{name} has other bytes than were written"
-    return ""
+    return _made_up(part, manifest) if isinstance(part, Path) else ""
 
 
 def trials_of(part: Location) -> int | None:
     """How many trials a part holds, or held before it was damaged; None where that cannot be known."""
     try:
-        manifest: Manifest = json.loads((part / MANIFEST).read_text(encoding="utf-8"))
-        return int(manifest["trials"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return _read(part)["trials"]
+    except (OSError, ValueError):
         pass
     try:
         with opened(part / "trials.parquet") as file:
@@ -85,21 +94,70 @@ def trials_of(part: Location) -> int | None:
         return None
 
 
+def replaced_by(part: Location) -> list[str]:
+    """The names of the parts that a merged one replaces.
+
+    Raises FileNotFoundError where that is not there, StoreError where it cannot be read.
+    """
+    try:
+        names: list[str] = read_json(part / REPLACES, MOST_REPLACES, [str])
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
+    return names
+
+
+def _read(part: Location) -> Manifest:
+    """The manifest of a part. Raises OSError, and ValueError where it is none."""
+    manifest: Manifest = read_json(part / MANIFEST, MOST_MANIFEST, SHAPE)
+    if odd := [name for name in manifest["files"] if not NAME.fullmatch(name)]:
+        raise ValueError(f"{odd[0]} is no name of a file in a part")
+    return manifest
+
+
 def _now(file: Location, about: FileAbout, sealed: int) -> FileAbout:
-    """What a file is now; of an object as old as the manifest, written at `sealed`, as far as its size shows."""
-    if not isinstance(file, Path):
-        size, written = file.stat()
-        if size != about["bytes"] or written <= sealed:
-            return {"bytes": size, "crc32": about["crc32"]}
+    """What a file is now. Its bytes are read only where their number is right.
+
+    Those of an object as old as the manifest, of the time `sealed`, are as they were.
+    """
+    found = file.stat()
+    whole = found.st_size == about["bytes"]
+    if not whole or (not isinstance(file, Path) and found.st_mtime_ns <= sealed):
+        return {"bytes": found.st_size, "crc32": about["crc32"]}
     return _about(file)
 
 
 def _about(file: Location) -> FileAbout:
     size, crc = 0, 0
-    with file.open("rb") as content:
+    with open_stored(file) as content:
         while block := content.read(BLOCK_BYTES):
             size, crc = size + len(block), zlib.crc32(block, crc)
     return {"bytes": size, "crc32": crc}
+
+
+def _made_up(part: Path, manifest: Manifest) -> str:
+    """What is wrong with a part whose files are as its manifest says: one made up."""
+    present = {file.name for file in part.glob("*.parquet")}
+    if unlisted := present - manifest["files"].keys():
+        return f"{min(unlisted)} is not in its {MANIFEST}"
+    try:
+        with opened(part / "trials.parquet") as file:
+            rows, schema = file.metadata.num_rows, file.schema_arrow
+        part_provenance(schema, part / "trials.parquet")
+        if MERGED_MARK in part.name:
+            replaced_by(part)
+    except StoreError as error:
+        return str(error).removeprefix(f"{part}/").partition("; ")[0]
+    except FileNotFoundError:
+        return f"{REPLACES} is missing"
+    if rows != manifest["trials"]:
+        return f"trials.parquet has {rows:,} rows of {manifest['trials']:,}"
+    kinds = dict(zip(schema.names, schema.types, strict=True))
+    for name in ("trial_id", "status"):
+        if kinds.get(name) != pa.string():
+            return f"trials.parquet has no column {name} of texts"
+    return ""
 
 
 def _undecodable(part: Location) -> str:
@@ -108,20 +166,23 @@ def _undecodable(part: Location) -> str:
     for name in sorted({"trials"} | present):
         try:
             table = load_table(part, name)
+            if name == "trials":
+                missing = _recorded(table.schema, part / "trials.parquet") - present
         except StoreError:
             return f"{name}.parquet cannot be read"
-        if name == "trials":
-            missing = _recorded(table.schema.metadata or {}) - present
     return f"{min(missing)}.parquet is missing" if missing else ""
 
 
-def _recorded(metadata: dict[bytes, bytes]) -> set[str]:
-    """The tables beside trials that a launch of the spec in the metadata has stored."""
-    from sweep.storing.rows import PROVENANCE
+def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
+    """The tables beside trials that a launch of the spec in their metadata has stored."""
+    from sweep.document import SpecError
     from sweep.strict_yaml import parse_document
 
-    if PROVENANCE not in metadata:
-        return set()
-    spec = parse_document(json.loads(metadata[PROVENANCE])["spec"], Path("stored spec")).value
-    record = spec.get("record") or {}
-    return {name for name in ("series", "heatmaps", "trajectories") if record.get(name)}
+    try:
+        text = part_provenance(schema, trials)["spec"]
+        spec = parse_document(text, Path("stored spec")).value
+    except SpecError as error:
+        raise StoreError(f"{trials}: {error}") from error
+    record = spec.get("record") if isinstance(spec, dict) else None
+    kept = ("series", "heatmaps", "trajectories")
+    return {name for name in kept if isinstance(record, dict) and record.get(name)}

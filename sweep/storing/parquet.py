@@ -5,14 +5,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from sweep.storing.bounds import excess
 from sweep.storing.locations import GONE, Location
 from sweep.storing.locations import StoreError as StoreError
+from sweep.storing.regular import open_stored
 
 T = TypeVar("T")
 
@@ -33,8 +35,12 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
     """A parquet file open for reading; what cannot be read in it is a StoreError."""
     local = isinstance(path, Path)
     try:
-        source = path if isinstance(path, Path) else path.open()
-        with pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file:
+        with (
+            open_stored(path) as source,
+            pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file,
+        ):
+            if why := excess(path.name, file.metadata, source.seek(0, os.SEEK_END)):
+                raise OSError(why)
             yield file
     except (pa.ArrowException, OSError) as error:
         if not isinstance(path, Path) and "AWS Error" in str(error) and not GONE.search(str(error)):
@@ -99,10 +105,13 @@ def stored_schema(path: Location) -> pa.Schema:
         return file.schema_arrow
 
 
-def new_file(path: Path, schema: pa.Schema) -> pq.ParquetWriter:
-    """Strings as dictionaries, floats split by byte: trajectories are smaller so than in any dictionary."""
+def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
+    """What writes tables into a new file: strings as dictionaries, floats split by byte.
+
+    Trajectories are smaller so than in any dictionary.
+    """
     return pq.ParquetWriter(
-        path,
+        file,
         schema,
         compression="zstd",
         use_dictionary=[name for field in schema for name in _leaves(field, pa.types.is_string)],

@@ -53,6 +53,9 @@ class Place(Protocol):
         """Delete what dead processes were writing; with `whole`, nobody else is at work on the study."""
 
 
-def place_of(root: Location) -> Place:
-    """The place of a study."""
-    return Bucket(root) if isinstance(root, ObjectPath) else Folder(root)
+def place_of(root: Location, results: Location) -> Place:
+    """The place of a study below `results`, which the user has named."""
+    if isinstance(root, ObjectPath):
+        return Bucket(root)
+    assert isinstance(results, Path)
+    return Folder(root, results)

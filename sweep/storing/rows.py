@@ -13,9 +13,7 @@ from sweep.fields import Field, fields, spelled
 from sweep.jobs import Job
 from sweep.result import Result
 from sweep.spec import Study
-
-PROVENANCE = b"boidsweep"
-"""The key of the provenance, as JSON, in the schema metadata of every file."""
+from sweep.storing.origin import PROVENANCE
 
 BODIES = pa.list_(pa.float64())
 ARROW = {"float": pa.float64(), "int": pa.int64(), "bool": pa.bool_(), "choice": pa.string()}

@@ -22,40 +22,44 @@ from typing import TypeVar
 
 import pyarrow as pa
 
+from sweep.storing.layout import ASKED, PLAN, SPEC
 from sweep.storing.locations import Location, StoreError, patiently
-from sweep.storing.manifest import seal
+from sweep.storing.manifest import MERGED_MARK, REPLACES, replaced_by, seal
 from sweep.storing.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
+from sweep.storing.new_files import create
 from sweep.storing.parquet import (
     check_part,
     each,
     load_table,
     load_trials,
-    new_file,
     opened,
     pieces,
-    remedy_for,
     stored_schema,
+    table_writer,
 )
 from sweep.storing.places import place_of
 
 T = TypeVar("T")
 
-REPLACES = "replaces.json"
-MERGED_MARK = "+"
+LAST_ID = 10**19
+"""Names of parts sort by age as far as 19 digits go."""
 
 
 class Store:
     """The parts of one study, in `folder`, which need not exist before the first write.
 
+    `results` is the folder that the user has named, by default the one that `folder` lies in: below it nothing is
+    written through links.
+
     While `shared`, others append parts of their own: then only what this one has appended is merged.
     """
 
-    def __init__(self, folder: Location) -> None:
+    def __init__(self, folder: Location, results: Location | None = None) -> None:
         self.folder = folder
-        self.place = place_of(folder)
+        self.place = place_of(folder, results or folder.parent)
         self.shared = False
-        self.asked = folder / "asked.parquet"
-        self._plan = folder / "plan.parquet"
+        self.asked = folder / ASKED
+        self._plan = folder / PLAN
         self._gathering = Gathering()
         self._newest = -1
         self._replaced = dict[str, list[str]]()
@@ -70,8 +74,7 @@ class Store:
         name = self._next_id()
         with self.staging(name) as staging:
             for table_name, table in tables.items():
-                with new_file(staging / f"{table_name}.parquet", table.schema) as writer:
-                    writer.write_table(table)
+                _write_table(staging / f"{table_name}.parquet", table)
             seal(staging)
             size = sum(file.stat().st_size for file in staging.iterdir())
             part = self.place.commit(staging, name)
@@ -148,15 +151,15 @@ class Store:
                 self.place.remove(name)
                 continue
             with self.staging(f"{name}-{secrets.token_hex(6)}") as staging:
-                with new_file(staging / name, table.schema) as writer:
-                    writer.write_table(table)
+                _write_table(staging / name, table)
                 self.place.put(staging / name)
 
     def write_spec(self, text: str) -> None:
         """Replace the spec as last launched in one step."""
         with self.staging(f"spec-{secrets.token_hex(6)}") as staging:
-            (staging / "spec.yaml").write_text(text, encoding="utf-8")
-            self.place.put(staging / "spec.yaml")
+            with create(staging / SPEC) as file:
+                file.write(text.encode())
+            self.place.put(staging / SPEC)
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
@@ -200,6 +203,8 @@ class Store:
         if self._newest < 0:
             self._newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
         self._newest = max(time.time_ns(), self._newest + 1)
+        if self._newest >= LAST_ID:
+            raise StoreError(f"{self.folder}: has a part of the year 2286; nothing can be stored after it: delete it")
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
@@ -213,11 +218,13 @@ class Store:
         name = f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
         with self.place.fetched([*group]) as sources, self.staging(name) as staging:
             for source in sources[0].glob("*.parquet"):
-                with new_file(staging / source.name, stored_schema(source)) as writer:
+                schema = stored_schema(source)
+                with create(staging / source.name) as file, table_writer(file, schema) as writer:
                     for part, here in zip(group, sources, strict=True):
                         for table in pieces(here, source.stem):
                             writer.write_table(without(table, superseded.get(part)))
-            (staging / REPLACES).write_text(json.dumps([part.name for part in group]))
+            with create(staging / REPLACES) as file:
+                file.write(json.dumps([part.name for part in group]).encode())
             seal(staging)
             merged = self.place.commit(staging, name)
         for part in group:
@@ -236,12 +243,15 @@ class Store:
     def _replaced_by(self, part: Location) -> list[str]:
         if part.name not in self._replaced:
             try:
-                self._replaced[part.name] = json.loads((part / REPLACES).read_text(encoding="utf-8"))
+                self._replaced[part.name] = replaced_by(part)
             except FileNotFoundError:  # being deleted elsewhere, so all that it replaced is gone already
                 return []
-            except ValueError as error:
-                raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
         return self._replaced[part.name]
+
+
+def _write_table(path: Path, table: pa.Table) -> None:
+    with create(path) as file, table_writer(file, table.schema) as writer:
+        writer.write_table(table)
 
 
 def _read_if_there(path: Location, remedy: str) -> pa.Table | None:

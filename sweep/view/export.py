@@ -4,9 +4,8 @@ import io
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Lock
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from matplotlib import style
@@ -30,7 +29,7 @@ MIME = {
     "mp4": "video/mp4",
     "html": "text/html;charset=utf-8",
 }
-WRITERS: dict[str, Callable[[Iterator[Picture], Path], None]] = {"gif": write_gif, "mp4": write_mp4}
+WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {"gif": write_gif, "mp4": write_mp4}
 DRAWING = Lock()
 """Held while a picture is drawn: the style of a figure is a setting of the whole process."""
 
@@ -45,8 +44,8 @@ class File(NamedTuple):
     def save(self, path: Path, *, force: bool = False) -> None:
         """Write it to `path`, whole or not at all. Raises StoreError where that cannot be."""
         check_output(path, [Path(self.name).suffix], force=force)
-        with unfinished(path) as place:
-            place.write_bytes(self.content)
+        with unfinished(path) as file:
+            file.write(self.content)
 
 
 def about(study: str, job: Job) -> dict[str, str]:
@@ -98,11 +97,11 @@ def animate(flight: Flight, kind: str) -> File:
     if kind == "mp4":
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
-    with DRAWING, TemporaryDirectory(prefix="boidsweep-") as folder:
-        scene, path = Scene(few.study, few.job), Path(folder) / f"flight.{kind}"
-        WRITERS[kind]((scene.draw(int(step), one) for step, one in zip(few.steps, few.bodies, strict=True)), path)
-        content = path.read_bytes()
-    return File(file_name(flight.study, flight.job, kind), MIME[kind], content)
+    content = io.BytesIO()
+    with DRAWING:
+        scene, frames = Scene(few.study, few.job), zip(few.steps, few.bodies, strict=True)
+        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), content)
+    return File(file_name(flight.study, flight.job, kind), MIME[kind], content.getvalue())
 
 
 def thinned(flight: Flight, most: int) -> Flight:

@@ -60,8 +60,8 @@ class View(AnyWidget):
         check_output(place, [f".{kind}" for kind in KINDS], force=force)
         make = self._in_turn(lambda: self.show.export(place.suffix[1:]))
         content = base64.b64decode(make()["data"])
-        with unfinished(place) as beside:
-            beside.write_bytes(content)
+        with unfinished(place) as file:
+            file.write(content)
 
     def close(self) -> None:
         """Take it off the screen, and end its thread."""

@@ -1,146 +1,301 @@
-"""Tables that no launch writes are refused before arrays are made of them."""
+"""Parts, plans and claims that somebody has made up: each is one sentence, or is set aside, and takes no memory."""
 
-import math
+import json
+import secrets
 import shutil
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from commands import sweep
-from studies import COVERING, launched
+from studies import SMALL, relaunch
 
-import sweep.keeping.netcdf as netcdf
-from attacks.hostile import give
-from sweep.keeping.exporting import export
-from sweep.storing.parquet import StoreError
+from sweep.design import expand
+from sweep.jobs import Jobs
+from sweep.keeping.cleaning import find_waste
+from sweep.keeping.stored import origins, stored_trials
+from sweep.spec import parse_spec
+from sweep.storing import bounds
+from sweep.storing.bounds import FREE_ROWS, excess
+from sweep.storing.manifest import MANIFEST, damage
+from sweep.storing.origin import ALONE, LATER, PART, PLAN, PROVENANCE
+from sweep.storing.parquet import StoreError, opened
+from sweep.storing.store import Store
 from sweep.study import StoredStudy
-
-KEPT = COVERING.replace("record: {", "record: {trajectories: true, every: 10, ").replace("n: 10,", "n: 3,")
-TRIALS, FRAMES, BOIDS = 4, 3, 3
-ROWS = TRIALS * FRAMES
-INT32, BODIES = pa.int32(), pa.list_(pa.float64())
-
-
-def lists(*rows: object, kind: pa.DataType = BODIES) -> pa.Array:
-    """One list a row of trajectories; those that are not given are three zeros."""
-    return pa.array([*rows, *([[0.0] * BOIDS] * (ROWS - len(rows)))], kind)
-
-
-TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
-    "rows -1": ("heatmaps", {"rows": pa.array([-1] * TRIALS, INT32)}, "not as many as"),
-    "rows 0": ("heatmaps", {"rows": pa.array([0] * TRIALS, INT32)}, "not as many as"),
-    "rows of too many": ("heatmaps", {"rows": pa.array([2**31 - 1] * TRIALS, INT32)}, "not as many"),
-    "both negative": (
-        "heatmaps",
-        {"rows": pa.array([-600] * TRIALS, INT32), "columns": pa.array([-800] * TRIALS, INT32)},
-        "not as many as",
-    ),
-    "rows null": ("heatmaps", {"rows": pa.nulls(TRIALS, INT32)}, '"rows" has empty cells'),
-    "rows fractions": ("heatmaps", {"rows": pa.array([1.5] * TRIALS)}, '"rows" holds double'),
-    "columns texts": ("heatmaps", {"columns": "800"}, '"columns" holds string'),
-    "visits too few": ("heatmaps", {"visits": pa.array([[1]] * TRIALS, pa.list_(INT32))}, "not as many"),
-    "visits empty": ("heatmaps", {"visits": pa.array([[]] * TRIALS, pa.list_(INT32))}, "not as many"),
-    "visits null": ("heatmaps", {"visits": pa.nulls(TRIALS, pa.list_(INT32))}, '"visits" has empty'),
-    "visits of nulls": ("heatmaps", {"visits": pa.array([[None]] * TRIALS, pa.list_(INT32))}, "empty places"),
-    "visits of texts": ("heatmaps", {"visits": pa.array([["x"]] * TRIALS)}, "not lists of int32"),
-    "visits a number": ("heatmaps", {"visits": pa.array([1] * TRIALS)}, "not lists of int32"),
-    "x shorter": ("trajectories", {"x": lists([0.0])}, "not of the same boids"),
-    "all shorter in one frame": (
-        "trajectories",
-        {name: lists([0.0]) for name in ("x", "y", "vx", "vy")},
-        "the number of boids changes",
-    ),
-    "no boids": ("trajectories", {name: pa.array([[]] * ROWS, BODIES) for name in ("x", "y", "vx", "vy")}, "same"),
-    "x null": ("trajectories", {"x": pa.nulls(ROWS, BODIES)}, '"x" has empty cells'),
-    "x NaN": ("trajectories", {"x": lists([math.nan] * BOIDS)}, "x has values that are not finite"),
-    "vy infinite": ("trajectories", {"vy": lists([math.inf] * BOIDS)}, "vy has values that are not"),
-    "y of texts": ("trajectories", {"y": pa.array([["a"] * BOIDS] * ROWS)}, "not lists of double"),
-    "y a number": ("trajectories", {"y": pa.array([1.0] * ROWS)}, "not lists of double"),
-    "frames backwards": ("trajectories", {"frame": pa.array([20, 10, 0] * TRIALS)}, "not in their order"),
-    "frames alike": ("trajectories", {"frame": pa.array([0] * ROWS)}, "not in their order"),
-    "frames null": ("trajectories", {"frame": pa.nulls(ROWS, pa.int64())}, '"frame" has empty cells'),
-    "series of texts": ("trials", {"coverage": "high"}, '"coverage" holds string, not double'),
-    "a setting of texts": ("trials", {"n": "12"}, '"n" holds string, not int64'),
-    "status null": ("trials", {"status": pa.nulls(TRIALS, pa.string())}, '"status" has empty cells'),
-    "status a number": ("trials", {"status": pa.array([1] * TRIALS)}, '"status" holds int64'),
-    "models unknown": ("trials", {"model": "evil"}, "of the models evil"),
-}
-"""The table, its columns, and what is said."""
 
 
 @pytest.fixture(scope="module")
-def honest(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("honest")
-    launched(KEPT, folder)
-    return folder
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results with one small study, and one whose part has been merged."""
+    results = tmp_path_factory.mktemp("whole") / "results"
+    relaunch(SMALL, results)
+    relaunch(SMALL.replace("study: small", "study: merged"), results)
+    store = Store(results / "merged")
+    store.merge(store.all_parts(), {})
+    return results
 
 
 @pytest.fixture
-def folder(honest: Path, tmp_path: Path) -> Path:
-    shutil.copytree(honest, tmp_path / "results")
-    return tmp_path
+def results(whole: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(whole, tmp_path / "results"))
 
 
-READERS: dict[str, tuple[Callable[[StoredStudy], object], ...]] = {
-    "heatmaps": (lambda study: study.heatmaps,),
-    "trajectories": (
-        lambda study: study.trajectories,
-        lambda study: [study.trajectory(trial) for trial in study.plan["trial_id"].to_pylist()],
-    ),
-    "trials": (lambda study: study.trials,),
+def part_of(results: Path, study: str = "small") -> Path:
+    return next((results / study / "parts").iterdir())
+
+
+def resealed(part: Path, trials: int = 6) -> None:
+    """The manifest says what the files are now."""
+    contents = {file.name: file.read_bytes() for file in part.iterdir() if file.name != MANIFEST}
+    files = {name: {"bytes": len(content), "crc32": zlib.crc32(content)} for name, content in contents.items()}
+    (part / MANIFEST).write_text(json.dumps({"trials": trials, "files": files}))
+
+
+def set_aside(results: Path, study: str = "small") -> bool:
+    """Whether a launch sets the one part aside, runs its trials again, and leaves all as it should be."""
+    before = part_of(results, study).name
+    spec = SMALL.replace("study: small", f"study: {study}")
+    new = relaunch(spec, results).statuses.total()
+    assert StoredStudy(study, results).statuses() == {"done": 6}
+    return new == 6 and (results / study / "damaged" / before).exists()
+
+
+def packed(path: Path, table: pa.Table, rows: int) -> None:
+    """Write so many rows like the first of a table, which takes next to nothing."""
+    one = table.slice(0, 1)
+    columns = [pa.repeat(column[0], 1_000_000) for column in one.columns]
+    block = pa.Table.from_arrays(columns, schema=one.schema)
+    with pq.ParquetWriter(path, one.schema, compression="zstd") as writer:
+        for start in range(0, rows, 1_000_000):
+            writer.write_table(block.slice(0, min(1_000_000, rows - start)))
+
+
+@pytest.fixture
+def unread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever reads the content of a table fails."""
+
+    def read(*_arguments: Any, **_options: Any) -> None:
+        raise AssertionError("a table was read")
+
+    for name in ("read", "read_row_group", "iter_batches"):
+        monkeypatch.setattr(pq.ParquetFile, name, read)
+
+
+@pytest.mark.usefixtures("unread")
+def test_a_small_plan_with_many_rows_is_not_read(results: Path) -> None:
+    file = results / "small" / "plan.parquet"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.undo()
+        schema = pq.read_schema(file)
+    row = pa.table({name: pa.array([None], kind) for name, kind in zip(schema.names, schema.types, strict=True)})
+    packed(file, row.cast(schema), 3_000_000)
+    assert file.stat().st_size < 200_000
+    with pytest.raises(StoreError, match=r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot lie"):
+        StoredStudy("small", results)
+
+
+@pytest.mark.parametrize("sealed", [True, False])
+def test_a_small_part_with_many_rows_counts_as_damaged(results: Path, sealed: bool) -> None:
+    file = part_of(results) / "trials.parquet"
+    packed(file, pq.read_table(file).select(["trial_id", "status"]), 2_000_000)
+    resealed(part_of(results), 2_000_000) if sealed else (part_of(results) / MANIFEST).unlink()
+    with pytest.raises(StoreError, match="2,000,000 rows with an id each cannot lie in"):
+        Store(results / "small").trial_ids()
+    assert set_aside(results)
+
+
+def test_what_unpacks_to_more_than_the_machine_has_is_not_read(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = part_of(results) / "series.parquet"
+    packed(file, pq.read_table(file), 3_000_000)
+    assert file.stat().st_size < 200_000
+    monkeypatch.setattr(bounds, "_memory", lambda: 60_000_000)
+    with pytest.raises(StoreError, match=r"it unpacks to 72,000,000 bytes, this machine has 60,000,000"):
+        _ = StoredStudy("small", results).series
+
+
+def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
+    """Ids of trials take twelve bytes each, however well they are packed."""
+    ids = [secrets.token_hex(12) for _ in range(2 * FREE_ROWS)]
+    store = Store(tmp_path / "study")
+    store.write_plan(pa.table({"trial_id": ids, "point": ["p"] * len(ids)}))
+    assert store.read_plan().num_rows == len(ids)
+    file = tmp_path / "study" / "plan.parquet"
+    assert file.stat().st_size > 12 * len(ids)
+    with opened(file) as content:
+        assert excess("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS)) == ""
+        assert excess("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS) - 8)
+
+
+def test_ids_are_what_the_bound_takes_them_for() -> None:
+    study = parse_spec(SMALL)
+    ids = Jobs(study, expand(study), "kernels").table()["trial_id"].to_pylist()
+    assert {len(trial) for trial in ids} == {24}
+    assert all(set(trial) <= set("0123456789abcdef") for trial in ids)
+
+
+def changed(file: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """The file, with its provenance changed: in place, or to what `change` returns."""
+    table = pq.read_table(file)
+    about = json.loads(table.schema.metadata[PROVENANCE])
+    new = change(about)
+    about = about if new is None else new
+    text = about if isinstance(about, bytes) else json.dumps(about).encode()
+    pq.write_table(table.replace_schema_metadata({PROVENANCE: text}), file)
+
+
+def less(name: str) -> Callable[[dict[str, Any]], object]:
+    return lambda about: about.pop(name) and None
+
+
+def other(name: str) -> Callable[[dict[str, Any]], object]:
+    return lambda about: about.update({name: 5 if name != "versions" else {"python": 5}})
+
+
+WRONG: dict[str, Callable[[dict[str, Any]], object]] = {
+    "empty": lambda _about: b"",
+    "no text": lambda _about: b"\xff\xfe",
+    "a number": lambda _about: b"5",
+    "a list": lambda _about: b"[]",
+    "nothing": lambda _about: b"{}",
+    "deep": lambda _about: b"[" * 100_000,
 }
+OF_PARTS = WRONG | {f"no {name}": less(name) for name in PART} | {f"other {name}": other(name) for name in PART}
+OF_PLANS = OF_PARTS | {f"no {name}": less(name) for name in (PLAN | LATER)}
+OF_PLANS |= {f"other {name}": other(name) for name in (PLAN | LATER | ALONE)}
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_a_table_that_no_launch_writes_is_refused(folder: Path, name: str) -> None:
-    table, columns, message = TABLES[name]
-    give(folder / "results" / "covering", table, **columns)
-    study = StoredStudy("covering", folder / "results")
-    exports = [lambda study, ending=ending: export(study, folder / f"x{ending}", table) for ending in (".csv", ".nc")]
-    for read in (*READERS[table], *exports):
-        with pytest.raises(StoreError, match=f"study covering: the stored {table} are not what a launch writes"):
-            read(study)
-    with pytest.raises(StoreError, match=message):
-        READERS[table][0](study)
+def no_metadata(file: Path) -> None:
+    pq.write_table(pq.read_table(file).replace_schema_metadata(None), file)
 
 
-@pytest.mark.parametrize(
-    ("kind", "table", "columns"),
-    [
-        ("coverage", "heatmaps", {"rows": pa.array([-1] * TRIALS, INT32)}),
-        ("trajectories", "trajectories", {"x": lists([0.0])}),
-        ("trajectories", "trials", {"width": math.nan}),
-        ("coverage", "trials", {"height": 0.0}),
-    ],
-)
-def test_a_figure_of_it_is_one_line(folder: Path, kind: str, table: str, columns: dict[str, Any]) -> None:
-    give(folder / "results" / "covering", table, **columns)
-    done = sweep(folder, "plot", "covering", kind)
-    assert done.returncode == 2, done.stdout
-    assert done.stderr.count("\n") == 1
-    assert "study covering: " in done.stderr
+@pytest.mark.parametrize("how", OF_PLANS)
+def test_a_plan_that_does_not_say_where_it_comes_from_is_one_sentence(results: Path, how: str) -> None:
+    changed(results / "small" / "plan.parquet", OF_PLANS[how])
+    with pytest.raises(StoreError, match=r"plan.parquet: does not say, or not rightly.*; delete it and launch"):
+        StoredStudy("small", results)
 
 
-def test_honest_tables_pass(honest: Path) -> None:
-    study = StoredStudy("covering", honest)
-    assert [len(study.heatmaps), len(study.trajectories), len(study.trials)] == [TRIALS, ROWS, TRIALS]
+@pytest.mark.parametrize("how", OF_PARTS)
+def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(results: Path, how: str) -> None:
+    part = part_of(results)
+    changed(part / "trials.parquet", OF_PARTS[how])
+    resealed(part)
+    study = StoredStudy("small", results)
+    ids = study.plan["trial_id"].to_pylist()
+    for look in (find_waste, lambda one: origins(one.store, ids), lambda one: stored_trials(one.store, ids)):
+        with pytest.raises(StoreError, match=r"trials.parquet: does not say, or not rightly, where it comes from"):
+            look(study)
+    assert set_aside(results)
 
 
-def test_a_series_whose_frames_are_no_numbers_is_refused(tmp_path: Path) -> None:
-    study = launched(COVERING.replace("series: [coverage], heatmaps: true", "series: [speed], every: 20"), tmp_path)
-    folder = study.store.folder
-    assert isinstance(folder, Path)
-    for columns in ({"frame": pa.array([0.5] * 8)}, {"speed": "fast"}):
-        give(folder, "series", **columns)
-        with pytest.raises(StoreError, match="stored series are not"):
-            _ = StoredStudy("covering", tmp_path).series
+def test_without_any_metadata_it_is_the_same(results: Path) -> None:
+    no_metadata(part_of(results) / "trials.parquet")
+    resealed(part_of(results))
+    with pytest.raises(StoreError, match="does not say"):
+        find_waste(StoredStudy("small", results))
+    assert set_aside(results)
+    no_metadata(results / "small" / "plan.parquet")
+    done = sweep(results.parent, "status", "small")
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
 
 
-def test_an_array_of_all_trials_has_a_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One wide and one high map, or one frame of many boids, would make an array of far more than is stored."""
-    monkeypatch.setattr(netcdf, "MOST_PLACES", TRIALS * 600 * 800 - 1)
-    study = StoredStudy("covering", folder / "results")
-    with pytest.raises(StoreError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"):
-        export(study, folder / "x.nc", "heatmaps")
+@pytest.mark.parametrize("name", ["trial_id", "point", "separation_weight"])
+def test_a_plan_without_a_column_that_it_speaks_of_is_one_sentence(results: Path, name: str) -> None:
+    file = results / "small" / "plan.parquet"
+    pq.write_table(pq.read_table(file).drop_columns([name]), file)
+    with pytest.raises(StoreError, match=f"plan.parquet: has no column {name}; delete it"):
+        StoredStudy("small", results)
+
+
+@pytest.mark.parametrize("name", ["trial_id", "status"])
+@pytest.mark.parametrize("gone", [True, False])
+def test_a_part_without_ids_or_statuses_is_set_aside(results: Path, name: str, gone: bool) -> None:
+    file = part_of(results) / "trials.parquet"
+    table = pq.read_table(file)
+    left = table.drop_columns([name])
+    pq.write_table(left if gone else left.append_column(name, pa.repeat(1, 6)), file)
+    resealed(file.parent)
+    assert damage(file.parent) == f"trials.parquet has no column {name} of texts"
+    assert set_aside(results)
+
+
+@pytest.mark.parametrize("name", ["point", "separation_weight", "speed"])
+def test_trials_without_a_column_of_the_plan_are_one_sentence(results: Path, name: str) -> None:
+    file = part_of(results) / "trials.parquet"
+    pq.write_table(pq.read_table(file).drop_columns([name]), file)
+    resealed(file.parent)
+    done = sweep(results.parent, "table", "small")
+    assert (done.returncode, done.stderr) == (
+        2,
+        f"study small: its stored trials have no column {name}; launch it again\n",
+    )
+
+
+MANIFESTS = ["", "5", "[]", "{}", "[" * 60_000, '{"trials": 6}', '{"trials": "6", "files": {}}']
+MANIFESTS += ['{"trials": 6, "files": []}', '{"trials": 6, "files": {"trials.parquet": 5}}']
+MANIFESTS += ['{"trials": 6, "files": {"trials.parquet": {"bytes": "5", "crc32": 5}}}']
+MANIFESTS += ['{"trials": 6, "files": {"../plan.parquet": {"bytes": 5, "crc32": 5}}}', " " * 2**17]
+
+
+@pytest.mark.parametrize("text", MANIFESTS, ids=range(len(MANIFESTS)))
+def test_a_manifest_that_is_none_counts_as_damaged(results: Path, text: str) -> None:
+    (part_of(results) / MANIFEST).write_text(text)
+    assert damage(part_of(results)) == f"{MANIFEST} cannot be read"
+    assert set_aside(results)
+
+
+@pytest.mark.parametrize("trials", [-1, 0, 7, True])
+def test_a_manifest_with_another_number_of_trials_counts_as_damaged(results: Path, trials: int) -> None:
+    manifest = part_of(results) / MANIFEST
+    manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"trials": trials}))
+    assert set_aside(results)
+
+
+LISTS = ["5", "null", '"x"', "{}", "[5]", '[["x"]]', "[" * 60_000, "", "\xff"]
+
+
+@pytest.mark.parametrize("text", LISTS, ids=range(len(LISTS)))
+def test_a_list_of_replaced_parts_that_is_none_counts_as_damaged(results: Path, text: str) -> None:
+    part = part_of(results, "merged")
+    (part / "replaces.json").write_text(text, encoding="latin-1")
+    resealed(part)
+    with pytest.raises(StoreError, match=r"replaces.json: cannot be read"):
+        Store(results / "merged").trial_ids()
+    assert damage(part).startswith("replaces.json: cannot be read (")
+    assert set_aside(results, "merged")
+
+
+CLAIMS = ["5", "[]", '"x"', "[" * 60_000, '{"share": 5}', '{"process": "x"}', '{"who": ["x"]}', '{"state": {}}']
+CLAIMS += ['{"process": 1e400}', f'{{"process": {"9" * 400}}}', '{"machine": 5, "started": 7}', "\xff", ""]
+
+
+@pytest.mark.parametrize("text", CLAIMS, ids=range(len(CLAIMS)))
+def test_a_claim_that_is_none_is_that_of_somebody(results: Path, text: str) -> None:
+    """As one that was lost with a power cut: it is believed while it may be alive."""
+    (results / "small" / "lock").mkdir()
+    (results / "small" / "lock" / "0.json").write_text(text, encoding="latin-1")
+    with pytest.raises(StoreError, match="this study is being launched by somebody"):
+        relaunch(SMALL, results)
+
+
+@pytest.mark.parametrize("name", ["x~1~y", "\x1b[2J~1~y", "99999999999999999999-ab", "x", "00000000000000000001-AB"])
+def test_a_folder_with_another_name_than_parts_have_is_left_alone(results: Path, name: str) -> None:
+    """Even where it is a part otherwise."""
+    part = part_of(results)
+    shutil.copytree(part, part.with_name(name))
+    relaunch(SMALL.replace("replicates: 3", "replicates: 4"), results)
+    assert StoredStudy("small", results).statuses() == {"done": 8}
+    assert part.with_name(name).exists()
+    assert not (results / "small" / "damaged").exists()
+
+
+def test_after_a_part_of_the_far_future_nothing_is_stored_and_that_is_said(results: Path) -> None:
+    """The next would sort before it, and count for less."""
+    part = part_of(results)
+    part.rename(part.with_name("0" + "9" * 19 + "-ab"))
+    with pytest.raises(StoreError, match="has a part of the year 2286; nothing can be stored after it: delete it"):
+        relaunch(SMALL.replace("replicates: 3", "replicates: 4"), results)
