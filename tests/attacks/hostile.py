@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sweep.storing.manifest import MANIFEST, seal
-from sweep.storing.rows import PROVENANCE
+from sweep.storing.origin import PROVENANCE
 
 
 def give(study: Path, table: str = "trials", **columns: Any) -> None:
