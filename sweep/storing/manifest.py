@@ -138,10 +138,10 @@ def _about(file: Location) -> FileAbout:
 
 def _made_up(part: Path, manifest: Manifest) -> str:
     """What is wrong with a part whose files are as its manifest says: one made up."""
-    present = {file.name for file in part.glob("*.parquet")}
-    if unlisted := present - manifest["files"].keys():
-        return f"{min(unlisted)} is not in its {MANIFEST}"
     try:
+        present = {file.name for file in part.glob("*.parquet")}
+        if unlisted := present - manifest["files"].keys():
+            return f"{min(unlisted)} is not in its {MANIFEST}"
         with opened(part / "trials.parquet") as file:
             rows, schema = file.metadata.num_rows, file.schema_arrow
         part_provenance(schema, part / "trials.parquet")
@@ -149,8 +149,8 @@ def _made_up(part: Path, manifest: Manifest) -> str:
             replaced_by(part)
     except StoreError as error:
         return str(error).removeprefix(f"{part}/").partition("; ")[0]
-    except FileNotFoundError:
-        return f"{REPLACES} is missing"
+    except FileNotFoundError as error:
+        return f"{Path(error.filename).name} is missing"
     if rows != manifest["trials"]:
         return f"trials.parquet has {rows:,} rows of {manifest['trials']:,}"
     kinds = dict(zip(schema.names, schema.types, strict=True))

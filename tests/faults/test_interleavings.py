@@ -6,6 +6,7 @@ on them: a look at a folder or a file of the study, a rename, a removal; of an o
 """
 
 import itertools
+import json
 import os
 import shutil
 import sys
@@ -16,7 +17,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from object_stores import Memory
 
@@ -26,6 +26,7 @@ from sweep.storing import store as store_module
 from sweep.storing.custody import set_aside_damaged
 from sweep.storing.locations import Location, ObjectPath, Server
 from sweep.storing.merging import Gathered
+from sweep.storing.origin import PROVENANCE
 from sweep.storing.store import Store
 
 WATCHED = ("parts", "damaged", "plan.parquet")
@@ -87,20 +88,14 @@ class OneByOne:
 @pytest.fixture
 def steps(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Files of parts are opened in steps, nothing waits for a disk, and names are the same in every order."""
-    stat, open_parquet = os.stat, pq.ParquetFile
+    stat = os.stat
 
     def looked_at(path: Any, *arguments: Any, **options: Any) -> os.stat_result:
         if _watched and isinstance(path, str | os.PathLike) and _is_watched(os.fspath(path)):
             step(lambda: ("stat", _look(os.fspath(path))))
         return stat(path, *arguments, **options)
 
-    def opened(source: Any, **options: Any) -> pq.ParquetFile:
-        if _watched and isinstance(source, Path) and _is_watched(str(source)):
-            step(lambda: ("read", _look(str(source))))
-        return open_parquet(source, **options)
-
     monkeypatch.setattr(os, "stat", looked_at)
-    monkeypatch.setattr(pq, "ParquetFile", opened)
     monkeypatch.setattr(parquet, "_flush_to_disk", lambda _: None)
     monkeypatch.setattr(parquet, "ThreadPoolExecutor", OneByOne)
     monkeypatch.setattr(store_module, "time", SimpleNamespace(time_ns=lambda: 0))
@@ -120,9 +115,15 @@ def token(_bytes: int) -> str:
     return f"{TOKENS.name}{TOKENS.count:x}"
 
 
+ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {"git": {}}
+ABOUT["versions"] = dict.fromkeys(("python", "numpy", "numba", "llvmlite"), "")
+METADATA = {PROVENANCE: json.dumps(ABOUT).encode()}
+
+
 def rows(*ids: str, status: str = "ok") -> dict[str, pa.Table]:
+    trials = pa.table({"trial_id": list(ids), "status": [status] * len(ids)})
     return {
-        "trials": pa.table({"trial_id": list(ids), "status": [status] * len(ids)}),
+        "trials": trials.replace_schema_metadata(METADATA),
         "heatmaps": pa.table({"trial_id": list(ids), "value": [status] * len(ids)}),
     }
 
