@@ -4,12 +4,9 @@ A publication brings the specs that test its claims, and its figures.py the figu
 call. At the quick scale each spec is changed as the file says and stored under another name.
 """
 
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from traceback import extract_tb
 from typing import Any
 
 from sweep.design import Design, expand
@@ -17,11 +14,13 @@ from sweep.document import Entry, SpecError
 from sweep.figures import NAME, Drawing
 from sweep.measures import Measure, MeasureReader, RankCorrelation
 from sweep.names import unknown
+from sweep.published_code import CODE, check_drawings, run_code
 from sweep.spec import Study, parse_spec
 from sweep.strict_yaml import read_document
 from sweep.verdicts import Above, Below, Expectation, Value, Within
 
 FILE = "published.yaml"
+NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
 QUICK = "quick"
 ABOUT_CLAIM = ("id", "where", "says")
 
@@ -53,7 +52,11 @@ class Contradiction:
 
 @dataclass(frozen=True)
 class Publication:
-    """One document: the studies that test it by the names of their specs, its claims, its figures."""
+    """One document: the studies that test it by the names of their specs, claims, figures.
+
+    `tested` is the number of claims with a measure in the file. No code is run of one that
+    is not `asked` for: it has no figures, and its claims no measures.
+    """
 
     folder: Path
     title: str
@@ -63,6 +66,8 @@ class Publication:
     contradictions: Sequence[Contradiction]
     drawings: Mapping[str, Drawing]
     functions: Mapping[str, Callable[..., Any]]
+    tested: int
+    asked: bool
 
     @property
     def name(self) -> str:
@@ -70,18 +75,29 @@ class Publication:
         return self.folder.name
 
 
-def read_all(experiments: Path, *, quick: bool) -> list[Publication]:
+def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
+    """The files whose code `read_all` runs."""
+    files = [file.with_name(CODE) for file in _files(experiments, only)]
+    return [file for file in files if file.exists() and _is_asked(file, only)]
+
+
+def read_all(
+    experiments: Path,
+    *,
+    quick: bool,
+    only: Collection[str] = (),
+) -> list[Publication]:
     """The publications of the folders in `experiments`, by name, at the full or the quick scale.
+
+    With `only`, no code of the others is run, and none of their claims is tested.
 
     Raises one SpecError that lists the first mistake of every claim and every file, each with file and line.
     """
-    files = sorted(experiments.glob(f"*/{FILE}"))
-    if not files:
-        raise SpecError(f"{experiments}: no folder in it has a {FILE}")
     publications, mistakes = [], []
-    for file in files:
+    for file in _files(experiments, only):
+        asked = _is_asked(file, only)
         try:
-            publications.append(read_publication(file, quick=quick))
+            publications.append(read_publication(file, quick=quick, asked=asked))
         except SpecError as error:
             mistakes += [f"{file.parent.name}/{line}" for line in str(error).splitlines()]
     owners: dict[str, str] = {}
@@ -96,24 +112,41 @@ def read_all(experiments: Path, *, quick: bool) -> list[Publication]:
     return publications
 
 
-def read_publication(file: Path, *, quick: bool) -> Publication:
-    """The publication of one `published.yaml`. Raises SpecError."""
+def _files(experiments: Path, only: Collection[str]) -> list[Path]:
+    files = sorted(experiments.glob(f"*/{FILE}"))
+    if not files:
+        raise SpecError(f"{experiments}: no folder in it has a {FILE}")
+    names = [file.parent.name for file in files]
+    for name in only:
+        if name not in names:
+            raise SpecError(unknown("study folder", name, names))
+    return files
+
+
+def _is_asked(file: Path, only: Collection[str]) -> bool:
+    return not only or file.parent.name in only
+
+
+def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
+    """The publication of a `published.yaml`, its code run if asked. Raises SpecError."""
     root = read_document(file)
     root.keys(["title", "source", "specs", "claims", "contradictions"], required=["title", "source", "specs", "claims"])
     designs = {spec: _designed(entry, file.parent, quick) for spec, entry in root.child("specs").mapping()}
     studies = {spec: study for spec, (study, _) in designs.items()}
-    module = _figures_module(file.parent / "figures.py")
-    drawings = _drawings(module, studies)
+    module = run_code(file.with_name(CODE)) if asked else {}
+    drawings = check_drawings(module, studies)
     functions = {name: value for name, value in module.items() if callable(value) and not name.startswith("_")}
     return Publication(
         folder=file.parent,
         title=root.child("title").text(),
         source=root.child("source").text(),
         studies=studies,
-        claims=_claims(root.child("claims"), designs, drawings, functions),
+        claims=_claims(root.child("claims"), designs, drawings, functions, asked),
         contradictions=_contradictions(root.get("contradictions")),
         drawings=drawings,
         functions=functions,
+        tested=sum("measure" in one.value for one in root.child("claims").entries()),
+        asked=asked,
     )
 
 
@@ -152,54 +185,19 @@ def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
     spec[path[-1]] = entry.value
 
 
-def _figures_module(file: Path) -> dict[str, Any]:
-    """The names that figures.py defines; none where there is no such file."""
-    if not file.exists():
-        return {}
-    name = f"_figures_of_{file.parent.name}"
-    spec = spec_from_file_location(name, file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
-        line = f":{lines[-1]}" if lines else ""
-        raise SpecError(f"{file.name}{line}: cannot be loaded: {type(error).__name__}: {error}") from error
-    return vars(module)
-
-
-def _drawings(module: Mapping[str, Any], studies: Mapping[str, Study]) -> dict[str, Drawing]:
-    drawings = module.get("FIGURES", {})
-    if not isinstance(drawings, dict):
-        raise SpecError(f"figures.py: FIGURES must be a dict of drawings by name, not {type(drawings).__name__}")
-    for name, drawing in drawings.items():
-        if not isinstance(name, str):
-            raise SpecError(f'figures.py: figure "{name}" must be named by a text')
-        if not NAME.fullmatch(name):
-            raise SpecError(f'figures.py: figure "{name}" is not a name of letters, digits, "_" and "-"')
-        if not isinstance(drawing, Drawing) or not callable(drawing.draw) or not isinstance(drawing.specs, tuple):
-            raise SpecError(f'figures.py: figure "{name}" must be Drawing(function, (names of specs,), text)')
-        for spec in map(str, drawing.specs):
-            if spec not in studies:
-                raise SpecError(f'figures.py: figure "{name}": {unknown("spec", spec, studies)}')
-    return drawings
-
-
 def _claims(
     root: Entry,
     designs: Mapping[str, tuple[Study, Design]],
     drawings: Mapping[str, Drawing],
     functions: Mapping[str, Callable[..., Any]],
+    asked: bool,
 ) -> list[Claim]:
     """All claims. Raises one SpecError with the first mistake of each."""
     reader, claims, mistakes = MeasureReader(designs, functions), [], []
     lines: dict[str, int] = {}
     for entry in root.entries():
         try:
-            claim = _claim(entry, reader, drawings)
+            claim = _claim(entry, reader, drawings) if asked else _untested(entry)
             if claim.id in lines:
                 raise entry.child("id").error(f'"{claim.id}" stands twice, first as number {lines[claim.id]}')
             lines[claim.id] = len(lines) + 1
@@ -209,6 +207,14 @@ def _claims(
     if mistakes:
         raise SpecError("\n".join(mistakes))
     return claims
+
+
+def _untested(entry: Entry) -> Claim:
+    """A claim of a publication that was not asked for."""
+    name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
+    reason = entry.get("untestable")
+    why = reason.text() if reason else NOT_ASKED
+    return Claim(name, where, says, None, None, untestable=why)
 
 
 def _claim(entry: Entry, reader: MeasureReader, drawings: Mapping[str, Drawing]) -> Claim:

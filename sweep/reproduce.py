@@ -3,19 +3,17 @@
 import sys
 import time
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from kernels import KERNELS_SHA
 from sweep.claims import QUICK, Claim, Publication
-from sweep.document import SpecError
 from sweep.drawings import FigureFile
 from sweep.estimates import MeasureError, measure
 from sweep.launch import launch
 from sweep.measures import specs_of
-from sweep.names import unknown
 from sweep.progress import ProgressBar
 from sweep.running.executors import ExecutorFactory
 from sweep.scorecard import Page, Picture, Row, Section
@@ -66,15 +64,15 @@ def reproduce(
     engine: ExecutorFactory,
     *,
     quick: bool = False,
-    only: Collection[str] = (),
 ) -> Outcome:
     """Run, draw and judge the publications, and write `scorecard.html` and `.md` below `results`.
 
-    With `only`, no other publication is run or drawn; the page has all of them, from what is stored. `quick` says
-    that the publications were read at that scale. Raises SpecError and StoreError as a launch does; a trial, a
-    figure or a measure that fails is noted, and the rest goes on.
+    Those that are not asked for are neither run nor drawn; the page has all of them.
+    `quick` says that the publications were read at that scale. Raises SpecError and
+    StoreError as a launch does; a trial, a figure or a measure that fails is noted, and
+    the rest goes on.
     """
-    wanted = _chosen(publications, only)
+    wanted = [publication for publication in publications if publication.asked]
     root = results / QUICK if quick else results
     outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
     for publication in wanted:
@@ -92,21 +90,13 @@ def reproduce(
         for file in files[publication.name]:
             _draw(file, outcome)
     times.append(time.monotonic())
-    claims = sum(claim.measure is not None for publication in publications for claim in publication.claims)
+    claims = sum(publication.tested for publication in publications)
     sections = [_section(one, stored[one.name], files[one.name], results, claims, outcome) for one in publications]
     _write(Page(root, sections, claims, WATERMARK if quick else ""), results)
     times.append(time.monotonic())
     steps = zip(("trials", "figures", "page"), times, times[1:], strict=False)
     outcome.seconds = {what: until - since for what, since, until in steps}
     return outcome
-
-
-def _chosen(publications: Sequence[Publication], only: Collection[str]) -> list[Publication]:
-    names = [publication.name for publication in publications]
-    for name in only:
-        if name not in names:
-            raise SpecError(unknown("study folder", name, names))
-    return [publication for publication in publications if not only or publication.name in only]
 
 
 def _run(publication: Publication, results: Path, engine: ExecutorFactory, outcome: Outcome) -> None:

@@ -5,6 +5,7 @@ import os
 import signal
 from collections.abc import Iterator
 
+import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
 from builders import job
 from hypothesis import settings

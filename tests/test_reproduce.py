@@ -20,8 +20,8 @@ BROKEN_TRIALS = SPEC.replace("n: 40,", "n: 40, n_obstacles: 4000, obstacle_radiu
 
 def reproduced(folder: Path, *, quick: bool = False, only: tuple[str, ...] = ()) -> Outcome:
     """The outcome for the publications below `folder`, in this process."""
-    publications = read_all(folder / "experiments", quick=quick)
-    return reproduce(publications, folder / "results", Serial(), quick=quick, only=only)
+    publications = read_all(folder / "experiments", quick=quick, only=only)
+    return reproduce(publications, folder / "results", Serial(), quick=quick)
 
 
 def done(outcome: Outcome) -> tuple[int, int, int]:
@@ -124,7 +124,9 @@ def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
     outcome = reproduced(tmp_path, only=("other",))
     assert done(outcome) == (16, 1, 0)
     assert outcome.verdicts == {"reproduced": 1, "not testable as published": 3}
-    assert "No trial of small is done" in (tmp_path / "results" / "scorecard.html").read_text()
+    page = (tmp_path / "results" / "scorecard.html").read_text()
+    assert "Not asked for: its code, figures.py, was not run" in page
+    assert "2 claims are tested on this page" in page
     with pytest.raises(SpecError, match='unknown study folder "tny"; did you mean "tiny"'):
         reproduced(tmp_path, only=("tny",))
 
@@ -153,5 +155,7 @@ def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     experiments(tmp_path, PUBLISHED.replace("mean: speed,", "mean: sped,"))
     bad = sweep(tmp_path, "reproduce")
     assert bad.returncode == 2
-    assert bad.stderr.startswith('tiny/published.yaml:12: unknown recorded series "sped"')
+    code, mistake = bad.stderr.splitlines()
+    assert code == "this runs code: experiments/tiny/figures.py"
+    assert mistake.startswith('tiny/published.yaml:12: unknown recorded series "sped"')
     assert not (tmp_path / "results" / "tiny").exists()

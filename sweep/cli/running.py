@@ -10,6 +10,9 @@ import typer
 from sweep.cli.app import Json, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, Kind, SchedulerFile, engine
 
+OWN_EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
+"""Those of the checkout to which this code belongs."""
+
 
 class Scale(StrEnum):
     """How many trials a reproduction has."""
@@ -117,24 +120,31 @@ def reproduce(
     experiments: Annotated[Path, typer.Argument(help="Folder of the studies with a published.yaml.")] = Path(
         "experiments"
     ),
-    only: Annotated[list[str] | None, typer.Option(help="Run and draw this study only; may be repeated.")] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="Run, draw and judge this study only; may be repeated."),
+    ] = None,
     scale: Annotated[Scale, typer.Option(help="All trials, or few of them as a try.")] = Scale.full,
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
     """Run what is missing of the published studies, draw their figures, and judge every published claim.
 
-    The verdicts are on the page scorecard.html below the results.
+    It runs code, figures.py of each study in the folder, with --only of those alone: read
+    it first. The verdicts are on the page scorecard.html below the results.
     """
-    from sweep.claims import read_all
+    from sweep.claims import code_files, read_all
     from sweep.reproduce import reproduce as run_all
     from sweep.running.executors import Loky, core_count
     from sweep.storing.locations import local_folder
 
     folder, quick = local_folder(results, "the page and its figures are written to"), scale is Scale.quick
-    publications = read_all(experiments, quick=quick)
+    files = code_files(experiments, only or ())
+    if files and experiments.resolve() != OWN_EXPERIMENTS:
+        print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
+    publications = read_all(experiments, quick=quick, only=only or ())
     engine = Loky(workers or core_count())
-    outcome = run_all(publications, folder, engine, quick=quick, only=only or ())
+    outcome = run_all(publications, folder, engine, quick=quick)
     print(outcome.summary(), file=sys.stderr)
     if not outcome.whole:
         raise SystemExit(1)

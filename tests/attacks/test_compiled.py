@@ -11,6 +11,7 @@ from collections import namedtuple
 from collections.abc import Iterator
 from pathlib import Path
 
+import numba
 import pytest
 
 import kernels
@@ -75,6 +76,10 @@ def test_what_only_the_user_could_write_is_used_and_closed(cache: Path) -> None:
     make_private(folder)
     assert (mode(folder), mode(folder / "stamp")) == (0o700, 0o755)
     make_private(folder)
+
+
+def test_the_kernels_of_this_process_are_private() -> None:
+    assert mode(Path(numba.config.CACHE_DIR).parent) == 0o700
 
 
 @pytest.mark.parametrize("place", [".", "boidsweep", "boidsweep/stamp"])

@@ -1,0 +1,77 @@
+"""`sweep reproduce` says which code it runs, and runs no other."""
+
+from pathlib import Path
+
+import pytest
+from commands import sweep
+from publications import FIGURES, PUBLISHED, SPEC, experiments
+
+from sweep.claims import code_files, read_all
+
+MARK = "from pathlib import Path\nPath({mark!r}).write_text('')\n"
+SAYING = "import sys\nprint('it runs', file=sys.stderr)\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder of experiments: `tiny`, and `evil` with code that leaves marks."""
+    found = experiments(tmp_path)
+    evil = found / "evil"
+    evil.mkdir()
+    for name, text in (("small.yaml", SPEC), ("published.yaml", PUBLISHED)):
+        (evil / name).write_text(text.replace("tiny", "evil"))
+    code = FIGURES + MARK.format(mark=str(tmp_path / "figures.py ran"))
+    (evil / "figures.py").write_text(code)
+    for place in (evil, found / "tiny", found):
+        for name in ("__init__", "conftest", "setup", "small", "sitecustomize"):
+            mark = MARK.format(mark=str(tmp_path / f"{name}.py ran"))
+            (place / f"{name}.py").write_text(mark)
+    return found
+
+
+def marks(folder: Path) -> list[str]:
+    """Which files have run."""
+    return [path.name for path in folder.parent.glob("* ran")]
+
+
+def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
+    evil, tiny = read_all(folder, quick=True, only=("tiny",))
+    assert marks(folder) == []
+    assert (evil.asked, tiny.asked) == (False, True)
+    assert (evil.tested, tiny.tested) == (1, 1)
+    assert (evil.drawings, evil.functions) == ({}, {})
+    assert [claim.measure for claim in evil.claims] == [None, None]
+    assert code_files(folder, ("tiny",)) == [folder / "tiny" / "figures.py"]
+
+
+def test_of_what_was_asked_for_only_the_named_code_runs(folder: Path) -> None:
+    read_all(folder, quick=True)
+    assert marks(folder) == ["figures.py ran"]
+    named = [folder / name / "figures.py" for name in ("evil", "tiny")]
+    assert code_files(folder) == named
+
+
+def test_the_command_says_what_it_runs_before_it_runs_it(folder: Path) -> None:
+    (folder / "tiny" / "figures.py").write_text(SAYING + FIGURES)
+    wanted = ("--only", "tiny", "--scale", "quick")
+    done = sweep(folder.parent, "reproduce", "experiments", *wanted)
+    assert done.returncode == 0, done.stderr
+    first, second, *_ = done.stderr.splitlines()
+    assert first == "this runs code: experiments/tiny/figures.py"
+    assert second == "it runs"
+    assert marks(folder) == []
+
+
+def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sweep.cli.running.OWN_EXPERIMENTS", folder)
+    done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
+    assert "this runs code" not in done.stderr
+    assert "claims: " in done.stderr
+
+
+def test_the_help_says_that_code_runs(tmp_path: Path) -> None:
+    words = sweep(tmp_path, "reproduce", "--help").stdout.replace("│", " ").split()
+    assert "It runs code, figures.py of each study in the folder" in " ".join(words)
