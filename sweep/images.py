@@ -3,6 +3,7 @@
 Files may come from anyone: only plain raster formats are decoded, and no image that is too large.
 """
 
+import io
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,13 +16,31 @@ if TYPE_CHECKING:
 
 MOST_SIDE = 4096
 MOST_BYTES = 100_000_000
-FORMATS = ("PNG", "PPM", "BMP", "JPEG", "GIF", "TIFF", "WEBP")
+MOST_READS = 1_000_000
+"""How often a decoder may read: of a file of tiny pieces, or of remarks, for minutes."""
+FORMATS = ("PNG", "PPM", "BMP", "JPEG")
+"""PPM stands for .pgm and .pbm too. Those that drawings and ROS need, and no more."""
+DECODERS = ("raw", "zip", "jpeg")
+"""Pillow's other decoders of these formats take seconds to minutes: plain PPM, shades of
+white other than 255 and 65535 in PPM, and packed BMP."""
 SEAM = 1e-9
 """By how much of a pixel a rectangle is larger on every side, as a point on a border is inside of nothing."""
 
 
 class ImageError(ValueError):
     """Why a file gives no image."""
+
+
+class _Counted(io.BufferedReader):
+    """A file that can be read so often and no more."""
+
+    reads = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        self.reads += 1
+        if self.reads > MOST_READS:
+            raise ImageError("is in too many pieces, or has too many remarks")
+        return super().read(size)
 
 
 def brightness(path: Path) -> NDArray[np.float64]:
@@ -35,9 +54,13 @@ def brightness(path: Path) -> NDArray[np.float64]:
         _check_file(path)
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(path, formats=FORMATS) as image:
+            file = _Counted(io.FileIO(path))
+            with file, Image.open(file, formats=FORMATS) as image:
                 if max(image.size) > MOST_SIDE:
                     raise ImageError(f"has {image.width} x {image.height} pixels; at most {MOST_SIDE} x {MOST_SIDE}")
+                if slow := {tile[0] for tile in image.tile} - {*DECODERS}:
+                    way = ", ".join(sorted(slow))
+                    raise ImageError(f"would take long to read ({way}): save it as PNG")
                 return _grey(image)
     except ImageError:
         raise

@@ -26,6 +26,7 @@ from sweep.images import ImageError, brightness, obstacles_of
 from sweep.strict_yaml import read_document
 
 MAP_NAME = re.compile(r"[a-z][a-z0-9_]*")
+MOST_MAPS = 100
 MOST_SHAPES = 100_000
 MOST_LENGTH = 1e9
 HALF, OCCUPIED = 0.5, 0.65
@@ -87,7 +88,13 @@ def maps_from_json(stored: Any) -> dict[str, OwnMap]:
 
 def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
     """The maps by name; files stand relative to `folder`. Raises SpecError for what is no map."""
-    return {name: _map(name, child, folder) for name, child in entry.mapping()} if entry else {}
+    if entry is None:
+        return {}
+    entries = dict(entry.mapping())
+    if len(entries) > MOST_MAPS:
+        message = f"the study has {len(entries):,} maps; at most {MOST_MAPS} are allowed"
+        raise entry.error(message)
+    return {name: _map(name, child, folder) for name, child in entries.items()}
 
 
 def _map(name: str, entry: Entry, folder: Path) -> OwnMap:

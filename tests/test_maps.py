@@ -215,7 +215,7 @@ MISTAKES = [
     (["  room: {ros: short.yaml}"], '7: "short.yaml" is no ROS map: it has no key "resolution"'),
     (["  room: {ros: scale.yaml}"], 'scale.yaml:3: unknown mode "scale". Allowed: trinary'),
     (["  room: {ros: percent.yaml}"], 'percent.yaml:3: "occupied_thresh" must be a number from 0 to 1, not 65'),
-    (["  room: {image: whole.tiff, resolution: 1}"], '7: the image "whole.tiff" has pixels of 32 bits, whose white'),
+    (["  room: {image: whole.pfm, resolution: 1}"], '7: the image "whole.pfm" has pixels of 32 bits, whose white'),
     (["  room: {image: ., resolution: 1}"], '7: the image "." is a folder'),
     (["  room: {size: [1], shapes: []}"], '7: "size" must be [width, height], not a list'),
     (shapes(), '9: "shapes" must be a list, not nothing'),
@@ -246,7 +246,7 @@ def test_mistake_is_named_with_its_line(
     (tmp_path / "short.yaml").write_text("image: noise.png\n")
     (tmp_path / "scale.yaml").write_text("image: noise.png\nresolution: 1\nmode: scale\n")
     (tmp_path / "percent.yaml").write_text("image: noise.png\nresolution: 1\noccupied_thresh: 65\n")
-    write_image(tmp_path / "whole.tiff", np.zeros((2, 2), np.int32))
+    (tmp_path / "whole.pfm").write_bytes(b"Pf\n2 2\n-1.0\n" + bytes(16))
     if "bomb" in lines[0]:
         write_image(tmp_path / "bomb.png", np.zeros((30, 30), np.uint8))
         monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 800)
