@@ -422,6 +422,25 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
         assert (tmp_path / "precious").read_text() == "precious"
 
 
+def test_a_folder_that_goes_before_the_first_file_is_there_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Another launch has just deleted the last checkpoint of its own, and the folder with it."""
+    folder, make, made = tmp_path / "checkpoints", checkpoint.make_folder, []
+
+    def making(path: Path) -> None:
+        make(path)
+        made.append(path)
+        if len(made) == 1:
+            Checkpoints(folder).keep_only(())
+
+    monkeypatch.setattr(checkpoint, "make_folder", making)
+    broken_off(folder, monkeypatch)
+    assert made == [folder, folder]
+    assert Checkpoints(folder).trials() == {TRIAL}
+    assert not caplog.records
+
+
 def test_checkpoints_are_listed_and_deleted_by_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "checkpoints"
     folder.mkdir()

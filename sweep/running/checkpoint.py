@@ -34,6 +34,7 @@ from sweep.running.checkpoint_file import (
     write_state,
 )
 from sweep.running.checkpoint_key import own_key
+from sweep.storing.durable import make_folder
 from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
@@ -148,18 +149,25 @@ class _Checkpoint:
     def _write(self, seconds: float) -> None:
         if self._folder.is_symlink():
             raise OSError(0, "it is a symbolic link")
-        # Not its parents: a machine without the study's folder must not get one.
-        self._folder.mkdir(exist_ok=True)
-        taken = self.simulation.taken
         try:
-            count, crc = add_frames(self._frames, self._kind, taken[self._written :], self._count, self._crc)
+            count, crc = self._add_frames()
             saved = Saved(self.simulation.state(), seconds, count, crc)
             write_state(self._places[0], self._trial, saved, self._key)
         except OSError:
             with suppress(OSError):  # the disk may be full
                 drop_frames(self._frames, self._kind, self._count)
             raise
-        self._written, self._count, self._crc = len(taken), count, crc
+        self._written, self._count, self._crc = len(self.simulation.taken), count, crc
+
+    def _add_frames(self) -> tuple[int, int]:
+        new = self.simulation.taken[self._written :]
+        while True:
+            try:
+                return add_frames(self._frames, self._kind, new, self._count, self._crc)
+            except FileNotFoundError:
+                # It is the first checkpoint, or the folder has gone with the last of others.
+                # Not its parents: a machine without the study's folder must not get one.
+                make_folder(self._folder)
 
 
 @cache

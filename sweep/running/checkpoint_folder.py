@@ -22,7 +22,7 @@ from sweep.storing.layout import CHECKPOINTS
 from sweep.storing.locations import Location
 from sweep.storing.shares import Share
 
-NAME = re.compile(r"([0-9a-f]{24})\.(state|tried-[12]|frames|(state-[0-9a-f]+))")
+NAME = re.compile(r"([0-9a-f]{24})\.(state|tried-[12]|frames|(state-.*))")
 
 
 class _File(NamedTuple):
