@@ -1,4 +1,4 @@
-"""No launch leaves a checkpoint that nobody asks for, or touches that of another share."""
+"""No launch leaves a checkpoint that nobody asks for, or touches another share's."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -134,7 +134,7 @@ def test_where_the_plan_grows_only_what_is_stored_goes_before_the_end(
     assert not checkpoints.exists()
 
 
-def test_a_search_on_its_way_keeps_what_it_may_ask_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_keeps_what_it_may_ask_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     searched(SEARCH, tmp_path)
     folder = tmp_path / "tiny"
     stored = stored_trials(folder)
@@ -165,7 +165,7 @@ def test_what_is_no_checkpoint_is_left_alone(tmp_path: Path) -> None:
 def test_gc_says_what_goes_and_how_much_it_freed(tmp_path: Path) -> None:
     study = launched(SPEC, tmp_path / "results")
     left_behind(study.store.folder, *stored_trials(study.store.folder)[:2], UNKNOWN)
-    text = "go         3 checkpoints of trials that are stored, or that nobody will ask for"
+    text = "3 checkpoints of trials that are stored, or that nobody will ask for"
     dry = sweep(tmp_path, "gc", "small", "--dry-run")
     assert text in dry.stdout
     assert (study.store.folder / "checkpoints").exists()

@@ -23,8 +23,8 @@ def flushed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_each_new_folder_is_flushed_before_anything_is_in_it(tmp_path: Path, flushed: list[str]) -> None:
-    """And once more the name of the last that was there: who made it may have been killed."""
+def test_new_folders_are_flushed_one_by_one(tmp_path: Path, flushed: list[str]) -> None:
+    """And once more the last that was there: who made it may have been killed."""
     (tmp_path / "there").mkdir()
     make_folders(tmp_path / "there" / "one" / "two")
     assert flushed == [tmp_path.name, "there", "one"]

@@ -1,13 +1,13 @@
-"""Which checkpoints of a study are there, and which go: those of trials that are stored, or that nobody asks for.
+"""Which checkpoints a study has, and which go: those that no trial will go on from.
 
-A checkpoint goes when its trial is stored. Whoever stored it may be killed between the two,
-and a worker that has lost its coordinator may write one later. So each launch begins by
-deleting those that it will not ask for, and deletes all when it comes to its end, whether or
-not it had anything to run.
+A checkpoint goes when its trial is stored. Whoever stored it may be killed between the
+two, and a worker that has lost its coordinator may write one later. So each launch
+begins by deleting those that it will not ask for, and deletes all when it comes to its
+end, whether or not it had anything to run.
 
 A launch answers for its own trials, those of its share. A trial of another share may be
-running now, whatever is known of it here, so its files are never touched. What is not named
-like a file of a checkpoint is left alone.
+running now, whatever is known of it here, so its files are never touched. What is not
+named like a file of a checkpoint is left alone.
 """
 
 import os
@@ -35,7 +35,7 @@ class _File(NamedTuple):
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """The checkpoints in `folder` of the trials of one launch: those in its `share`, or all.
+    """The checkpoints in `folder` of a launch's trials: those in its `share`, or all.
 
     Without a folder, as in an object store, there are none.
     """
@@ -66,7 +66,7 @@ class Checkpoints:
         self._delete(lambda file: file.trial in trials)
 
     def keep_only(self, trials: Collection[str]) -> None:
-        """Delete the checkpoints of all but these trials, and what no worker has finished.
+        """Delete the checkpoints of all other trials, and what no worker has finished.
 
         Nobody may be running trials of this launch.
         """
@@ -88,8 +88,8 @@ class Checkpoints:
                 paths = [Path(entry) for entry in entries]
         except OSError:
             return []
-        named = [(NAME.fullmatch(path.name), path) for path in paths]
-        files = [_File(found[1], bool(found[3]), path) for found, path in named if found]
+        names = [(NAME.fullmatch(path.name), path) for path in paths]
+        files = [_File(name[1], bool(name[3]), path) for name, path in names if name]
         return [file for file in files if self._is_ours(file.trial)]
 
     def _is_ours(self, trial: str) -> bool:

@@ -1,7 +1,7 @@
-"""What the disk holds when the power fails: content, names and folders that were flushed.
+"""What the disk holds when the power fails: the content and names that were flushed.
 
-Flushing a file saves its content, and flushing a folder the names in it. So what is new is safe
-when its content was flushed, and then its name in each folder on the way to it.
+Flushing a file saves its content, and flushing a folder the names in it. So what is new
+is safe when its content was flushed, and then its name in each folder on the way to it.
 """
 
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def flush_to_disk(path: Path) -> None:
-    """Have the disk hold the content of a file, or the names in a folder. Raises OSError."""
+    """Have the disk hold a file's content, or the names in a folder. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -19,7 +19,7 @@ def flush_to_disk(path: Path) -> None:
 
 
 def move_durably(source: Path, target: Path) -> None:
-    """Rename, having made sure that the disk holds the content, then that it holds the new name.
+    """Rename what the disk holds already; afterwards it holds the new name too.
 
     Raises OSError.
     """
@@ -30,14 +30,17 @@ def move_durably(source: Path, target: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder in one that is there; afterwards the disk holds its name. Raises OSError."""
+    """Make a folder in one that is there; afterwards the disk holds its name.
+
+    Raises OSError.
+    """
     path.mkdir(exist_ok=True)
-    with suppress(PermissionError):  # who may write a folder and not read it cannot flush it
+    with suppress(PermissionError):  # only who may read a folder can flush it
         flush_to_disk(path.parent)
 
 
 def make_folders(path: Path) -> None:
-    """Make a folder, and all above it that are missing; afterwards the disk holds their names.
+    """Make a folder, and those above it; afterwards the disk holds their names.
 
     Where the folder is there, nothing is flushed. Raises OSError.
     """
@@ -50,7 +53,7 @@ def _hold(path: Path) -> None:
     if not path.is_dir():
         make_folders(path)
         return
-    # Who made this folder may have been killed before the disk held its name. But it may also
-    # be somebody else's, in a place that nobody can flush.
+    # Whoever made it may have been killed before the disk held its name. But it may
+    # also be somebody else's, in a place that nobody can flush.
     with suppress(OSError):
         flush_to_disk(path.parent)
