@@ -17,6 +17,7 @@ from sweep.jobs import Counts, Jobs, SomeJobs
 from sweep.provenance import provenance
 from sweep.result import Result
 from sweep.running.batch import run_jobs
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import Failures, failed_among
 from sweep.sequential import Until, look
@@ -108,6 +109,7 @@ class _Launch:
         self.progress = Progress(n_points, n_points * study.trials_per_point, 0 if study.until else None)
         self.failures = Failures(study, self.store, self.progress.most)
         self.origin = provenance(study)
+        self.checkpoints = Checkpoints.of(self.store.folder, self.share)
         trials, settled = np.full(n_points, study.until.least if study.until else study.trials_per_point), False
         while not settled:
             self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
@@ -116,6 +118,7 @@ class _Launch:
             further = _further(study.until, self.store, trials)
             self.progress.settled = int((further == trials).sum())
             trials, settled = further, self.progress.settled == n_points
+        self.checkpoints.keep_only(())
         self.store.compact()
         self.report(self.progress)
         return self.progress
@@ -125,6 +128,7 @@ class _Launch:
         stored = _statuses(self.store)
         plan = plan_table(self.study, self.design, jobs, self.origin)
         missing = SomeJobs(jobs, self._missing(plan["trial_id"], stored))
+        self._discard_idle(plan["trial_id"], missing.indices)
         if not self.retry:
             self.failures.note_stored(failed_among(stored, plan["trial_id"]))
         _publish(self.study, self.store, plan)
@@ -150,6 +154,17 @@ class _Launch:
         self.progress.trials = int(ours.sum())
         self.progress.stored = self.progress.trials - len(missing) - self.progress.statuses.total()
         return missing
+
+    def _discard_idle(self, ids: pa.ChunkedArray, missing: Counts) -> None:
+        """Delete the checkpoints of trials that do not run, being stored or in no plan.
+
+        Where the plan grows, what it does not list yet may be asked for later.
+        """
+        if there := self.checkpoints.trials():
+            named = pa.chunked_array([sorted(there)], pa.string())
+            planned, running = _among(named, ids), _among(named, ids.take(missing))
+            stays = running | ~planned if self.study.until else running
+            self.checkpoints.keep_only(named.filter(pa.array(stays)).to_pylist())
 
     def _note(self, results: list[Result]) -> None:
         self.failed.update(result.job.trial_id for result in results if result.status != "done")

@@ -24,7 +24,8 @@ from sweep import trial
 from sweep.jobs import Job
 from sweep.result import Result
 from sweep.running import checkpoint, checkpoint_file
-from sweep.running.checkpoint import Checkpointed, discard, present
+from sweep.running.checkpoint import Checkpointed
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.running.checkpoint_key import own_key
 from sweep.storing.store import Store
 from sweep.trial import Simulation, run
@@ -216,7 +217,7 @@ def test_the_seconds_of_all_attempts_count(tmp_path: Path, monkeypatch: pytest.M
     change(path, seconds=5000.0)
     result = Checkpointed(run, tmp_path, 1e9)(plain_job())
     assert 5000.0 < result.seconds < 6000.0
-    discard(tmp_path, {TRIAL})
+    Checkpoints(tmp_path).discard({TRIAL})
     broken_off(tmp_path, monkeypatch)
     change(path, seconds=5000.0)
     late = Checkpointed(run, tmp_path, 1e9)(replace(plain_job(), time_limit=4000.0))
@@ -421,27 +422,46 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
         assert (tmp_path / "precious").read_text() == "precious"
 
 
+def test_a_folder_that_goes_before_the_first_file_is_there_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Another launch has just deleted the last checkpoint of its own, and the folder with it."""
+    folder, make, made = tmp_path / "checkpoints", checkpoint.make_folder, []
+
+    def making(path: Path) -> None:
+        make(path)
+        made.append(path)
+        if len(made) == 1:
+            Checkpoints(folder).keep_only(())
+
+    monkeypatch.setattr(checkpoint, "make_folder", making)
+    broken_off(folder, monkeypatch)
+    assert made == [folder, folder]
+    assert Checkpoints(folder).trials() == {TRIAL}
+    assert not caplog.records
+
+
 def test_checkpoints_are_listed_and_deleted_by_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "checkpoints"
     folder.mkdir()
-    assert present(folder) == present(tmp_path / "none") == set()
+    assert Checkpoints(folder).trials() == Checkpoints(tmp_path / "none").trials() == set()
     others = ["a" * 24 + ".state", "a" * 24 + ".frames", "b" * 24 + ".tried-1", "b" * 24 + ".frames"]
     for name in others:
         (folder / name).touch()
     broken_off(folder, monkeypatch)
-    assert present(folder) == {TRIAL, "a" * 24, "b" * 24}
-    discard(folder, {TRIAL})
+    assert Checkpoints(folder).trials() == {TRIAL, "a" * 24, "b" * 24}
+    Checkpoints(folder).discard({TRIAL})
     assert sorted(path.name for path in folder.iterdir()) == sorted(others)
-    discard(folder, {"a" * 24, "b" * 24})
+    Checkpoints(folder).discard({"a" * 24, "b" * 24})
     assert not folder.exists()
-    discard(folder, {TRIAL})
+    Checkpoints(folder).discard({TRIAL})
 
 
 def test_folders_that_are_links_are_left_alone(tmp_path: Path) -> None:
     folder = a_link(tmp_path, pytest.MonkeyPatch())
     (tmp_path / "elsewhere" / f"{TRIAL}.state").touch()
-    assert present(folder) == set()
-    discard(folder, {TRIAL})
+    assert Checkpoints(folder).trials() == set()
+    Checkpoints(folder).discard({TRIAL})
     assert (tmp_path / "elsewhere" / f"{TRIAL}.state").exists()
 
 
@@ -461,7 +481,7 @@ def interrupted(spec: str, results: Path, monkeypatch: pytest.MonkeyPatch) -> se
         patched.setattr(checkpoint._Checkpoint, "look", looking)
         with pytest.raises(Killed):
             relaunch(spec, results)
-    return present(results / "small" / "checkpoints")
+    return Checkpoints(results / "small" / "checkpoints").trials()
 
 
 @pytest.fixture
@@ -477,7 +497,7 @@ def test_checkpoints_go_when_the_disk_holds_the_trial(
     append, folder, seen = Store.append, tmp_path / "small" / "checkpoints", []
 
     def appending(self: Store, parts: Any) -> Any:
-        seen.append(present(folder) == set(parts["trials"]["trial_id"].to_pylist()))
+        seen.append(Checkpoints(folder).trials() == set(parts["trials"]["trial_id"].to_pylist()))
         return append(self, parts)
 
     monkeypatch.setattr(Store, "append", appending)
@@ -513,7 +533,7 @@ def noting_presence(folder: Path, noted: list[set[str]]) -> Callable[[Any], floa
     resume = checkpoint._Checkpoint.resume
 
     def noting(self: Any) -> float:
-        noted.append(present(folder))
+        noted.append(Checkpoints(folder).trials())
         return resume(self)
 
     return noting

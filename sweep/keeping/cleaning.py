@@ -1,4 +1,4 @@
-"""Giving room back: trials that have left the spec, or were computed by other kernels, and many small parts.
+"""Giving room back: trials that nobody asks for any more, checkpoints, and many small parts.
 
 A part that loses some of its trials is replaced by a merged one, which names it; a part that loses all of them is
 deleted whole. So being killed at any moment loses no trial that stays.
@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sweep.plan import size
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.storing.custody import custody
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.merging import superseded_rows
@@ -26,7 +27,8 @@ class Waste:
     `trials` counts trials by the kernels that computed them, `size_bytes` the bytes that their files hold of them:
     `exact` where parts go whole, else in proportion to their trials. `repeated` counts rows of trials that a later part
     has too. `unlisted` trials stay although the plan lacks them: they were stored under its very spec and kernels, as
-    those of a run that has not come to its end.
+    those of a run that has not come to its end. `checkpoints` are the trials whose
+    checkpoints nobody will ask for.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
@@ -36,6 +38,7 @@ class Waste:
     exact: bool = True
     repeated: int = 0
     unlisted: int = 0
+    checkpoints: set[str] = field(default_factory=set)
 
     def as_text(self, study: StoredStudy) -> str:
         """What would go, for a reader who is asked whether it may."""
@@ -49,10 +52,14 @@ class Waste:
             lines.append(f"go         {count:,} trials that {why}: {about}{size(self.size_bytes[kernels])}")
         if self.repeated:
             lines.append(f"go         {self.repeated:,} repeated rows, of trials that were run again since")
+        if self.checkpoints:
+            count = len(self.checkpoints)
+            why = "of trials that are stored, or that nobody will ask for"
+            lines.append(f"go         {count:,} checkpoints {why}")
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
             lines.append(f"stay       {self.unlisted:,} trials stored under this very spec that its plan lacks: {why}")
-        if not self.rows:
+        if not self.rows and not self.checkpoints:
             lines.append("go         nothing; small parts are merged")
         if self.trials and _grows(study):
             lines.append(
@@ -68,7 +75,19 @@ def _grows(study: StoredStudy) -> bool:
 
 def find_waste(study: StoredStudy) -> Waste:
     """What could go from the store of `study`; changes nothing. Raises StoreError for a damaged part."""
-    return study.store.steadily(lambda parts: _waste(study, parts))
+    waste = study.store.steadily(lambda parts: _waste(study, parts))
+    waste.checkpoints = _idle(study)
+    return waste
+
+
+def _idle(study: StoredStudy) -> set[str]:
+    """Trials with a checkpoint that are stored, or that no launch of the plan asks for."""
+    there = Checkpoints.of(study.store.folder).trials()
+    if not there:
+        return there
+    listed, grows = set(study.plan["trial_id"].to_pylist()), _grows(study)
+    left = set() if grows else there - listed
+    return left | (there & study.store.trial_ids().keys())
 
 
 def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
@@ -100,10 +119,12 @@ def clean(study: StoredStudy, waste: Waste) -> int:
     read or written; whatever is raised, and if the process is killed, no trial that stays is lost.
     """
     store = study.store
+    checkpoints = Checkpoints.of(store.folder)
     with custody(store) as lock:
-        before = sum(map(_bytes, store.current_parts()))
+        before = sum(map(_bytes, store.current_parts())) + checkpoints.size()
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
+        checkpoints.keep_only(checkpoints.trials() - _idle(study))
         for part, trial_ids in waste.rows.items():
             lock.check()
             if part not in store.current_parts():
@@ -113,7 +134,7 @@ def clean(study: StoredStudy, waste: Waste) -> int:
             else:
                 store.discard(part)
         store.compact()
-        return before - sum(map(_bytes, store.current_parts()))
+        return before - sum(map(_bytes, store.current_parts())) - checkpoints.size()
 
 
 def _count(mask: pa.ChunkedArray) -> int:

@@ -1,25 +1,23 @@
 """Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so.
 
-Long trials go on from their checkpoints, if there are any. Those are deleted here: when the trial is stored, when one
-that took too long is tried again, and at the beginning where nobody will ask for them any more.
+Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here when its
+trial is stored, and when one that took too long is tried again.
 """
 
 import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, suppress
-from pathlib import Path
+from contextlib import closing
 
 from sweep.cost import job_seconds
 from sweep.jobs import Job
 from sweep.result import Result, after, failed, overdue, result_bytes
-from sweep.running.checkpoint import Checkpointed, discard, present
+from sweep.running.checkpoint import Checkpointed
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import Failures
 from sweep.running.runner import drive
 from sweep.running.watch import Limits
 from sweep.spec import Study
-from sweep.storing.layout import CHECKPOINTS
-from sweep.storing.locations import StoreError
 from sweep.storing.rows import Tables
 from sweep.storing.store import Store
 from sweep.storing.writer import Writer
@@ -50,15 +48,12 @@ def run_jobs(
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
     warm(jobs[0])
-    folder = store.folder.absolute() / CHECKPOINTS if isinstance(store.folder, Path) else None
-    if folder:
-        _discard_stale(folder, store, jobs)
+    checkpoints = Checkpoints.of(store.folder)
 
     def stored(results: list[Result]) -> None:
-        if folder:
-            discard(folder, {result.job.trial_id for result in results})
+        checkpoints.discard({result.job.trial_id for result in results})
 
-    outcomes = closing(_outcomes(study, jobs, executor, folder, failures))
+    outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
     with Writer[Result](store, tables, size=result_bytes, stored=stored) as writer, outcomes as batches:
         for results in batches:
             writer.add(results)
@@ -67,36 +62,28 @@ def run_jobs(
     failures.check()
 
 
-def _discard_stale(folder: Path, store: Store, jobs: Sequence[Job]) -> None:
-    """Delete the checkpoints of trials that are stored, or that the plan has no more, and that are not about to run."""
-    idle = present(folder)
-    if idle:
-        idle -= {job.trial_id for job in jobs}
-    if idle:
-        planned: set[str] = set()
-        with suppress(StoreError):  # a search that was interrupted early has none
-            planned |= set(store.read_plan()["trial_id"].to_pylist())
-        discard(folder, {trial for trial in idle if trial not in planned} | (idle & store.trial_ids().keys()))
-
-
 def _outcomes(
-    study: Study, jobs: Sequence[Job], executor: ExecutorFactory, folder: Path | None, failures: Failures
+    study: Study,
+    jobs: Sequence[Job],
+    executor: ExecutorFactory,
+    checkpoints: Checkpoints,
+    failures: Failures,
 ) -> Generator[list[Result], None, None]:
     """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
         again: list[Job] = []
-        for results in _driven(study, jobs, executor, folder):
+        for results in _driven(study, jobs, executor, checkpoints):
             again += [result.job for result in results if result.has_failed]
-            if folder:
-                discard(folder, {result.job.trial_id for result in results if result.status == "timeout"})
+            late = [result for result in results if result.status == "timeout"]
+            checkpoints.discard({result.job.trial_id for result in late})
             yield [result for result in results if not result.has_failed]
         if not again:
             return
         tried = f"attempt {attempt + 1} of {rounds}"
         LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
         jobs = again
-    for results in _driven(study, jobs, executor, folder, failures.too_many):
+    for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
 
 
@@ -104,11 +91,12 @@ def _driven(
     study: Study,
     jobs: Sequence[Job],
     executor: ExecutorFactory,
-    folder: Path | None,
+    checkpoints: Checkpoints,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[Result]]:
-    """What becomes of each job in one attempt; with a `folder`, from its checkpoint there."""
-    trial = Checkpointed(run, folder, study.checkpoint) if folder and study.checkpoint else run
+    """What becomes of each job in one attempt, from its checkpoint if there is one."""
+    folder, every = checkpoints.folder, study.checkpoint
+    trial = Checkpointed(run, folder, every) if folder and every else run
     limit = study.time_limit
     limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
     return drive(

@@ -9,14 +9,13 @@ boids leave at every step may take more, but each is written only once, and they
 
 A trial that dies on going on from its checkpoint must not do so for ever. So the file is renamed before it is read, and
 renamed back when the first kernel call is over: what has been tried and never came back is tried once more, and then
-the trial begins anew. The workers write, and whoever stores the results deletes. Where a worker cannot write, or does
-not see the study's folder, it says so once, and runs the trial without.
+the trial begins anew. The workers write, and whoever stores the results deletes (`checkpoint_folder.py`). Where a
+worker cannot write, or does not see the study's folder, it says so once, and runs the trial without.
 """
 
 import logging
-import os
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -35,6 +34,7 @@ from sweep.running.checkpoint_file import (
     write_state,
 )
 from sweep.running.checkpoint_key import own_key
+from sweep.storing.durable import make_folder
 from sweep.trial import Simulation, attempt, is_brief
 
 LOG = logging.getLogger("sweep")
@@ -149,48 +149,27 @@ class _Checkpoint:
     def _write(self, seconds: float) -> None:
         if self._folder.is_symlink():
             raise OSError(0, "it is a symbolic link")
-        # Not its parents: a machine without the study's folder must not get one.
-        self._folder.mkdir(exist_ok=True)
-        taken = self.simulation.taken
         try:
-            count, crc = add_frames(self._frames, self._kind, taken[self._written :], self._count, self._crc)
+            count, crc = self._add_frames()
             saved = Saved(self.simulation.state(), seconds, count, crc)
             write_state(self._places[0], self._trial, saved, self._key)
         except OSError:
             with suppress(OSError):  # the disk may be full
                 drop_frames(self._frames, self._kind, self._count)
             raise
-        self._written, self._count, self._crc = len(taken), count, crc
+        self._written, self._count, self._crc = len(self.simulation.taken), count, crc
+
+    def _add_frames(self) -> tuple[int, int]:
+        new = self.simulation.taken[self._written :]
+        while True:
+            try:
+                return add_frames(self._frames, self._kind, new, self._count, self._crc)
+            except FileNotFoundError:
+                # It is the first checkpoint, or the folder has gone with the last of others.
+                # Not its parents: a machine without the study's folder must not get one.
+                make_folder(self._folder)
 
 
 @cache
 def _say_once(folder: Path, error: str) -> None:
     LOG.warning("%s: no checkpoint can be written (%s); trials run without", folder, error)
-
-
-def present(folder: Path) -> set[str]:
-    """The trials that have a checkpoint."""
-    return {path.name.partition(".")[0] for path in _files(folder)}
-
-
-def discard(folder: Path, trials: Collection[str]) -> None:
-    """Delete the checkpoints of trials, and the folder with the last of them."""
-    files = _files(folder)
-    for path in files:
-        if path.name.partition(".")[0] in trials:
-            with suppress(OSError):
-                path.unlink()
-    if files:
-        with suppress(OSError):
-            folder.rmdir()
-
-
-def _files(folder: Path) -> list[Path]:
-    """What lies in the folder of checkpoints; nothing where it is none, or a link to another."""
-    if folder.is_symlink():
-        return []
-    try:
-        with os.scandir(folder) as entries:
-            return [Path(entry) for entry in entries]
-    except OSError:
-        return []

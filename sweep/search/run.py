@@ -5,6 +5,7 @@ from collections.abc import Callable
 from sweep.jobs import Job
 from sweep.provenance import provenance
 from sweep.result import Result
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import FailedTrialsError, Failures
 from sweep.search.candidates import (
@@ -90,9 +91,13 @@ class _Whole:
         """Everything, one run after the other, with the study's lock."""
         self.ledger.known.update(known_trials(self.ledger.store, self.section.columns, retry=retry))
         self.ledger.failed = set() if retry else failed_trials(self.ledger.store)
+        checkpoints = Checkpoints.of(self.ledger.store.folder)
+        # What else the search will ask for is not known before it does.
+        checkpoints.keep_only(checkpoints.trials() - self.ledger.known.keys())
         self.report(self.progress)
         for course in self.courses:
             self._judge(self._search(course))
+        checkpoints.keep_only(())
         self.sheet.about["finished"] = True
         self.sheet.write()
         self.progress.trials = len(self.sheet.ids)

@@ -17,10 +17,10 @@ from contextlib import contextmanager, suppress
 from itertools import accumulate
 from pathlib import Path
 
+from sweep.storing.durable import flush_to_disk, make_folders, move_durably
 from sweep.storing.layout import DAMAGED, LOCK, PART_NAME, PARTS, STORED, WRITING
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.lock_files import LockFiles
-from sweep.storing.parquet import move_durably
 from sweep.storing.processes import here, started
 
 STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
@@ -43,13 +43,17 @@ class Folder:
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root, self._results)
         try:
-            self._parts.mkdir(parents=True, exist_ok=True)
-            staging.mkdir(parents=True)
+            make_folders(self._parts)
+            make_folders(self._writing)
+            staging.mkdir()
             yield staging
         except OSError as error:
-            raise StoreError(f"{self.root}: cannot write ({error}); what was stored is intact") from error
+            raise self._unwritable(error) from error
         finally:
             shutil.rmtree(staging, ignore_errors=True)
+
+    def _unwritable(self, error: OSError) -> StoreError:
+        return StoreError(f"{self.root}: cannot write ({error}); what was stored is intact")
 
     def parts(self) -> list[Location]:
         """The folders of all parts, oldest first."""
@@ -87,20 +91,27 @@ class Folder:
         refuse_links(self.root, self._results)
         source, place = self._parts / part.name, self.root / DAMAGED / part.name
         try:
-            place.parent.mkdir(exist_ok=True)
+            make_folders(place.parent)
             source.rename(place)
+            flush_to_disk(place.parent)
         except OSError as error:
-            if not source.exists():
+            if not source.exists() and not place.exists():
                 return None
             raise StoreError(f"{part}: is damaged, and cannot be set aside as {place} ({error})") from error
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes were writing.
+        """Delete what dead processes were writing, and make sure of what they had stored.
 
         On this machine the process decides. What another machine left, or this one before it was started again, goes
-        after LEFTOVER_SECONDS, and only while nobody else is at work on the study.
+        after LEFTOVER_SECONDS, and only while nobody else is at work on the study. A process may have died before it
+        flushed the last part that it had stored: that is done now.
         """
+        try:
+            if self._parts.is_dir():
+                flush_to_disk(self._parts)
+        except OSError as error:
+            raise self._unwritable(error) from error
         for folder in _folders(self._writing, STAGED_NAME):
             owner, process = folder.name.split("~")[:2]
             dead = started(int(process)) is None if owner == here() else whole and self._is_old(folder)

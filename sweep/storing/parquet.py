@@ -1,4 +1,4 @@
-"""Parquet files as the store writes and reads them: durable, checksummed, and clear about damage."""
+"""Parquet files as the store writes and reads them: checksummed, and clear about damage."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -129,19 +129,3 @@ def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str
     while pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind):
         kind, path = kind.value_type, f"{path}.list.{kind.value_field.name}"
     return [path] if matches(kind) else []
-
-
-def move_durably(source: Path, target: Path) -> None:
-    """Rename, having made sure that the disk holds the content, then that it holds the new name."""
-    for path in [*source.iterdir(), source] if source.is_dir() else [source]:
-        _flush_to_disk(path)
-    source.replace(target)
-    _flush_to_disk(target.parent)
-
-
-def _flush_to_disk(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -96,7 +96,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         return stat(path, *arguments, **options)
 
     monkeypatch.setattr(os, "stat", looked_at)
-    monkeypatch.setattr(parquet, "_flush_to_disk", lambda _: None)
+    monkeypatch.setattr(os, "fsync", lambda _: None)
     monkeypatch.setattr(parquet, "ThreadPoolExecutor", OneByOne)
     monkeypatch.setattr(store_module, "time", SimpleNamespace(time_ns=lambda: 0))
     monkeypatch.setattr(store_module.secrets, "token_hex", token)

@@ -1,0 +1,59 @@
+"""What the disk holds when the power fails: the content and names that were flushed.
+
+Flushing a file saves its content, and flushing a folder the names in it. So what is new
+is safe when its content was flushed, and then its name in each folder on the way to it.
+"""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+
+def flush_to_disk(path: Path) -> None:
+    """Have the disk hold a file's content, or the names in a folder. Raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def move_durably(source: Path, target: Path) -> None:
+    """Rename what the disk holds already; afterwards it holds the new name too.
+
+    Raises OSError.
+    """
+    for path in [*source.iterdir(), source] if source.is_dir() else [source]:
+        flush_to_disk(path)
+    source.replace(target)
+    flush_to_disk(target.parent)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder in one that is there; afterwards the disk holds its name.
+
+    Raises OSError.
+    """
+    path.mkdir(exist_ok=True)
+    with suppress(PermissionError):  # only who may read a folder can flush it
+        flush_to_disk(path.parent)
+
+
+def make_folders(path: Path) -> None:
+    """Make a folder, and those above it; afterwards the disk holds their names.
+
+    Where the folder is there, nothing is flushed. Raises OSError.
+    """
+    if not path.is_dir():
+        _hold(path.parent)
+        make_folder(path)
+
+
+def _hold(path: Path) -> None:
+    if not path.is_dir():
+        make_folders(path)
+        return
+    # Whoever made it may have been killed before the disk held its name. But it may
+    # also be somebody else's, in a place that nobody can flush.
+    with suppress(OSError):
+        flush_to_disk(path.parent)

@@ -1,0 +1,161 @@
+"""Whenever the power fails, what was promised is there; a launch brings the rest."""
+
+from collections.abc import Callable, Iterator
+from itertools import chain, pairwise
+from pathlib import Path
+from random import Random
+
+import pyarrow.fs
+import pytest
+
+from faults.crash_disk import Disk, Recorder, Step, held, now, put
+from faults.crash_states import (
+    KINDS,
+    ONE,
+    SOUGHT,
+    Campaign,
+    Kind,
+    Recording,
+    State,
+    crash_states,
+    launched,
+    record,
+    small_world,
+)
+from sweep.storing.custody import custody
+from sweep.storing.durable import flush_to_disk
+from sweep.storing.store import Store
+
+CERTAIN = ("all names", "all but what is promised")
+LOSSES = (
+    *("nothing", "content", "content zeroed", "second half zeroed"),
+    *("all names", "one name", "many names", "a torn write"),
+)
+
+
+def recorded(kind: Kind, root: Path) -> Recording:
+    """A launch into a new folder, which holds what was stored before it."""
+    root.mkdir()
+    if kind.before:
+        with small_world():
+            launched(kind.before, root / "results")
+    return record(kind, root)
+
+
+def chosen(states: list[State], most: int, seed: int) -> list[State]:
+    """At most so many states of each loss, drawn, in their order."""
+    random, places = Random(seed), dict[str, list[int]]()
+    for place, state in enumerate(states):
+        places.setdefault(state.loss, []).append(place)
+    drawn = [random.sample(found, min(most, len(found))) for found in places.values()]
+    return [states[place] for place in sorted(chain.from_iterable(drawn))]
+
+
+def kill_points(recording: Recording) -> Iterator[int]:
+    """After how many steps a name is there that is about to be flushed."""
+    for number, (step, following) in enumerate(pairwise(recording.steps)):
+        new = step.other or step.path
+        names = step.what in ("folder", "rename") and "/writing/" not in new
+        if names and following == Step("flush", new.rpartition("/")[0]):
+            yield number + 1
+
+
+def launched_again(first: Recording, point: int, root: Path) -> Recording:
+    """The launch after one that was killed, and whose last name may still be lost."""
+    disk = Disk()
+    for step in first.steps[:point]:
+        disk.do(step)
+    put(disk.left(now, lambda file: file.content), root, age=0.0)
+    return record(first.kind, root, first.steps[:point])
+
+
+def check_all_promises(campaign: Campaign, recording: Recording) -> None:
+    """What is certain after each step has all that was promised by then."""
+    for state in crash_states(recording, seed=1):
+        if state.loss in CERTAIN:
+            campaign.look(recording.kind, state)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_states_of_every_loss_end_as_in_peace(kind: str, tmp_path: Path) -> None:
+    campaign = Campaign(tmp_path)
+    recording = recorded(KINDS[kind], tmp_path / "recorded")
+    check_all_promises(campaign, recording)
+    for state in chosen(list(crash_states(recording, seed=1)), most=2, seed=1):
+        campaign.check(recording.kind, state)
+    assert {f"lost: {loss}" for loss in LOSSES} <= campaign.counts.keys()
+
+
+@pytest.mark.parametrize(
+    ("spec", "points"),
+    [(ONE, 7), (SOUGHT, 3), pytest.param(SOUGHT, 100, marks=pytest.mark.slow)],
+    ids=["launch", "search", "whole search"],
+)
+def test_a_launch_flushes_what_a_killed_one_had_not(spec: str, points: int, tmp_path: Path) -> None:
+    """A launch that finds all stored says so: then a power cut must not take it away.
+
+    A search stores its first part before it has flushed any other name in its folder.
+    """
+    campaign, first = Campaign(tmp_path), recorded(Kind(spec), tmp_path / "recorded")
+    found = list(kill_points(first))
+    assert len(found) > 6
+    for number, point in enumerate(found[:points]):
+        again = launched_again(first, point, tmp_path / f"again-{number}")
+        check_all_promises(campaign, again)
+
+
+def test_a_damaged_part_is_always_somewhere(tmp_path: Path) -> None:
+    """It may hold what can still be saved by hand."""
+    with small_world():
+        launched(ONE, tmp_path / "results")
+    store = Store(tmp_path / "results" / "small")
+    [part] = store.all_parts()
+    (part / "trials.parquet").write_bytes(b"precious")
+    recorder = Recorder(tmp_path)
+    begin, disk = len(recorder.steps), Disk()
+    with recorder.recording(), custody(store):
+        pass
+    for number, step in enumerate(recorder.steps):
+        disk.do(step)
+        if number >= begin:
+            left = disk.left(held, lambda file: file.held)
+            assert b"precious" in left.values(), step
+    assert (tmp_path / "results" / "small" / "damaged").is_dir()
+
+
+def test_the_recorder_sees_what_is_written_elsewhere_and_takes_nothing_on_trust(
+    tmp_path: Path,
+) -> None:
+    """What pyarrow writes in C++ is seen; a name that it changes ends the recording."""
+    files, recorder = pyarrow.fs.LocalFileSystem(), Recorder(tmp_path)
+    with recorder.recording():
+        with files.open_output_stream(str(tmp_path / "one")) as stream:
+            stream.write(b"1")
+        flush_to_disk(tmp_path / "one")
+    assert [step.what for step in recorder.steps] == ["flush", "file", "write", "flush"]
+    unseen: list[Callable[[], object]] = [
+        lambda: files.move(str(tmp_path / "one"), str(tmp_path / "two")),
+        lambda: files.create_dir(str(tmp_path / "folder")),
+    ]
+    for number, change in enumerate(unseen):
+        with (
+            pytest.raises(AssertionError, match=r"unseen|not seen"),
+            recorder.recording(),
+        ):
+            change()
+        assert number or not (tmp_path / "one").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_thousands_of_states_end_as_in_peace(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    campaign = Campaign(tmp_path)
+    recording = recorded(KINDS[kind], tmp_path / "recorded")
+    check_all_promises(campaign, recording)
+    for state in chosen(list(crash_states(recording, seed=2)), most=100, seed=2):
+        campaign.check(recording.kind, state)
+    with capsys.disabled():
+        counts = sorted(campaign.counts.items())
+        done = ", ".join(f"{count} {what}" for what, count in counts)
+        steps = len(recording.steps) - recording.begin
+        print(f"\ncrash states, {kind} of {steps} steps: {done}", flush=True)
