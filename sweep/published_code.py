@@ -5,9 +5,11 @@ No other code that a folder brings along is ever run. `sweep reproduce` says whi
 
 import sys
 from collections.abc import Mapping
+from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from traceback import extract_tb
+from types import CodeType
 from typing import Any
 
 from sweep.document import SpecError
@@ -18,6 +20,14 @@ from sweep.spec import Study
 CODE = "figures.py"
 
 
+class _Readable(SourceFileLoader):
+    """Runs what a user can read, never the bytecode that lies beside it."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
+
+
 def run_code(file: Path) -> dict[str, Any]:
     """The names that a figures.py defines; none where there is no such file.
 
@@ -26,13 +36,13 @@ def run_code(file: Path) -> dict[str, Any]:
     if not file.exists():
         return {}
     name = f"_figures_of_{file.parent.name}"
-    spec = spec_from_file_location(name, file)
+    loader = _Readable(name, str(file))
+    spec = spec_from_file_location(name, file, loader=loader)
     assert spec is not None
-    assert spec.loader is not None
     module = module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     except Exception as error:
         lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
         line = f":{lines[-1]}" if lines else ""

@@ -1,5 +1,7 @@
 """`sweep reproduce` says which code it runs, and runs no other."""
 
+import py_compile
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
@@ -49,6 +51,16 @@ def test_of_what_was_asked_for_only_the_named_code_runs(folder: Path) -> None:
     assert marks(folder) == ["figures.py ran"]
     named = [folder / name / "figures.py" for name in ("evil", "tiny")]
     assert code_files(folder) == named
+
+
+def test_bytecode_does_not_run_in_the_place_of_what_can_be_read(folder: Path) -> None:
+    """Python takes bytecode that says so for that of any source."""
+    source, evil = folder / "tiny" / "figures.py", folder / "evil" / "figures.py"
+    cached = Path(cache_from_source(str(source)))
+    mode = py_compile.PycInvalidationMode.UNCHECKED_HASH
+    py_compile.compile(str(evil), str(cached), invalidation_mode=mode)
+    read_all(folder, quick=True, only=("tiny",))
+    assert marks(folder) == []
 
 
 def test_the_command_says_what_it_runs_before_it_runs_it(folder: Path) -> None:
