@@ -38,7 +38,7 @@ ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
     "versions": dict.fromkeys(("python", "numpy", "numba", "llvmlite"), ""),
 }
 ORIGIN = {PROVENANCE.decode(): json.dumps(ABOUT)}
-"""The metadata that a table of trials must have to be taken for one, with nothing in them."""
+"""Metadata without which a table of trials is not taken for one; they say nothing."""
 
 IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,")
 """No free place for a boid: every trial raises."""
