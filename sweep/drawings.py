@@ -17,7 +17,7 @@ from sweep.study import StoredStudy
 
 
 class FigureFile:
-    """One figure of a publication, drawn from `stored`, its studies by the names of their specs, below `root`.
+    """One figure of a publication, drawn below `root` from its studies that are `stored`.
 
     `results` is the folder that the user has named, which `root` is or lies in.
     """

@@ -116,7 +116,8 @@ class StoredStudy:
         table = self._table("trials")
         for name in ("status", "point", *self.varied, *self.metrics):
             if table.num_rows and name not in table.column_names:
-                raise StoreError(f"study {self.name}: its stored trials have no column {name}; launch it again")
+                why = f"its stored trials have no column {name}; launch it again"
+                raise StoreError(f"study {self.name}: {why}")
         return self._in_order(table)
 
     @cached_property

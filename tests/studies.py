@@ -1,10 +1,12 @@
 """Small studies that tests launch."""
 
+import json
 from pathlib import Path
 
 from sweep.launch import Progress, launch
 from sweep.running.executors import ExecutorFactory, Serial
 from sweep.spec import parse_spec
+from sweep.storing.origin import PROVENANCE
 from sweep.study import StoredStudy
 
 SMALL = """
@@ -30,6 +32,13 @@ seeds: [27, 729]
 seed: 5
 record: {series: [coverage], heatmaps: true}
 """
+
+ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
+    "git": {},
+    "versions": dict.fromkeys(("python", "numpy", "numba", "llvmlite"), ""),
+}
+ORIGIN = {PROVENANCE.decode(): json.dumps(ABOUT)}
+"""Metadata without which a table of trials is not taken for one; they say nothing."""
 
 IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,")
 """No free place for a boid: every trial raises."""

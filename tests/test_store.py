@@ -18,6 +18,7 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from studies import ORIGIN
 
 from sweep.storing import merging, parquet
 from sweep.storing import store as store_module
@@ -28,7 +29,7 @@ from sweep.storing.processes import here
 from sweep.storing.store import Store
 from sweep.storing.writer import Writer
 
-PROVENANCE = {"spec": "study: test", "kernels_sha": "abc"}
+PROVENANCE = ORIGIN | {"spec": "study: test", "kernels_sha": "abc"}
 
 
 def trials(rows: Mapping[str, str], provenance: Mapping[str, str] = PROVENANCE, **columns: Any) -> pa.Table:

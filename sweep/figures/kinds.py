@@ -240,7 +240,7 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
 def draw_figures(
     study: StoredStudy, plot: Plot, folder: Path, formats: Sequence[str], choices: Choices, below: Path | None = None
 ) -> Iterator[Path]:
-    """Draw and save the figures of a plan, as `save` does, one after the other; gives each file as it is there."""
+    """Draw the figures of a plan, and `save` them; gives each file as it is there."""
     about = about_study(study)
     if choices.where:
         about["Where"] = ", ".join(f"{name}={value}" for name, value in choices.where.items())

@@ -29,8 +29,8 @@ def save(
 
     `about` goes into their metadata: text chunks of a PNG, subject and keywords of a PDF, the description of
     an SVG. Each file appears by one rename; a PNG comes last, so that what it says of itself is true of all.
-    `below` is the folder that the user has named, where that is not the one that the files lie in: no folder between
-    the two may be a link. Raises StoreError where a file cannot be written.
+    `below` is the folder that the user has named, by default that of the files: no folder
+    between the two may be a link. Raises StoreError where a file cannot be written.
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:

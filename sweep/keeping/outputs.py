@@ -43,7 +43,7 @@ def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
 def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
     """Put what `write` writes to a path into `file`, for programs that know paths only.
 
-    The path lies in a new folder that nobody else may enter, and that is gone afterwards.
+    The path lies in a new folder that nobody else may enter, gone afterwards.
     """
     with TemporaryDirectory(prefix="boidsweep-") as folder:
         path = Path(folder) / "written"

@@ -1,9 +1,9 @@
-"""How much a stored table may unpack to, asked of its footer before any memory is taken.
+"""How much a stored table may unpack to, asked of its footer before memory is taken.
 
 A parquet file of a megabyte can hold billions of equal rows. Plans, and the trials of a
-part, have an id in each row, of 24 hexadecimal digits of a hash, and no compression
-brings those below 12 bytes. So the size of the file bounds the number of its rows, for a
-study of any size. Series, heatmaps and trajectories of quiet swarms may be small by
+part, have an id in each row, of 24 hexadecimal digits of a hash. No compression brings
+those below 12 bytes. So the size of the file bounds the number of its rows, whatever the
+size of the study. Series, heatmaps and trajectories of quiet swarms may be small by
 right: they are bounded by the memory of this machine, which could not hold more anyway.
 """
 

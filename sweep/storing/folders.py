@@ -5,8 +5,9 @@
     <study>/damaged/<part id>/              a part that could not be read
 
 A rename within a file system happens or does not, whatever crashes; flushed before and after, it holds when the power
-fails. Nothing is written through symbolic links that lie below the results, the folder that the user has named. That
-is looked at before each write: it does not help against somebody who may change these folders at the same moment.
+fails. Below the results, the folder that the user has named, nothing is written through
+symbolic links. That is looked at before each write: it does not help against somebody who
+may change these folders at the same moment.
 """
 
 import os
@@ -29,7 +30,10 @@ LEFTOVER_SECONDS = 3600.0
 
 
 class Folder:
-    """The place of a study in the folder `root` below `results`, which need not exist before the first write."""
+    """The place of a study in the folder `root`, which may be made by the first write.
+
+    `results` is the folder above it that the user has named.
+    """
 
     def __init__(self, root: Path, results: Path) -> None:
         self.root = root
@@ -128,7 +132,10 @@ class Folder:
 
 
 def refuse_links(folder: Path, results: Path) -> None:
-    """Raise StoreError where a study's folder, or one between it and `results`, or what we write in it, is a link."""
+    """Raise StoreError where a study's folder, or what we write in it, is a link.
+
+    That holds for the folders between it and `results` too, and not for `results`.
+    """
     way = (results / Path(*names) for names in accumulate(zip(folder.relative_to(results).parts)))
     for path in (*way, *(folder / name for name in STORED)):
         if path.is_symlink():
@@ -136,7 +143,7 @@ def refuse_links(folder: Path, results: Path) -> None:
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Our own sub-folders, by name; anything else that lies there is left alone, and a link to a folder is none."""
+    """Our own sub-folders, by name. Links, and whatever else lies there, are left alone."""
     if folder.is_symlink() or not folder.is_dir():
         return []
     with os.scandir(folder) as entries:

@@ -198,9 +198,13 @@ class ObjectPath:
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
     def head(self, size: int) -> bytes:
-        """The first `size` bytes of the object. Raises FileNotFoundError where it is not there."""
-        content: bytes = self.server.ask(self, lambda files: files.open_input_stream(self.key).read(size))
-        return content
+        """The first `size` bytes. Raises FileNotFoundError where there is no such object."""
+
+        def read(files: Any) -> bytes:
+            content: bytes = files.open_input_stream(self.key).read(size)
+            return content
+
+        return self.server.ask(self, read)
 
 
 def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:

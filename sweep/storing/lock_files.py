@@ -43,7 +43,7 @@ class Claims(Protocol):
 
 
 def claim_text(path: Location) -> str | None:
-    """What a claim says; None where it is gone, "" where it is nothing that we could have written."""
+    """What a claim says; None where it is gone, "" where it is none of ours."""
     try:
         return read_whole(path, MOST_CLAIM).decode(errors="replace")
     except FileNotFoundError:

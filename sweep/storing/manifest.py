@@ -25,7 +25,7 @@ from sweep.storing.regular import open_stored, read_json
 
 MANIFEST, REPLACES, MERGED_MARK = "manifest.json", "replaces.json", "+"
 MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
-"""Bytes of a manifest, which has a line a table, and of the list that a merged part has of up to 100,000 others."""
+"""Bytes of a manifest of a few tables, and of a list of up to 100,000 merged parts."""
 NAME = re.compile(r"[a-z_]+\.(parquet|json)")
 SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
 BLOCK_BYTES = 2**20
@@ -97,7 +97,7 @@ def trials_of(part: Location) -> int | None:
 def replaced_by(part: Location) -> list[str]:
     """The names of the parts that a merged one replaces.
 
-    Raises FileNotFoundError where that is not there, StoreError where it cannot be read.
+    Raises FileNotFoundError where it does not say, StoreError where nobody can read it.
     """
     try:
         names: list[str] = read_json(part / REPLACES, MOST_REPLACES, [str])
@@ -174,7 +174,7 @@ def _undecodable(part: Location) -> str:
 
 
 def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
-    """The tables beside trials that a launch of the spec in their metadata has stored."""
+    """The tables beside trials that a launch of the spec in `schema` has stored."""
     from sweep.document import SpecError
     from sweep.strict_yaml import parse_document
 

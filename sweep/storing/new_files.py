@@ -27,11 +27,11 @@ def create(path: Path, folder: int | None = None) -> BinaryIO:
 
 @contextmanager
 def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
-    """A new file, which becomes `path` in one step at the end, or is gone after an error.
+    """A new file that becomes `path` in one step at the end, or is gone after an error.
 
-    `below` is the folder that the user has named, by default that of `path`: it may be a
-    link. Folders between `below` and `path` are made where they are missing, and none of
-    them may be a link. Raises OSError.
+    `below` is the folder that the user has named, by default that of `path`. It may be
+    a link. Folders between `below` and `path` are made where they are missing, and none
+    of them may be a link. Raises OSError.
     """
     # The name of `path` may be as long as names can be.
     name = Path(f"{path.name[:40]}-{secrets.token_hex(8)}.unfinished")

@@ -1,8 +1,8 @@
 """What stored tables say of where they come from, read as what anyone may have written.
 
-Each table has it in its metadata, as JSON. What is missing there, or of another kind than
-we write, is a StoreError that names the file; further entries are left alone. Those of
-plans came with later versions: those of LATER together, those of ALONE each alone.
+Each table has it in its metadata, as JSON. What is missing there, or is of another kind
+than we write, is a StoreError that names the file. Further entries are left alone. Some
+of plans came with later versions: those of LATER together, those of ALONE one by one.
 """
 
 from typing import Any
@@ -46,7 +46,7 @@ def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
-    """Where a plan comes from; it has the columns that it speaks of. Raises StoreError."""
+    """Where a plan comes from. It has the columns that it speaks of. Raises StoreError."""
     about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
     later = LATER if LATER.keys() & about.keys() else {}
     alone = {name: shape for name, shape in ALONE.items() if name in about}
@@ -60,7 +60,7 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
 
 
 def metadata(schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str) -> dict[str, Any]:
-    """What the metadata of a table have under `key`, as JSON of that shape. Raises StoreError."""
+    """What the metadata of a table say under `key`, of that shape. Raises StoreError."""
     try:
         about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:

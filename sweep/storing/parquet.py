@@ -106,7 +106,7 @@ def stored_schema(path: Location) -> pa.Schema:
 
 
 def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
-    """What writes tables into a new file: strings as dictionaries, floats split by byte.
+    """What writes tables into a file: strings as dictionaries, floats split by byte.
 
     Trajectories are smaller so than in any dictionary.
     """

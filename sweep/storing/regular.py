@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 
 from sweep.storing.locations import Location
 
-# A pipe that is opened so is not waited for; to an ordinary file it makes no difference.
+# A pipe that is opened so is not waited for; ordinary files are opened as ever.
 QUIETLY = os.O_NOFOLLOW | os.O_NONBLOCK
 
 
@@ -56,12 +56,12 @@ def read_whole(path: Location, most: int) -> bytes:
 
 
 def read_json(path: Location, most: int, shape: Any) -> Any:
-    """What a small file, or object, says in JSON. Raises OSError, ValueError: see `parsed`."""
+    """What a small file, or object, says in JSON. Raises OSError and ValueError."""
     return parsed(read_whole(path, most), shape)
 
 
 def parsed(content: bytes, shape: Any) -> Any:
-    """The value of a text in JSON. Raises ValueError where it lacks the shape: see `fits`."""
+    """The value of a text in JSON. Raises ValueError for another shape: see `fits`."""
     try:
         value = json.loads(content)
     except RecursionError:
@@ -74,8 +74,8 @@ def parsed(content: bytes, shape: Any) -> Any:
 def fits(value: object, shape: Any) -> bool:
     """Whether a value from JSON has a shape.
 
-    That is a type, [shape] for a list, {str: shape} for a mapping, or {name: shape, ...}
-    for a mapping that has these names, and may have others.
+    That is a type, [shape] for a list, {str: shape} for a mapping, or
+    {name: shape, ...} for a mapping that has these names, and may have others.
     """
     if isinstance(shape, list):
         return isinstance(value, list) and all(fits(one, shape[0]) for one in value)

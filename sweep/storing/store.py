@@ -48,8 +48,8 @@ LAST_ID = 10**19
 class Store:
     """The parts of one study, in `folder`, which need not exist before the first write.
 
-    `results` is the folder that the user has named, by default the one that `folder` lies in: below it nothing is
-    written through links.
+    `results` is the folder that the user has named, by default that in which `folder` lies:
+    below it nothing is written through links.
 
     While `shared`, others append parts of their own: then only what this one has appended is merged.
     """
@@ -204,7 +204,8 @@ class Store:
             self._newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
         self._newest = max(time.time_ns(), self._newest + 1)
         if self._newest >= LAST_ID:
-            raise StoreError(f"{self.folder}: has a part of the year 2286; nothing can be stored after it: delete it")
+            why = "has a part of the year 2286; nothing can be stored after it: delete it"
+            raise StoreError(f"{self.folder}: {why}")
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:

@@ -108,7 +108,7 @@ def replaced(place: Path, kind: Callable[[Path], None]) -> None:
 
 
 def main(home: Path) -> None:
-    """Do all of it below `home`, and print a line of JSON after each: what was done, and its outcome."""
+    """Do all of it below `home`, and print each attack with its outcome, as JSON."""
     relaunch(SMALL, home / "whole")
     sweep.trial.BOID_STEPS_A_CALL = 60
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
@@ -129,7 +129,7 @@ def main(home: Path) -> None:
 
 
 def checkpoints(home: Path) -> None:
-    """The same with the files of a checkpoint, of each trial of a study that has none stored."""
+    """The same with the checkpoints of a study that has no trial stored."""
     trials = Store(home / "long" / "small").trial_ids() if relaunch(LONG, home / "long") else ()
 
     def launch_long(results: Path) -> str:

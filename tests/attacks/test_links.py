@@ -1,4 +1,4 @@
-"""Links in a stranger's results folder: no file is written, or read, at their other end."""
+"""Links in a stranger's results: no file is written, or read, at their other end."""
 
 import os
 import shutil
@@ -28,7 +28,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def folder(whole: Path, tmp_path: Path) -> Path:
-    """A folder with a copy of the results, and a file and a folder of the user's beside it."""
+    """A copy of the results, and beside it a file and a folder of the user's."""
     shutil.copytree(whole, tmp_path / "results")
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "elsewhere").mkdir()
@@ -191,7 +191,7 @@ def hardlinked(place: Path, target: Path) -> None:
 def test_a_checkpoint_that_is_a_link_is_neither_read_nor_written(
     folder: Path, ending: str, linked: Callable[[Path, Path], None]
 ) -> None:
-    """A second name of a file of the user's, as some archives unpack them, is not written either."""
+    """Nor through a second name of a file, as some archives unpack them."""
     spec = SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
     trials = launched(spec, folder / "clean").trials["trial_id"]
     checkpoints = folder / "results" / "small" / "checkpoints"

@@ -1,4 +1,4 @@
-"""What a study may be called: nothing that results use themselves; within each other studies are safe."""
+"""What a study may be called, and that studies within each other do not meet."""
 
 import json
 from pathlib import Path
@@ -55,7 +55,7 @@ def test_studies_of_older_versions_with_such_names_are_read(tmp_path: Path, name
 
 
 def test_studies_within_each_other_do_not_meet(tmp_path: Path) -> None:
-    """Launched in turn, extended, damaged, cleaned and merged, each keeps what it has, and both are listed."""
+    """Launched, extended, damaged, cleaned and merged in turn, each keeps what it has."""
     names = ["a", "a/b", "a/b/c"]
     for name in names:
         launched(named(name).replace("seed: 5", f"seed: {len(name)}"), tmp_path)

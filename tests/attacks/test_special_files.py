@@ -1,4 +1,4 @@
-"""Pipes, devices, endless files and folders in a study: nobody waits for them, or reads on and on."""
+"""Pipes, devices and endless files in a study: nobody waits, or reads on and on."""
 
 import json
 import re
@@ -84,7 +84,7 @@ def test_a_file_with_a_second_name_is_read_and_not_written(tmp_path: Path) -> No
 
 
 def test_frames_that_a_checkpoint_makes_up_take_no_memory(tmp_path: Path) -> None:
-    """A file of a terabyte without content, which a header with right checksums declares."""
+    """As in an endless file without content, which a header with right checksums declares."""
     kind = frame_type(1, 100)
     with (tmp_path / "x.frames").open("wb") as file:
         file.truncate(2 * MOST_MEMORY)

@@ -1,4 +1,4 @@
-"""Parts, plans and claims that somebody has made up: each is one sentence, or is set aside, and takes no memory."""
+"""Parts, plans and claims that somebody has made up: one sentence each, or set aside."""
 
 import json
 import secrets
@@ -56,7 +56,7 @@ def resealed(part: Path, trials: int = 6) -> None:
 
 
 def set_aside(results: Path, study: str = "small") -> bool:
-    """Whether a launch sets the one part aside, runs its trials again, and leaves all as it should be."""
+    """Whether a launch sets the one part aside, and runs its trials again."""
     before = part_of(results, study).name
     spec = SMALL.replace("study: small", f"study: {study}")
     new = relaunch(spec, results).statuses.total()

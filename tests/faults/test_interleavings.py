@@ -6,7 +6,6 @@ on them: a look at a folder or a file of the study, a rename, a removal; of an o
 """
 
 import itertools
-import json
 import os
 import shutil
 import sys
@@ -19,6 +18,7 @@ from typing import Any
 import pyarrow as pa
 import pytest
 from object_stores import Memory
+from studies import ORIGIN
 
 from faults.interleavings import State, World, explore, step
 from sweep.storing import folders, merging, parquet
@@ -26,7 +26,6 @@ from sweep.storing import store as store_module
 from sweep.storing.custody import set_aside_damaged
 from sweep.storing.locations import Location, ObjectPath, Server
 from sweep.storing.merging import Gathered
-from sweep.storing.origin import PROVENANCE
 from sweep.storing.store import Store
 
 WATCHED = ("parts", "damaged", "plan.parquet")
@@ -115,15 +114,10 @@ def token(_bytes: int) -> str:
     return f"{TOKENS.name}{TOKENS.count:x}"
 
 
-ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {"git": {}}
-ABOUT["versions"] = dict.fromkeys(("python", "numpy", "numba", "llvmlite"), "")
-METADATA = {PROVENANCE: json.dumps(ABOUT).encode()}
-
-
 def rows(*ids: str, status: str = "ok") -> dict[str, pa.Table]:
     trials = pa.table({"trial_id": list(ids), "status": [status] * len(ids)})
     return {
-        "trials": trials.replace_schema_metadata(METADATA),
+        "trials": trials.replace_schema_metadata(ORIGIN),
         "heatmaps": pa.table({"trial_id": list(ids), "value": [status] * len(ids)}),
     }
 
