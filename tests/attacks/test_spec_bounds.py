@@ -238,13 +238,13 @@ def test_the_schema_has_the_same_limits() -> None:
     assert schema["properties"]["search"]["properties"]["budget"]["maximum"] == limits.MOST_SEARCHED
 
 
-LONG = "x" * 900_000
+LONG = "x" * 100_000
 QUOTING = {
     "tag": f"fixed: !{LONG} 1",
     "value": f"fixed: {{n: {LONG}}}",
     "study": f'study: "{LONG}!"',
     "key": f"fixed: {{{LONG[:900]}: 1}}",
-    "key that stands twice": f"fixed:\n  ? {LONG[:400_000]}\n  : 1\n  ? {LONG[:400_000]}\n  : 2",
+    "key that stands twice": f"fixed:\n  ? {LONG[:40_000]}\n  : 1\n  ? {LONG[:40_000]}\n  : 2",
     "map": f"maps:\n  ? {LONG}\n  : 1",
     "memory": f"memory_limit: {LONG}",
     "file": f"sweep: {{j: {{sample: table, file: {LONG}.csv}}}}",
