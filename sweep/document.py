@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweep.names import shortened, unknown
+from sweep.names import abridged, shortened, unknown
 
 Place = tuple[str | int, ...]
 
@@ -33,7 +33,7 @@ class Document:
 
     def error_in_line(self, line: int, message: str) -> SpecError:
         """The SpecError that says `message` with this line."""
-        return SpecError(f"{self.path.name}:{line}: {message}")
+        return SpecError(f"{self.path.name}:{line}: {abridged(message)}")
 
 
 @dataclass(frozen=True)

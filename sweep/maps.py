@@ -165,7 +165,11 @@ def _ros(entry: Entry, folder: Path) -> OwnMap:
     """
     entry.keys(["ros"])
     path = folder / entry.child("ros").text()
-    if not path.is_file():
+    try:
+        there = path.is_file()
+    except OSError as error:
+        raise entry.child("ros").error(f"cannot be read: {error.strerror}") from None
+    if not there:
         raise entry.child("ros").error(f'there is no file "{path.name}" in {path.parent}')
     root = read_document(path)
     for key in ("image", "resolution"):

@@ -6,6 +6,8 @@ from difflib import get_close_matches
 SHORT_LIST = 24
 MOST_COMPARED = 20_000
 """Names: among more of them, looking for a similar one would take seconds."""
+MOST_SENTENCE = 2000
+"""Characters of an error."""
 MOST_SHOWN = 200
 """Characters of what was given, which may come from anyone."""
 
@@ -13,6 +15,14 @@ MOST_SHOWN = 200
 def shortened(text: str) -> str:
     """What was given, as far as anybody wants to read it."""
     return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
+
+
+def abridged(sentence: str) -> str:
+    """A sentence that quotes what may be very long: its beginning and its end."""
+    if len(sentence) <= MOST_SENTENCE:
+        return sentence
+    half = MOST_SENTENCE // 2
+    return f"{sentence[:half]} ... {sentence[-half:]}"
 
 
 def similar(given: str, names: list[str]) -> str:

@@ -62,7 +62,7 @@ def _open(file: Entry, path: Path) -> tuple[list[str], Reader]:
     openers = {".csv": _open_csv, ".parquet": _open_parquet}
     if path.suffix not in openers:
         raise file.error(f'"{file.value}" is neither a .csv nor a .parquet file')
-    if not path.is_file():
+    if not _legibly(file, path.is_file):
         raise file.error(f'there is no file "{file.value}" in {path.parent}')
     if path.stat().st_size > MOST_BYTES:
         raise file.error(f'"{file.value}" is larger than {MOST_BYTES:,} bytes')

@@ -236,3 +236,29 @@ def test_the_schema_has_the_same_limits() -> None:
     fixed, until = schema["properties"]["replicates"]["anyOf"]
     assert fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS
     assert schema["properties"]["search"]["properties"]["budget"]["maximum"] == limits.MOST_SEARCHED
+
+
+LONG = "x" * 100_000
+QUOTING = {
+    "tag": f"fixed: !{LONG} 1",
+    "value": f"fixed: {{n: {LONG}}}",
+    "study": f'study: "{LONG}!"',
+    "key": f"fixed: {{{LONG[:900]}: 1}}",
+    "key that stands twice": f"fixed:\n  ? {LONG[:40_000]}\n  : 1\n  ? {LONG[:40_000]}\n  : 2",
+    "map": f"maps:\n  ? {LONG}\n  : 1",
+    "memory": f"memory_limit: {LONG}",
+    "file": f"sweep: {{j: {{sample: table, file: {LONG}.csv}}}}",
+    "image": f"maps: {{m: {{image: {LONG}, resolution: 1}}}}",
+    "ROS map": f"maps: {{m: {{ros: {LONG}}}}}",
+    "choice": f"fixed: {{map: {LONG}}}",
+    "values": f"sweep: {{map: [empty, {LONG}]}}",
+}
+
+
+@pytest.mark.parametrize("what", QUOTING)
+def test_errors_quote_no_more_than_is_read(what: str) -> None:
+    text = SHORT.replace("study: short\n", "") if what == "study" else SHORT
+    with pytest.raises(SpecError) as error:
+        parse_spec(text + QUOTING[what] + "\n")
+    assert str(error.value).startswith("spec.yaml:")
+    assert len(str(error.value)) < 2100
