@@ -80,6 +80,13 @@ FILES: dict[str, Callable[[Path], Path]] = {
     "asked": lambda study: study / "asked.parquet",
     "lock": lambda study: study / "lock" / "0.json",
 }
+FOLDERS: dict[str, Callable[[Path], Path]] = {
+    "parts/": lambda study: study / "parts",
+    "writing/": lambda study: study / "writing",
+    "damaged/": lambda study: study / "damaged",
+    "lock/": lambda study: study / "lock",
+    "checkpoints/": lambda study: study / "checkpoints",
+}
 LISTED = ("/dev/zero", "../../../../mine", "pipe.parquet", "sub/x.parquet", "..", "")
 
 
@@ -103,6 +110,8 @@ def outcome(act: Callable[[Path], str], results: Path) -> str:
 
 def replaced(place: Path, kind: Callable[[Path], None]) -> None:
     place.parent.mkdir(exist_ok=True)
+    if place.is_dir():
+        shutil.rmtree(place)
     place.unlink(missing_ok=True)
     kind(place)
 
@@ -121,7 +130,7 @@ def main(home: Path) -> None:
 
     for act in (launch, read):
         for kind in KINDS:
-            for name, place in FILES.items():
+            for name, place in (FILES | FOLDERS).items():
                 attack(f"{name} {kind.__name__}", lambda study: replaced(place(study), kind), act)  # noqa: B023
         for name in LISTED:
             attack(f"listed {name}", listing(name), act)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from attacks.special import FILES, KINDS, LISTED, MOST_MEMORY
+from attacks.special import FILES, FOLDERS, KINDS, LISTED, MOST_MEMORY
 from sweep.running.checkpoint_file import Saved, frame_type, read_frames
 from sweep.state import State
 from sweep.storing.regular import open_regular, read_json, read_whole
@@ -25,6 +25,11 @@ def launched(name: str, kind: str) -> str:
     """What comes of a launch: a bad part is set aside and its six trials run again."""
     if name in OF_A_PART:
         return "6"
+    if name in FOLDERS and kind in ("pipe", "huge"):
+        needed = name in ("parts/", "writing/", "lock/")
+        return r"StoreError: .*: cannot write .*" if needed else "0"
+    if name in FOLDERS and kind == "folder":
+        return "6" if name == "parts/" else "0"
     if name == "lock":
         return "StoreError: .*/lock: this study is being launched by somebody.*"
     if kind == "device":  # which is a link to one
@@ -35,7 +40,9 @@ def launched(name: str, kind: str) -> str:
 def expected() -> dict[str, str]:
     """The outcome of every attack, as a pattern."""
     kinds = [kind.__name__ for kind in KINDS]
-    found = {f"{name} {kind} launch": launched(name, kind) for name in FILES for kind in kinds}
+    found = {f"{name} {kind} launch": launched(name, kind) for name in FILES | FOLDERS for kind in kinds}
+    read = dict.fromkeys(FOLDERS, "6, 36") | {"parts/": "0, 0"}
+    found |= {f"{name} {kind} read": said for name, said in read.items() for kind in kinds}
     refused = r"StoreError: [^\n]*: cannot be read \([^\n]*\); [^\n]*"
     found |= {f"{name} {kind} read": refused if name in READ else "6, 36" for name in FILES for kind in kinds}
     found |= {f"listed {name} launch": "6" for name in LISTED} | {f"listed {name} read": "6, 36" for name in LISTED}

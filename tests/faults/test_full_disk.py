@@ -19,7 +19,7 @@ from sweep.storing import writer as writer_module
 from sweep.storing.parquet import StoreError
 
 WRITES = [(os, "mkdir"), (os, "rename"), (os, "replace"), (os, "fsync"), (pq.ParquetWriter, "write_table")]
-WRITES += [(pq.ParquetWriter, "__init__"), (Path, "write_text")]
+WRITES += [(pq.ParquetWriter, "__init__"), (os, "open")]
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,8 @@ def full_after(writes: int) -> Iterator[list[int]]:
 
     def failing(original: Callable[..., Any]) -> Callable[..., Any]:
         def write(*arguments: Any, **options: Any) -> Any:
-            if next(numbers) < writes:
+            reads = original.__name__ == "open" and not arguments[1] & os.O_CREAT
+            if reads or next(numbers) < writes:
                 return original(*arguments, **options)
             failed[0] += 1
             raise OSError(28, "No space left on device")
