@@ -268,7 +268,7 @@ def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldIn
                     return None
                 executor.check()
             refusal = answer.result()
-        except NotYetError:
+        except (NotYetError, ConnectionLostError):
             return None
         except WorkersError:
             raise
