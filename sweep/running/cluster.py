@@ -105,8 +105,6 @@ class Dask:
 
     def _connection(self) -> Connection:
         """A new one; raises OSError where one that has answered before does not."""
-        # What dask says of lost connections, in many lines, is said by us in one.
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         seconds = CONNECT_SECONDS if self._lost is None else AGAIN_SECONDS
         end = time.monotonic() + seconds
         while True:
@@ -121,7 +119,7 @@ class Dask:
                 seconds = end - time.monotonic()
                 if seconds <= 0:
                     raise WorkersError(f"no dask scheduler answers at {self._where}: {error}") from error
-                self._waiting(f"{self._where} does not answer yet ({error}); trying for {CONNECT_SECONDS:.0f} s")
+                self._waiting(f"{self._where} does not answer yet; trying for {CONNECT_SECONDS:.0f} s")
             time.sleep(PAUSE_SECONDS)
         if not self._warned and exposed(made.address):
             LOG.warning(PLAIN, made.address)

@@ -10,6 +10,7 @@ proves by a certificate that it belongs here; without, only the network keeps ot
 
 import asyncio
 import ipaddress
+import logging
 import socket
 from collections.abc import Coroutine
 from concurrent.futures import Future
@@ -51,8 +52,9 @@ class Connection:
 
     def close(self) -> None:
         """Take leave, by which what was asked of the scheduler is cancelled."""
-        with suppress(OSError):
+        with suppress(Exception):  # a client may just be failing to connect anew
             self.client.close(timeout=CLOSE_SECONDS)
+        self.client.status = "closed"  # or it tried once more when it is collected
         self._loop.end()
 
 
@@ -72,6 +74,7 @@ class _Loop:
     async def _turn(self, started: "Future[asyncio.AbstractEventLoop]") -> None:
         started.set_result(asyncio.get_running_loop())
         await self._over.wait()
+        _close_streams()
 
     def do(self, work: "Coroutine[Any, Any, Any]") -> Any:
         """What a coroutine returns that runs there."""
@@ -79,14 +82,28 @@ class _Loop:
 
     def end(self) -> None:
         """End it, whatever runs there."""
-        self._loop.call_soon_threadsafe(self._over.set)
+        with suppress(RuntimeError):  # it has ended before
+            self._loop.call_soon_threadsafe(self._over.set)
         self._thread.join(CLOSE_SECONDS)
+
+
+def _close_streams() -> None:
+    """Close what dask forgets: connections that are given up while they greet."""
+    from tornado.ioloop import IOLoop
+
+    watched: Any = IOLoop.current()
+    for _, watching in list(watched.handlers.values()):
+        if close := getattr(getattr(watching, "__self__", None), "close", None):
+            close()
 
 
 async def _opened(address: str | None, scheduler_file: str | None, seconds: float) -> Any:
     from distributed import Client
     from distributed.comm.core import FatalCommClosedError
 
+    # What dask says of lost connections, in many lines, is said by us in one.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     make: Any = Client
     client = None
     try:
@@ -100,7 +117,7 @@ async def _opened(address: str | None, scheduler_file: str | None, seconds: floa
         return await asyncio.wait_for(client, seconds + GREETING_SECONDS)
     except Exception as error:
         if client is not None:
-            with suppress(OSError):
+            with suppress(Exception):
                 await client.close(timeout=CLOSE_SECONDS)
         if isinstance(error, FatalCommClosedError) or not isinstance(error, OSError):
             raise ConnectionImpossibleError(_reason(error)) from error

@@ -77,18 +77,23 @@ class Tasks(Executor):
         result: object = None
         failure: Exception | None = None
         try:
-            result = pickle.loads(await self._client.gather(sent, asynchronous=True))
+            packed = await self._client.gather(sent, asynchronous=True)
         except (CancelledError, asyncio.CancelledError):
             failure = ConnectionLostError(LOST)
         except Exception as error:
-            failure = self._failure(name, error)
+            failure = self._failure(name, sent, error)
+        else:
+            result, failure = _unpacked(packed)
         self._sent.pop(name, None)
         self._settle(name, result, failure)
 
-    def _failure(self, name: str, error: Exception) -> Exception:
+    def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
+        """What an error means: one that is not the task's own is of the way to it."""
+        from distributed.comm import CommClosedError
+
         if type(error).__name__ == "KilledWorker":
             return WorkerDiedError(self._begun[name], "dask gave it up")
-        if not self.connected():
+        if sent.status != "error" or isinstance(error, CommClosedError) or not self.connected():
             return ConnectionLostError(str(error))
         self._checked.clear()  # a worker without our code raises anything
         return error
@@ -165,6 +170,13 @@ class Tasks(Executor):
         self._connection.close()
         for name in list(self._futures):
             self._settle(name, None, ConnectionLostError("cancelled"))
+
+
+def _unpacked(packed: bytes) -> tuple[object, Exception | None]:
+    try:
+        return pickle.loads(packed), None
+    except Exception as error:
+        return None, error
 
 
 def _some(words: Iterable[str]) -> str:

@@ -13,6 +13,9 @@ from urllib.parse import urlsplit
 
 from lines import HERE, Line
 
+ROOT = Path(__file__).parent.parent.parent
+TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+"""By which workers find the jobs of tests."""
 PATIENCE_SECONDS = 120.0
 SETTINGS = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
 
