@@ -34,11 +34,12 @@ class Cluster:
     The scheduler takes a free port whenever it is started; `line` leads to it, from where everybody expects it.
     """
 
-    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+    def __init__(self, folder: Path, environment: dict[str, str], protocol: str = "tcp") -> None:
         self.folder = folder
         self.environment = os.environ | SETTINGS | environment
         self.line = Line()
-        self.address = f"tcp://{HERE}:{self.line.port}"
+        self.protocol = protocol
+        self.address = f"{protocol}://{HERE}:{self.line.port}"
         self.processes: list[subprocess.Popen[bytes]] = []
         self.logs: list[Path] = []
         self.scheduler = self.start_scheduler()
@@ -46,7 +47,8 @@ class Cluster:
     def start_scheduler(self, *options: str) -> "subprocess.Popen[bytes]":
         """A scheduler at our address."""
         told = self.folder / f"scheduler-{len(self.logs)}.json"
-        usual = ["--host", HERE, "--port", "0", "--no-dashboard", "--dashboard-address", f"{HERE}:0"]
+        usual = ["--host", HERE, "--port", "0", "--protocol", self.protocol, "--no-dashboard"]
+        usual += ["--dashboard-address", f"{HERE}:0"]
         self.scheduler = self._started("dask_scheduler", [*usual, "--scheduler-file", str(told), *options], {})
         until(lambda: told.exists() and told.read_text().endswith("}"), "the scheduler listens")
         self.line.cut()
