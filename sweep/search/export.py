@@ -64,13 +64,14 @@ def check_export(url: str, name: str) -> None:
 
 
 def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
-    import optuna
-
-    if name in optuna.get_all_study_names(storage):
-        raise StoreError(
-            f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that study '
-            f'with "optuna delete-study --storage {url} --study-name {name}"'
-        )
+    try:
+        storage.get_study_id_from_name(name)  # all else that is there stays unread
+    except KeyError:
+        return
+    raise StoreError(
+        f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that study '
+        f'with "optuna delete-study --storage {url} --study-name {name}"'
+    )
 
 
 @contextmanager

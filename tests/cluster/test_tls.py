@@ -1,7 +1,6 @@
 """A cluster whose scheduler, workers and launches prove by certificates that they belong together."""
 
 import datetime
-import os
 from pathlib import Path
 
 import pytest
@@ -41,6 +40,7 @@ def certified(folder: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_a_launch_uses_the_keys_of_dasks_configuration_and_has_no_other_way_in(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -55,7 +55,8 @@ def test_a_launch_uses_the_keys_of_dasks_configuration_and_has_no_other_way_in(
             monkeypatch.setattr("sweep.running.cluster.CONNECT_SECONDS", 1.0)
             with pytest.raises(WorkersError, match=r"no connection can be made|no dask scheduler answers"):
                 refused.connect()
-        with dask.config.set(dask.config.collect(paths=[], env=os.environ | keys)):
+        ours = {"ca-file": "cert.pem", "client.key": "key.pem", "client.cert": "cert.pem"}
+        with dask.config.set({f"distributed.comm.tls.{name}": str(tmp_path / file) for name, file in ours.items()}):
             launch = Dask(made.address)
             try:
                 results = runner_jobs.run_all(range(6), square, launch, limits=Limits(deadline=60.0))
