@@ -89,7 +89,7 @@ class Tasks(Executor):
 
     def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
         """What an error means: one that is not the task's own is of the way to it."""
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
 
         if type(error).__name__ == "KilledWorker":
             return WorkerDiedError(self._begun[name], "dask gave it up")

@@ -204,7 +204,10 @@ def _write(path: ObjectPath, data: Any) -> None:
 
 def _download(path: ObjectPath | Path, file: Path) -> None:
     assert isinstance(path, ObjectPath)
-    content = patiently(lambda: path.server.ask(path, lambda files: files.open_input_stream(path.key).read()))
+    size = path.stat().st_size
+    content = patiently(lambda: path.server.ask(path, lambda files: files.open_input_stream(path.key).read(size + 1)))
+    if len(content) != size:
+        raise StoreError(f"{path}: not the object of {size:,} bytes that was listed; nothing of it is used")
     with create(file) as new:
         new.write(content)
 
