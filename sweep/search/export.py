@@ -77,7 +77,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
     """The storage at `url`, closed at the end; what is wrong with it is a StoreError."""
-    from optuna.exceptions import StorageInternalError
+    from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
 
@@ -88,7 +88,7 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
         raise StoreError(f"{url}: cannot be opened ({_first_line(error)}); {example}") from error
     try:
         yield storage
-    except (SQLAlchemyError, StorageInternalError) as error:
+    except (SQLAlchemyError, StorageInternalError, DuplicatedStudyError) as error:
         raise StoreError(f"{url}: cannot be written ({_first_line(error.__cause__ or error)})") from error
     finally:
         storage.remove_session()
