@@ -15,6 +15,7 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 from nbformat import NotebookNode
+from traitlets.config import Config
 
 from sweep.storing.new_files import replacing
 
@@ -39,9 +40,18 @@ def executed(path: Path, empty: Path) -> NotebookNode:
     # The `sweep` of a cell that begins with %%sh is that of this environment, whether it is activated or not.
     env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
     at = {"metadata": {"path": str(folder)}}
-    NotebookClient(
-        notebook, timeout=SECONDS, record_timing=False, coalesce_streams=True, store_widget_state=False, resources=at
-    ).execute(env=env)
+    # Sockets in a folder, as a free port may be taken before the kernel has it. Their paths must be short.
+    with tempfile.TemporaryDirectory() as sockets:
+        kernel = {"transport": "ipc", "ip": str(Path(sockets) / "kernel")}
+        NotebookClient(
+            notebook,
+            timeout=SECONDS,
+            record_timing=False,
+            coalesce_streams=True,
+            store_widget_state=False,
+            resources=at,
+            config=Config(KernelManager=kernel),
+        ).execute(env=env)
     return cleaned(notebook)
 
 

@@ -1,5 +1,7 @@
 """Settings of all tests."""
 
+import environment  # noqa: F401  # isort: skip (before anything that looks at its environment is imported)
+
 import fcntl
 import os
 import signal

@@ -2,16 +2,10 @@
 
 import http.client
 import io
-import socket
-import socketserver
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
-from typing import ClassVar
+from contextlib import contextmanager
 
 import pyarrow as pa
 from pyarrow import fs
@@ -26,39 +20,28 @@ CREDENTIALS = {
 }
 
 
-def free_port() -> int:
-    """A port that nobody listens at."""
-    with socket.socket() as made:
-        made.bind(("127.0.0.1", 0))
-        port: int = made.getsockname()[1]
-        return port
+SERVER = """
+from moto.server import ThreadedMotoServer
+server = ThreadedMotoServer("127.0.0.1", 0, verbose=False)
+server.start()
+print(server.get_host_and_port()[1], flush=True)
+server._thread.join()
+"""
 
 
-@dataclass
 class ObjectStore:
-    """moto's server at a port of this machine, which can be stopped and started; what it holds is in its memory."""
+    """moto's server at a free port of this machine; what it holds is in its memory."""
 
-    port: int = field(default_factory=free_port)
-    process: "subprocess.Popen[bytes] | None" = None
-
-    def start(self) -> None:
-        """Start it, and wait until it answers."""
-        command = [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(self.port)]
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        deadline = time.monotonic() + 60
-        while True:
-            with suppress(OSError):
-                self.request("GET", "/")
-                return
-            assert self.process.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+    def __init__(self) -> None:
+        command = [sys.executable, "-c", SERVER]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self.process.stdout is not None
+        self.port = int(self.process.stdout.readline())
 
     def stop(self) -> None:
         """End it, at once."""
-        if self.process:
-            self.process.kill()
-            self.process.wait()
+        self.process.kill()
+        self.process.communicate()
 
     def request(self, method: str, path: str) -> int:
         """The status of an answer."""
@@ -68,14 +51,14 @@ class ObjectStore:
         connection.close()
         return status
 
-    def url(self, bucket: str) -> str:
-        """The place of results in a bucket, which is made."""
+    def url(self, bucket: str, port: int | None = None) -> str:
+        """The place of results in a bucket, which is made; over a line to the server where its port is given."""
         assert self.request("PUT", f"/{bucket}") in (200, 409)
-        return f"s3://{bucket}/results?endpoint_override=127.0.0.1:{self.port}&scheme=http"
+        return f"s3://{bucket}/results?endpoint_override=127.0.0.1:{port or self.port}&scheme=http"
 
-    def results(self, bucket: str) -> ObjectPath:
+    def results(self, bucket: str, port: int | None = None) -> ObjectPath:
         """The same, ready to be used."""
-        place = location(self.url(bucket))
+        place = location(self.url(bucket, port))
         assert isinstance(place, ObjectPath)
         return place
 
@@ -143,56 +126,3 @@ class Memory:
             if one.startswith(f"{key}/"):
                 self._ask(one)
                 self.objects.pop(one, None)
-
-
-class Line:
-    """A port of this machine that leads to another, and can be cut and mended: then nobody listens at it."""
-
-    def __init__(self, target: int) -> None:
-        self.port = free_port()
-        self.target = target
-        self.server: socketserver.ThreadingTCPServer | None = None
-
-    def mend(self) -> None:
-        """Let everything through again."""
-        target = self.target
-
-        class Handler(socketserver.BaseRequestHandler):
-            def handle(self) -> None:
-                with socket.create_connection(("127.0.0.1", target)) as onward, suppress(OSError):
-                    back = threading.Thread(target=_pour, args=(onward, self.request), daemon=True)
-                    back.start()
-                    _pour(self.request, onward)
-                    back.join()
-
-        class Server(socketserver.ThreadingTCPServer):
-            allow_reuse_address = True
-            daemon_threads = True
-            connections: ClassVar[list[socket.socket]] = []
-
-            def get_request(self) -> tuple[socket.socket, object]:
-                connection, address = super().get_request()
-                self.connections.append(connection)
-                return connection, address
-
-        self.server = Server(("127.0.0.1", self.port), Handler)
-        threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
-
-    def cut(self) -> None:
-        """Refuse new connections, and end those that there are."""
-        if self.server:
-            self.server.shutdown()
-            self.server.server_close()
-            for connection in self.server.connections:
-                with suppress(OSError):
-                    connection.shutdown(socket.SHUT_RDWR)
-            self.server = None
-
-
-def _pour(source: socket.socket, target: socket.socket) -> None:
-    """Pass on what comes, until there is no more."""
-    with suppress(OSError):
-        while content := source.recv(65536):
-            target.sendall(content)
-    with suppress(OSError):
-        target.shutdown(socket.SHUT_WR)

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ import pytest
 from commands import sweep as command
 from faults import campaign
 from faults.campaign import tables
-from object_stores import CREDENTIALS, Crashed, Line, Memory, ObjectStore
+from lines import Line
+from object_stores import CREDENTIALS, Crashed, Memory, ObjectStore
 from studies import SMALL, launched, relaunch
 from test_store import append, sorted_tables
 
@@ -42,7 +44,6 @@ def server() -> Iterator[ObjectStore]:
         for name, value in CREDENTIALS.items():
             patch.setenv(name, value)
         started = ObjectStore()
-        started.start()
         yield started
         started.stop()
 
@@ -138,8 +139,9 @@ def test_a_wrong_place_is_said_in_one_line_before_any_work(
 ) -> None:
     monkeypatch.setattr(locations, "ATTEMPTS", 1)
     (tmp_path / "spec.yaml").write_text(SMALL)
-    place = given.format(port=server.port, free=Line(server.port).port)
-    done = command(tmp_path, "launch", "spec.yaml", "--results", place)
+    with closing(Line()) as cut:
+        place = given.format(port=server.port, free=cut.port)
+        done = command(tmp_path, "launch", "spec.yaml", "--results", place)
     assert done.returncode == 2
     [line] = done.stderr.splitlines()
     assert said in line
@@ -420,23 +422,15 @@ def test_what_a_living_owner_beats_is_left_alone(store: Store, monkeypatch: pyte
 def line(server: ObjectStore, monkeypatch: pytest.MonkeyPatch) -> Iterator[Line]:
     monkeypatch.setattr(locations, "ATTEMPTS", 1)
     monkeypatch.setattr(locations, "FIRST_PAUSE", 0.05)
-    made = Line(server.port)
-    made.mend()
+    made = Line(server.port).mend()
     yield made
-    made.cut()
-
-
-def results_over(line: Line, server: ObjectStore, name: str) -> ObjectPath:
-    server.url(name)
-    place = location(f"s3://{name}/results?endpoint_override=127.0.0.1:{line.port}&scheme=http")
-    assert isinstance(place, ObjectPath)
-    return place
+    made.close()
 
 
 def test_a_server_that_comes_back_is_waited_for(
     server: ObjectStore, line: Line, tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    results = results_over(line, server, "comes-back")
+    results = server.results("comes-back", line.port)
     append_a_part = store_module.Store.append
 
     def cut_first(store: Store, *tables: Any) -> Any:
@@ -455,7 +449,7 @@ def test_a_server_that_comes_back_is_waited_for(
 def test_a_server_that_stays_away_costs_what_could_not_be_stored(
     server: ObjectStore, line: Line, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    results, point = results_over(line, server, "stays-away"), SMALL.replace("[0.5, 1]", "[0.5]")
+    results, point = server.results("stays-away", line.port), SMALL.replace("[0.5, 1]", "[0.5]")
     relaunch(point, results)
     with monkeypatch.context() as patch:
         append_a_part = store_module.Store.append
@@ -470,7 +464,7 @@ def test_a_server_that_stays_away_costs_what_could_not_be_stored(
 
 
 def test_ctrl_c_ends_the_waiting(server: ObjectStore, line: Line) -> None:
-    store = Store(results_over(line, server, "interrupted") / "study")
+    store = Store(server.results("interrupted", line.port) / "study")
     append(store, {"a": "ok"})
     line.cut()
     pressed = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))

@@ -113,7 +113,7 @@ FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
 FORBIDDEN_MODULES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib.numpy_pickle", "yaml"}
 
 
-OVER_THE_CLUSTER = ["running/cluster.py pickle", "running/remote.py pickle"]
+OVER_THE_CLUSTER = ["running/remote.py pickle", "running/tasks.py pickle"]
 """What a launch and its workers send each other, over connections on which dask itself sends code to run."""
 
 

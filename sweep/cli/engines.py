@@ -28,7 +28,12 @@ class Kind(StrEnum):
 
 Engine = Annotated[Kind, typer.Option("--executor", help="Processes on this machine, or a dask cluster.")]
 Address = Annotated[
-    str | None, typer.Option(metavar="tcp://HOST:PORT", help="Where the scheduler of the dask cluster answers.")
+    str | None,
+    typer.Option(
+        metavar="tcp://HOST:PORT",
+        help="Where the scheduler of the dask cluster answers. Who reaches it can run code on its workers and here: "
+        "use an inside network, or tls://HOST:PORT.",
+    ),
 ]
 SchedulerFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="The file in which the scheduler of the dask cluster says so.")

@@ -64,7 +64,12 @@ def search(
         typer.Option(min=0, help="Repeat the search so often with other seeds, and compare it with random searches."),
     ] = 0,
     export: Annotated[
-        str | None, typer.Option(metavar="URL", help="An optuna storage to write the search into, as sqlite:///x.db.")
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="An optuna storage to write the search into, as sqlite:///x.db; "
+            "the password of a database is that of SWEEP_EXPORT_PASSWORD.",
+        ),
     ] = None,
     retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
     as_json: Json = False,

@@ -140,15 +140,14 @@ class _Loop(Generic[J, R]):
 
     def finished(self) -> Iterator[list[R]]:
         """The results of the chunks that are back; waits at most POLL_SECONDS for the first of them."""
-        done = self._arrived()
+        done = [future for future in self._arrived() if future in self.in_flight]  # others went with an earlier pool
         if not done:
             self.executor.check()
         if any(isinstance(_error(future), BrokenExecutor) for future in done):
             self._drop_pool()  # with it all chunks in flight are over
             done = [future for future in self.in_flight if future.done()]
         for future in done:
-            if (chunk := self.in_flight.pop(future, None)) is None:
-                continue
+            chunk = self.in_flight.pop(future)
             verdict, error = self.watch.leave(chunk.place), _error(future)
             results = self._results(chunk, future) if error is None else self._judged(chunk, error, verdict)
             if results:
@@ -268,7 +267,7 @@ def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldIn
                     return None
                 executor.check()
             refusal = answer.result()
-        except NotYetError:
+        except (NotYetError, ConnectionLostError):
             return None
         except WorkersError:
             raise

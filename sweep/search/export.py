@@ -1,5 +1,6 @@
 """A search as a study of optuna, in any storage that optuna has, for its dashboard and its plots."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,8 @@ from sweep.search.stored import Asked, read_asked
 from sweep.storing.parquet import StoreError
 from sweep.study import StoredStudy
 
+PASSWORD = "SWEEP_EXPORT_PASSWORD"
+
 if TYPE_CHECKING:
     from optuna.distributions import BaseDistribution
     from optuna.storages import RDBStorage
@@ -30,7 +33,8 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     optuna's best is our winner; the others are pruned ones, and failed ones have failed. With one objective a trial
     has as intermediate values the estimates after 1, 2, ... blocks. User attributes are candidate, batch, status,
     blocks, trial_ids, and for those that are judged held_out. Raises StoreError where the study is no search, the
-    storage cannot be written, or has a study of that name, which is left as it is.
+    storage cannot be written, or has a study of that name, which is left as it is. The password of a database is that
+    of the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
     """
     asked = read_asked(study)
     name = name or study.name
@@ -60,36 +64,60 @@ def check_export(url: str, name: str) -> None:
 
 
 def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
-    import optuna
-
-    if name in optuna.get_all_study_names(storage):
-        raise StoreError(
-            f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that study '
-            f'with "optuna delete-study --storage {url} --study-name {name}"'
-        )
+    try:
+        storage.get_study_id_from_name(name)  # all else that is there stays unread
+    except KeyError:
+        return
+    raise StoreError(
+        f'{url}: has a study "{name}" already, which is left as it is; give another URL, or delete that study '
+        f'with "optuna delete-study --storage {url} --study-name {name}"'
+    )
 
 
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
     """The storage at `url`, closed at the end; what is wrong with it is a StoreError."""
-    from optuna.exceptions import StorageInternalError
+    from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
 
     example = "allowed: the URL of a database, as sqlite:///gains.db"
-    if "://" not in url:
-        raise StoreError(f"{url}: not a storage of optuna; {example}")
     try:
-        storage = RDBStorage(url)
+        storage = RDBStorage(_with_password(url, example))
     except (SQLAlchemyError, ImportError, ValueError, RuntimeError) as error:
         raise StoreError(f"{url}: cannot be opened ({_first_line(error)}); {example}") from error
     try:
         yield storage
-    except (SQLAlchemyError, StorageInternalError) as error:
+    except (SQLAlchemyError, StorageInternalError, DuplicatedStudyError) as error:
         raise StoreError(f"{url}: cannot be written ({_first_line(error.__cause__ or error)})") from error
     finally:
         storage.remove_session()
         storage.engine.dispose()
+
+
+def _with_password(url: str, example: str) -> str:
+    """The URL with the password of the environment. Raises StoreError where it has one of its own, which is not said.
+
+    Other users of a machine can read the arguments of a command, and shells and logs keep them.
+    """
+    from sqlalchemy.engine import make_url
+    from sqlalchemy.exc import ArgumentError
+
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError):  # its words may have a part of a password
+        shown = f"{url.partition('://')[0]}://..." if "://" in url else url
+        raise StoreError(f"{shown}: not the URL of a storage of optuna; {example}") from None
+    secret = parsed.password is not None or any("passw" in key.lower() for key in parsed.query)
+    if secret:
+        plain = parsed.set(query={}).render_as_string(hide_password=True)
+        raise StoreError(
+            f"--export {plain}: a URL with a password can be read by others in the list of processes; "
+            f"leave it out, and set the variable {PASSWORD}"
+        )
+    if parsed.username and (password := os.environ.get(PASSWORD)):
+        parsed = parsed.set(password=password)
+    return parsed.render_as_string(hide_password=False)
 
 
 def _first_line(error: BaseException) -> str:

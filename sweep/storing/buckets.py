@@ -29,7 +29,7 @@ from sweep.storing.folders import LEFTOVER_SECONDS
 from sweep.storing.layout import DAMAGED, LOCK, PART_NAME, PARTS
 from sweep.storing.locations import Found, Location, ObjectPath, StoreError, patiently
 from sweep.storing.lock_files import claim_text
-from sweep.storing.manifest import MANIFEST
+from sweep.storing.manifest import BLOCK_BYTES, MANIFEST
 from sweep.storing.new_files import create
 
 GRAVE_SECONDS = 48 * 3600.0
@@ -204,9 +204,20 @@ def _write(path: ObjectPath, data: Any) -> None:
 
 def _download(path: ObjectPath | Path, file: Path) -> None:
     assert isinstance(path, ObjectPath)
-    content = patiently(lambda: path.server.ask(path, lambda files: files.open_input_stream(path.key).read()))
+    size = path.stat().st_size
+    content = patiently(lambda: path.server.ask(path, lambda files: _read(files.open_input_stream(path.key), size + 1)))
+    if len(content) != size:
+        raise StoreError(f"{path}: not the object of {size:,} bytes that was listed; nothing of it is used")
     with create(file) as new:
         new.write(content)
+
+
+def _read(stream: Any, most: int) -> bytes:
+    """What comes, and no more than `most` bytes of it; memory is taken as they come, whatever was promised."""
+    content = bytearray()
+    while block := stream.read(min(BLOCK_BYTES, most - len(content))):
+        content += block
+    return bytes(content)
 
 
 def _copy(path: Location, target: ObjectPath) -> None:

@@ -181,7 +181,9 @@ class ObjectPath:
         selector = fs.FileSelector(self.key, recursive=True, allow_not_found=True)
         about = self.server.ask(self, lambda files: files.get_file_info(selector))
         start = len(self.key) + 1
-        return replace(self, found={one.path[start:]: Found(one.size, one.mtime_ns) for one in about if one.is_file})
+        return replace(
+            self, found={one.path[start:]: Found(max(one.size, 0), one.mtime_ns) for one in about if one.is_file}
+        )
 
     def iterdir(self) -> Iterator["ObjectPath"]:
         """The objects and prefixes directly below this one."""

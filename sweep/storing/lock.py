@@ -146,10 +146,13 @@ class Lock:
             claim = None if token == self.token else self._read(token)
             if claim is None or not claim.excludes(self.share):
                 continue
-            if death := self._death(claim):
+            death = self._death(claim)
+            if self._claims.text(token) is None:  # gone meanwhile
+                continue
+            if death:
                 self._claims.evict(token)
                 LOG.warning("%s: taken over from %s: %s", self.path, claim.who, death)
-            elif self._claims.text(token) is not None:
+            else:
                 rivals.append(claim)
         return rivals
 

@@ -1,25 +1,23 @@
 """A dask cluster on this machine, started by dask's own commands; nothing of it is left at the end."""
 
+import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from urllib.parse import urlsplit
 
+from lines import HERE, Line
+
+ROOT = Path(__file__).parent.parent.parent
+TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+"""By which workers find the jobs of tests."""
 PATIENCE_SECONDS = 120.0
 SETTINGS = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}
-
-
-def free_port() -> int:
-    """A port that nobody listens on at the moment."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port: int = listener.getsockname()[1]
-        return port
 
 
 def until(condition: Callable[[], bool], what: str) -> None:
@@ -31,22 +29,31 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 
 class Cluster:
-    """A scheduler and workers, each a process in a session of its own, with a log file in `folder`."""
+    """A scheduler and workers, each a process in a session of its own, with a log file in `folder`.
 
-    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+    The scheduler takes a free port whenever it is started; `line` leads to it, from where everybody expects it.
+    """
+
+    def __init__(self, folder: Path, environment: dict[str, str], protocol: str = "tcp") -> None:
         self.folder = folder
         self.environment = os.environ | SETTINGS | environment
-        self.port = free_port()
-        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.line = Line()
+        self.protocol = protocol
+        self.address = f"{protocol}://{HERE}:{self.line.port}"
         self.processes: list[subprocess.Popen[bytes]] = []
         self.logs: list[Path] = []
         self.scheduler = self.start_scheduler()
 
-    def start_scheduler(self) -> "subprocess.Popen[bytes]":
+    def start_scheduler(self, *options: str) -> "subprocess.Popen[bytes]":
         """A scheduler at our address."""
-        options = ["--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard"]
-        self.scheduler = self._started("dask_scheduler", options, {})
-        until(self._listens, "the scheduler listens")
+        told = self.folder / f"scheduler-{len(self.logs)}.json"
+        usual = ["--host", HERE, "--port", "0", "--protocol", self.protocol, "--no-dashboard"]
+        usual += ["--dashboard-address", f"{HERE}:0"]
+        self.scheduler = self._started("dask_scheduler", [*usual, "--scheduler-file", str(told), *options], {})
+        until(lambda: told.exists() and told.read_text().endswith("}"), "the scheduler listens")
+        self.line.cut()
+        self.line.target = urlsplit(json.loads(told.read_text())["address"]).port
+        self.line.mend()
         return self.scheduler
 
     def start_worker(self, *options: str, **environment: str) -> "subprocess.Popen[bytes]":
@@ -54,10 +61,6 @@ class Cluster:
         plain = ["--nthreads", "1", "--no-dashboard", "--death-timeout", "60", "--local-directory", str(self.folder)]
         nanny = [] if "--nanny" in options else ["--no-nanny"]
         return self._started("dask_worker", [self.address, *plain, *nanny, *options], environment)
-
-    def _listens(self) -> bool:
-        with socket.socket() as caller:
-            return caller.connect_ex(("127.0.0.1", self.port)) == 0
 
     def _started(self, command: str, options: Sequence[str], environment: dict[str, str]) -> "subprocess.Popen[bytes]":
         self.logs.append(self.folder / f"{len(self.logs)}-{command}.log")
@@ -79,6 +82,7 @@ class Cluster:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+        self.line.close()
 
 
 @contextmanager

@@ -18,15 +18,12 @@ from faults import jobs as faulty
 from studies import SMALL, launched
 
 from cluster import jobs
-from cluster.started import Cluster, cluster, until
+from cluster.started import ROOT, TESTS, Cluster, cluster, until
 from sweep.running.cluster import Dask
 from sweep.running.executors import WorkersError
 from sweep.running.runner import Failure, drive
 from sweep.running.watch import Limits
 from sweep.study import StoredStudy
-
-ROOT = Path(__file__).parent.parent.parent
-TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
 
 
 @pytest.fixture

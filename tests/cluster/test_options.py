@@ -2,13 +2,14 @@
 
 import importlib.util
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from commands import sweep
+from lines import HERE, Line
 from studies import SMALL
 
-from cluster.started import free_port
 from sweep.running import cluster
 
 DASK = ["--executor", "dask"]
@@ -51,5 +52,7 @@ def test_a_missing_package_is_named(refused: Callable[..., str], monkeypatch: py
 
 def test_a_scheduler_that_does_not_answer(refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
-    address = f"tcp://127.0.0.1:{free_port()}"
-    assert refused(*DASK, "--address", address).startswith(f"no dask scheduler answers at {address}: ")
+    with closing(Line()) as cut:
+        address = f"tcp://{HERE}:{cut.port}"
+        said = refused(*DASK, "--address", address)
+    assert said.startswith(f"no dask scheduler answers at {address}: ")

@@ -1,0 +1,154 @@
+"""A connection to the scheduler of a dask cluster: made within a time, and never mended behind our back.
+
+dask itself sets no bound to the greeting, so that a port at which something else listens would hold a launch for ever,
+and a client whose connection was cut makes a new one that has forgotten what it had subscribed to. A connection here is
+one stream: when it is cut it is over, and whoever wants to go on makes another.
+
+Who reaches a scheduler can run code on its workers, and here: messages of dask are pickles. With `tls://` each side
+proves by a certificate that it belongs here; without, only the network keeps others away.
+"""
+
+import asyncio
+import ipaddress
+import logging
+import socket
+from collections.abc import Coroutine
+from concurrent.futures import Future
+from contextlib import suppress
+from threading import Thread
+from typing import Any
+from urllib.parse import urlsplit
+
+GREETING_SECONDS = 1.0
+CLOSE_SECONDS = 5.0
+
+
+class ConnectionImpossibleError(Exception):
+    """No connection can be made in this way, however often it is tried."""
+
+
+class Connection:
+    """An open connection to the scheduler at `address`, or to that of `scheduler_file`.
+
+    Raises OSError where none is made within about `seconds`, which another attempt may
+    mend, and ConnectionImpossibleError where none can be made.
+    """
+
+    def __init__(self, address: str | None, scheduler_file: str | None, seconds: float) -> None:
+        self._loop = _Loop()
+        try:
+            self.client = self._loop.do(_opened(address, scheduler_file, seconds))
+        except BaseException:
+            self._loop.end()
+            raise
+        self.address: str = self.client.scheduler.address
+        self._stream = self.client.scheduler_comm
+
+    def alive(self) -> bool:
+        """Whether the scheduler is there, as far as is known."""
+        stream = self.client.scheduler_comm
+        same = stream is self._stream and not stream.closed()
+        return same and self.client.status == "running"
+
+    def close(self) -> None:
+        """Take leave, by which what was asked of the scheduler is cancelled."""
+        with suppress(Exception):  # a client may just be failing to connect anew
+            self.client.close(timeout=CLOSE_SECONDS)
+        self.client.status = "closed"  # or it tried once more when it is collected
+        self._loop.end()
+
+
+class _Loop:
+    """A thread with an event loop, which ends with all that is left in it.
+
+    A loop that dask's client makes for itself stays for ever where connecting fails.
+    """
+
+    def __init__(self) -> None:
+        started: Future[asyncio.AbstractEventLoop] = Future()
+        self._over = asyncio.Event()
+        self._thread = Thread(target=asyncio.run, args=(self._turn(started),), daemon=True)
+        self._thread.start()
+        self._loop = started.result()
+
+    async def _turn(self, started: "Future[asyncio.AbstractEventLoop]") -> None:
+        started.set_result(asyncio.get_running_loop())
+        await self._over.wait()
+        _close_streams()
+
+    def do(self, work: "Coroutine[Any, Any, Any]") -> Any:
+        """What a coroutine returns that runs there."""
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result()
+
+    def end(self) -> None:
+        """End it, whatever runs there."""
+        with suppress(RuntimeError):  # it has ended before
+            self._loop.call_soon_threadsafe(self._over.set)
+        self._thread.join(CLOSE_SECONDS)
+
+
+def _close_streams() -> None:
+    """Close what dask forgets: connections that are given up while they greet."""
+    from tornado.ioloop import IOLoop
+
+    watched: Any = IOLoop.current()
+    for _, watching in list(watched.handlers.values()):
+        if close := getattr(getattr(watching, "__self__", None), "close", None):
+            close()
+
+
+async def _opened(address: str | None, scheduler_file: str | None, seconds: float) -> Any:
+    from distributed import Client
+    from distributed.comm.core import FatalCommClosedError
+
+    # What dask says of lost connections, in many lines, is said by us in one.
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    make: Any = Client
+    client = None
+    try:
+        client = make(
+            address,
+            scheduler_file=scheduler_file,
+            timeout=seconds,
+            set_as_default=False,
+            asynchronous=True,
+        )
+        return await asyncio.wait_for(client, seconds + GREETING_SECONDS)
+    except Exception as error:
+        if client is not None:
+            with suppress(Exception):
+                await client.close(timeout=CLOSE_SECONDS)
+        if isinstance(error, FatalCommClosedError) or not isinstance(error, OSError):
+            raise ConnectionImpossibleError(_reason(error)) from error
+        raise OSError(_reason(error)) from error
+
+
+def _reason(error: BaseException) -> str:
+    """What dask says, in one line; lengths that are words of another protocol are no
+    lack of memory."""
+    if isinstance(error, MemoryError):
+        return "something else than a scheduler of dask answers there"
+    said, cause = " ".join(str(error).split()), str(error.__cause__ or "")
+    why = cause.rpartition(">: ")[2]  # without the address of an object of dask's
+    return f"{said} ({why})" if why else said or "nothing answers"
+
+
+def exposed(address: str) -> bool:
+    """Whether what is sent to an address leaves this machine as plain text."""
+    parts = urlsplit(address)
+    if parts.scheme != "tcp" or parts.hostname is None:
+        return False
+    try:
+        found = socket.getaddrinfo(parts.hostname, None, type=socket.SOCK_STREAM)
+    except OSError:
+        return True
+    return not all(_is_ours(str(place[0])) for *_, place in found)
+
+
+def _is_ours(host: str) -> bool:
+    import psutil
+
+    plain = host.partition("%")[0]
+    own = {one.address.partition("%")[0] for ones in psutil.net_if_addrs().values() for one in ones}
+    return ipaddress.ip_address(plain).is_loopback or plain in own

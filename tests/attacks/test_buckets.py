@@ -1,0 +1,175 @@
+"""An object store that lies, over the wire: each answer ends in one sentence, within bounds, and writes nothing."""
+
+import http.server
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+import pytest
+from object_stores import CREDENTIALS
+
+from sweep.storing import locations
+from sweep.storing.locations import ObjectPath, StoreError, location
+from sweep.storing.store import Store
+
+ROOT = Path(__file__).parent.parent.parent
+PART = "00000000000000000001-aaaaaaaaaaaa"
+TIME = "2026-01-01T00:00:00.000Z"
+Answer = Callable[[http.server.BaseHTTPRequestHandler], None]
+
+
+def listing(*objects: tuple[str, int], token: str = "") -> bytes:
+    """What a server says of the objects below a prefix; with a token there are said to be more."""
+    each = "".join(
+        f"<Contents><Key>{escape(key)}</Key><LastModified>{TIME}</LastModified><Size>{size}</Size></Contents>"
+        for key, size in objects
+    )
+    more = f"<IsTruncated>true</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>" if token else ""
+    return f'<?xml version="1.0"?><ListBucketResult>{each}{more}</ListBucketResult>'.encode()
+
+
+class Liar:
+    """A server that answers listings by `lists`, and everything else by `gives`; what was asked is counted."""
+
+    def __init__(self, lists: Answer, gives: Answer) -> None:
+        liar = self
+        self.asked = 0
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                liar.asked += 1
+                (lists if "list-type" in self.path else gives)(self)
+
+            def do_HEAD(self) -> None:
+                answer(b"")(self)
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server.daemon_threads = True
+        threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
+
+    @property
+    def url(self) -> str:
+        return f"s3://bucket/results?endpoint_override=127.0.0.1:{self.server.server_port}&scheme=http&region=us-east-1"
+
+
+def answer(body: bytes, status: int = 200, size: int | None = None, **headers: str) -> Answer:
+    """An answer of so many bytes as it says, or not."""
+
+    def said(request: http.server.BaseHTTPRequestHandler) -> None:
+        request.send_response(status)
+        for name, value in headers.items():
+            request.send_header(name, value)
+        request.send_header("Content-Length", str(len(body) if size is None else size))
+        request.end_headers()
+        request.wfile.write(body)
+
+    return said
+
+
+@contextmanager
+def lying(lists: Answer, gives: Answer) -> Iterator[Liar]:
+    liar = Liar(lists, gives)
+    try:
+        yield liar
+    finally:
+        liar.server.shutdown()
+        liar.server.server_close()
+
+
+@pytest.fixture(autouse=True)
+def _credentials(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in CREDENTIALS.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(locations, "ATTEMPTS", 1)
+    monkeypatch.setattr(locations, "PATIENCE_SECONDS", 0.5)
+
+
+def store_of(liar: Liar) -> Store:
+    place = location(liar.url)
+    assert isinstance(place, ObjectPath)
+    return Store(place / "study")
+
+
+BELOW = f"results/study/parts/{PART}"
+WEIRD = ["../../../up", "..", "/etc/x", "a/../../../up", "./x", "a\\b", "\x7f", "%2e%2e/up", "x" * 900, "con", "~/x"]
+
+
+def test_names_from_a_listing_never_leave_the_folder_of_downloads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "inner" / "most"))
+    (tmp_path / "inner" / "most").mkdir(parents=True)
+    for name in WEIRD:
+        found = listing((f"{BELOW}/manifest.json", 2), (f"{BELOW}/{name}", 2))
+        with lying(answer(found), answer(b"{}")) as liar:
+            store = store_of(liar)
+            with suppress(StoreError), store.place.fetched(store.all_parts()) as folders:
+                inside = {path for folder in folders for path in folder.rglob("*")}
+                assert {path for path in tmp_path.rglob("*") if path.is_file()} <= inside
+        assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+BOMB = (
+    b'<?xml version="1.0"?><!DOCTYPE l [<!ENTITY a "aaaaaaaaaa">'
+    + b"".join(b'<!ENTITY %c "%s">' % (c, b"&%c;" % (c - 1) * 10) for c in range(ord("b"), ord("k")))
+    + b"]><ListBucketResult><Contents><Key>&j;</Key><Size>1</Size></Contents></ListBucketResult>"
+)
+LISTS = {
+    "no xml": b"what?",
+    "html": b"<html><body>Sign in</body></html>",
+    "nothing": b"",
+    "a bomb": BOMB,
+    "an entity": b'<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><ListBucketResult>&a;</ListBucketResult>',
+    "sizes that are none": listing((f"{BELOW}/manifest.json", 1)).replace(b"<Size>1<", b"<Size>-9e99<"),
+    "nesting": b"<a>" * 100_000,
+}
+
+
+@pytest.mark.parametrize("what", LISTS)
+def test_a_listing_that_is_none_is_one_sentence_or_empty(what: str) -> None:
+    with lying(answer(LISTS[what]), answer(b"{}")) as liar:
+        assert said(liar.url).count("\n") <= 1
+
+
+SCRIPT = """
+import resource, sys
+from sweep.storing import locations
+locations.ATTEMPTS, locations.PATIENCE_SECONDS = 1, 0.5
+from sweep.storing.store import Store
+try:
+    with Store(locations.location(sys.argv[1]) / "study").place.fetched(
+        Store(locations.location(sys.argv[1]) / "study").all_parts()
+    ):
+        pass
+except locations.StoreError as error:
+    print(error)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+"""
+MOST_MEGABYTES = 1500
+
+
+def said(url: str) -> str:
+    """What reading all parts says, in a process of its own whose memory is bounded."""
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, url],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        cwd=ROOT,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stderr.splitlines()[-1]) < MOST_MEGABYTES * 1024
+    return done.stdout
+
+
+def test_an_object_larger_than_its_listing_is_not_fetched() -> None:
+    found = listing((f"{BELOW}/manifest.json", 2), (f"{BELOW}/trials.parquet", 10))
+    with lying(answer(found), answer(b"x" * 50_000_000)) as liar:
+        assert "not the object of 2 bytes that was listed" in said(liar.url)
