@@ -4,6 +4,7 @@ What is checked is what arrays are made of: the types of columns, that no cell i
 ever is, and that lists are as long as they say.
 """
 
+import re
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from kernels.models import MODELS
 from sweep.consistency import MOST_PIXELS
 from sweep.fields import fields
+from sweep.names import shortened
 from sweep.storing.locations import StoreError
 from sweep.storing.rows import ABOUT_TRIAL, ARROW
 
+NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 BODIES = ("x", "y", "vx", "vy")
 ALWAYS = ("trial_id", "point", "model", "preset", "status")
 """Columns of trials in which no cell is empty."""
@@ -30,10 +33,20 @@ def checked(study: str, name: str, table: pa.Table) -> pa.Table:
     if table.num_rows == 0:
         return table
     try:
+        _check_names(table)
         CHECKS[name](table)
     except ValueError as error:
         raise StoreError(f"study {study}: the stored {name} are not what a launch writes: {error}") from None
     return table
+
+
+def _check_names(table: pa.Table) -> None:
+    names = table.column_names
+    for name in names:
+        if not NAME.fullmatch(name):
+            raise ValueError(f"no column is called {shortened(ascii(name))}")
+    if len(names) > len(set(names)):
+        raise ValueError("a column stands twice")
 
 
 def _check_trials(table: pa.Table) -> None:
