@@ -15,6 +15,7 @@ from sweep.ablation import fitted_preset
 from sweep.maps import OwnMap, maps_from_json
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
+from sweep.stored_plan import check_plan
 from sweep.stored_tables import checked
 from sweep.storing.layout import PLAN, STUDY_NAME
 from sweep.storing.locations import Location, StoreError, location
@@ -52,6 +53,7 @@ class StoredStudy:
             raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
+        check_plan(name, self.provenance)
 
     def __repr__(self) -> str:
         return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
