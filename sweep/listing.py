@@ -13,7 +13,7 @@ from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
 from sweep.fields import fields
 from sweep.jobs import TRIAL_ID
-from sweep.names import unknown
+from sweep.names import shortened, unknown
 from sweep.running.failures import last_line
 from sweep.study import StoredStudy, details
 from sweep.terminal import console
@@ -154,7 +154,7 @@ def _within(mean: float, low: float, high: float) -> str:
 
 def brief(value: Any) -> str:
     """A setting in few characters."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value) or "-"
+    return f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) or "-"
 
 
 def status_json(study: StoredStudy) -> str:

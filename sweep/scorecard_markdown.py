@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from sweep.harmless import harmless
 from sweep.scorecard import (
     HEADINGS,
     MARKS,
@@ -19,7 +20,7 @@ from sweep.scorecard import (
     trials_text,
 )
 
-SPECIAL = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|"} | {"\n": " "})
+SPECIAL = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|~&"})
 
 
 def as_markdown(page: Page) -> str:
@@ -82,4 +83,4 @@ def _cells(page: Page, section: Section, row: Row) -> list[str]:
 
 
 def _text(text: str) -> str:
-    return text.translate(SPECIAL)
+    return harmless(" ".join(text.splitlines())).translate(SPECIAL)

@@ -10,6 +10,7 @@ from typing import Any
 from sweep.design import expand
 from sweep.document import Document, Entry, SpecError
 from sweep.fields import Value, fields, study_fields
+from sweep.jobs import TRIAL_ID
 from sweep.keeping.stored import StoredTrial
 from sweep.limits import MOST_TRIALS
 from sweep.maps import OwnMap
@@ -47,6 +48,8 @@ def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, d
     def cell(name: str) -> Entry:
         return Entry(document, (name,), row.get(name))
 
+    if not TRIAL_ID.fullmatch(cell("trial_id").text()):
+        raise cell("trial_id").expected("24 hexadecimal digits")
     cell("status").text()
     if row.get("error"):
         cell("error").text()

@@ -4,6 +4,7 @@ What is checked is what arrays are made of: the types of columns, that no cell i
 ever is, and that lists are as long as they say.
 """
 
+import re
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -14,30 +15,50 @@ from numpy.typing import NDArray
 from kernels.models import MODELS
 from sweep.consistency import MOST_PIXELS
 from sweep.fields import fields
+from sweep.names import shortened
 from sweep.storing.locations import StoreError
 from sweep.storing.rows import ABOUT_TRIAL, ARROW
 
+NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 BODIES = ("x", "y", "vx", "vy")
-ALWAYS = ("trial_id", "point", "model", "preset", "status")
-"""Columns of trials in which no cell is empty."""
+FULL = {
+    "trials": ("trial_id", "point", "model", "preset", "status"),
+    "series": ("trial_id", "frame"),
+    "heatmaps": ("trial_id", "rows", "columns", "visits"),
+    "trajectories": ("trial_id", "frame", *BODIES),
+}
+"""Columns that each table has, and in which no cell is empty."""
 
 
-def checked(study: str, name: str, table: pa.Table) -> pa.Table:
-    """`table`, the rows of one or more parts in a table of `study`.
+def checked(study: str, name: str, table: pa.Table, columns: Iterable[str] = ()) -> pa.Table:
+    """`table`, the rows of one or more parts in a table of `study`, which has these columns too.
 
     Raises StoreError, which names the study, the table and the column, where no launch writes it.
     """
     if table.num_rows == 0:
         return table
+    for column in (*FULL[name], *columns):
+        if column not in table.column_names:
+            raise StoreError(f"study {study}: its stored {name} have no column {column}; launch it again")
     try:
+        _check_names(table)
+        _check_full(table, FULL[name])
         CHECKS[name](table)
     except ValueError as error:
         raise StoreError(f"study {study}: the stored {name} are not what a launch writes: {error}") from None
     return table
 
 
+def _check_names(table: pa.Table) -> None:
+    names = table.column_names
+    for name in names:
+        if not NAME.fullmatch(name):
+            raise ValueError(f"no column is called {shortened(ascii(name))}")
+    if len(names) > len(set(names)):
+        raise ValueError("a column stands twice")
+
+
 def _check_trials(table: pa.Table) -> None:
-    _check_full(table, ALWAYS)
     _check_types(table, {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names})
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in MODELS:
@@ -50,13 +71,11 @@ def _check_trials(table: pa.Table) -> None:
 
 
 def _check_series(table: pa.Table) -> None:
-    _check_full(table, ("trial_id", "frame"))
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     _check_numbers(table, set(table.column_names) - {"trial_id", "frame"})
 
 
 def _check_heatmaps(table: pa.Table) -> None:
-    _check_full(table, ("trial_id", "rows", "columns", "visits"))
     _check_types(table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()})
     found, rows, columns = _lengths(table, "visits", pa.int32()), *map(_whole(table), ("rows", "columns"))
     if not ((rows > 0) & (columns > 0) & (rows * columns == found) & (found <= MOST_PIXELS)).all():
@@ -64,7 +83,6 @@ def _check_heatmaps(table: pa.Table) -> None:
 
 
 def _check_trajectories(table: pa.Table) -> None:
-    _check_full(table, ("trial_id", "frame", *BODIES))
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     boids = _lengths(table, "x", pa.float64())
     if boids.min() < 1 or not all((_lengths(table, name, pa.float64()) == boids).all() for name in BODIES):
@@ -82,8 +100,6 @@ def _check_trajectories(table: pa.Table) -> None:
 
 def _check_full(table: pa.Table, names: Iterable[str]) -> None:
     for name in names:
-        if name not in table.column_names:
-            raise ValueError(f'there is no column "{name}"')
         if table[name].null_count:
             raise ValueError(f'column "{name}" has empty cells')
 

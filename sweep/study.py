@@ -1,6 +1,7 @@
 """A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
 
 from collections import Counter
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,6 +15,7 @@ from sweep.ablation import fitted_preset
 from sweep.maps import OwnMap, maps_from_json
 from sweep.names import similar, unknown
 from sweep.sequential import from_json, look
+from sweep.stored_plan import check_plan
 from sweep.stored_tables import checked
 from sweep.storing.layout import PLAN, STUDY_NAME
 from sweep.storing.locations import Location, StoreError, location
@@ -51,6 +53,7 @@ class StoredStudy:
             raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
+        check_plan(name, self.provenance)
 
     def __repr__(self) -> str:
         return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
@@ -113,12 +116,7 @@ class StoredStudy:
     @cached_property
     def trials(self) -> pd.DataFrame:
         """One row a stored trial of the spec, in its order: what it is, every setting, every metric."""
-        table = self._table("trials")
-        for name in ("status", "point", *self.varied, *self.metrics):
-            if table.num_rows and name not in table.column_names:
-                why = f"its stored trials have no column {name}; launch it again"
-                raise StoreError(f"study {self.name}: {why}")
-        return self._in_order(table)
+        return self._in_order(self._table("trials", (*self.varied, *self.metrics)))
 
     @cached_property
     def series(self) -> pd.DataFrame:
@@ -190,12 +188,15 @@ class StoredStudy:
         """How many stored trials do not belong to the spec as last launched."""
         return len(self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist()))
 
-    def read(self, name: str, trial_ids: pa.Array) -> pa.Table:
-        """The rows of some trials in a stored table. Raises StoreError for what no launch writes."""
-        return checked(self.name, name, self.store.read(name, trial_ids=trial_ids))
+    def read(self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()) -> pa.Table:
+        """The rows of some trials in a stored table, which has at least these columns.
 
-    def _table(self, name: str) -> pa.Table:
-        return self.read(name, self.plan["trial_id"].combine_chunks())
+        Raises StoreError for what no launch writes.
+        """
+        return checked(self.name, name, self.store.read(name, trial_ids=trial_ids), columns)
+
+    def _table(self, name: str, columns: Iterable[str] = ()) -> pa.Table:
+        return self.read(name, self.plan["trial_id"].combine_chunks(), columns)
 
     def _in_order(self, table: pa.Table) -> pd.DataFrame:
         """Rows in the order of the plan, those of one trial as stored."""

@@ -5,7 +5,6 @@ import environment  # noqa: F401  # isort: skip (before anything that looks at i
 import fcntl
 import os
 import signal
-from collections.abc import Iterator
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
@@ -22,14 +21,6 @@ settings.load_profile("kernels")
 # A shell starts its background jobs deaf to Ctrl-C, and nohup its jobs to SIGHUP, which tests of interruptions need.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def state_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What launches keep for later ones, such as the key of checkpoints, is not the user's."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
-        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -4,6 +4,7 @@ Each draws into given axes, within the house style. Positions are in the world's
 worlds have y downwards from the top left, as the published programs do.
 """
 
+import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from textwrap import wrap
@@ -17,6 +18,8 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.figures.style import BLUE, GREY
+from sweep.harmless import harmless
+from sweep.names import shortened
 from sweep.study import StoredStudy, StoredWorld
 
 LETTERS_AN_INCH = 18.0
@@ -131,7 +134,12 @@ def words(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return "unlimited" if np.isinf(value) else f"{value:g}"
-    return str(value).replace("_", " ") or "unchanged"
+    return as_text(shortened(str(value))).replace("_", " ") or "unchanged"
+
+
+def as_text(text: str) -> str:
+    """A text that matplotlib shows as it is: between two $ it would look for mathematics."""
+    return re.sub(r"(?<!\\)\$", r"\\$", harmless(text))
 
 
 def named(settings: Iterable[tuple[str, object]]) -> str:

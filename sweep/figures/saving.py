@@ -7,8 +7,11 @@ from pathlib import Path
 
 from matplotlib import style
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from sweep.figures.pieces import as_text
 from sweep.figures.style import STYLE
+from sweep.harmless import harmless
 from sweep.keeping.outputs import unfinished
 from sweep.storing.regular import open_regular
 from sweep.study import StoredStudy
@@ -39,6 +42,7 @@ def save(
     for name in sorted(files, key=lambda name: name == "png"):
         # The style has the salt of the ids in an SVG, and the dots an inch.
         with unfinished(files[name], below) as file, style.context(STYLE):
+            _show_texts_as_they_are(figure)
             figure.savefig(file, format=name, metadata=_metadata(name, about or {}))
     return list(files.values())
 
@@ -47,7 +51,7 @@ def about_study(study: StoredStudy) -> dict[str, str]:
     """What a file says of the study that it shows: its name, hashes of its spec and kernels, and the trials done."""
     return {
         "Study": study.name,
-        "Spec hash": sha256(study.spec.encode()).hexdigest()[:16],
+        "Spec hash": sha256(study.spec.encode(errors="replace")).hexdigest()[:16],
         "kernels_sha": str(study.provenance["kernels_sha"]),
         "Trials": str(study.statuses()["done"]),
     }
@@ -67,8 +71,16 @@ def saved_about(path: Path) -> dict[str, str]:
         return {}
 
 
+def _show_texts_as_they_are(figure: Figure) -> None:
+    """They may quote a file from anyone; those at ticks, where numbers may need mathematics, are `words`."""
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and (shown := as_text(text.get_text())) != text.get_text():
+            text.set_text(shown)
+
+
 def _metadata(name: str, about: Mapping[str, str]) -> dict[str, str | None]:
     """`about` in the words of a format, without a date."""
+    about = {key: harmless(value) for key, value in about.items()}
     if name == "png":
         return {"Software": "boidsweep", **about}
     first, *others = [f"{key}: {value}" for key, value in about.items()] or [""]

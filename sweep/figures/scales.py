@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from sweep.figures.pieces import quantity, words
 from sweep.figures.selection import Selection, is_number
+from sweep.strict_yaml import parse_document
 
 Floats = NDArray[np.float64]
 
@@ -86,10 +88,8 @@ def _crowded(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=8)
 def _document(spec: str) -> object:
-    """A spec as plain values."""
-    from ruamel.yaml import YAML
-
-    return YAML(typ="safe", pure=True).load(spec)
+    """A spec as plain values. Raises SpecError where it is none, as a stored one may be."""
+    return parse_document(spec, Path("the stored spec")).value
 
 
 def _forms(value: object, name: str) -> Iterator[str]:

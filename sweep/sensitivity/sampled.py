@@ -117,6 +117,8 @@ def _sample(part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]) ->
     table = part.pivot(index="point", columns=REPLICATE, values="value").loc[settings.index]
     means, residuals = _split(table.to_numpy(np.float64))
     rows = np.asarray(about.get("rows", range(len(settings))), np.intp)
+    if len(rows) % about.get("size", 1) or rows.max(initial=-1) >= len(settings):
+        raise StoreError(f"the plan does not have the {len(settings):,} points in whole blocks; launch it again")
     return Sample(
         at=at,
         settings=settings.reset_index(drop=True),

@@ -92,12 +92,18 @@ def test_a_sealed_checkpoint_of_a_stranger_is_refused_in_a_sentence(
 
 def test_with_the_stranger_s_key_it_would_have_been_believed(tmp_path: Path) -> None:
     """So that the test above shows the key at work, and not something else that is wrong with the file."""
-    a_job = named(small("nguyen2024"))
-    state = filled("flock.x", 1.0)(_advanced(a_job).state())
-    write_state(tmp_path / f"{TRIAL}.state", TRIAL, Saved(state, 1.0), STRANGER)
-    (tmp_path / f"{TRIAL}.frames").touch()
-    result = Checkpointed(run, tmp_path, 1e9, STRANGER)(a_job)
-    assert numbers(result) != numbers(run(a_job))
+    a_job, found = named(small("nguyen2024")), []
+    for lie in ("the truth", "boids elsewhere"):
+        state = LIES[lie](_advanced(a_job).state())
+        write_state(tmp_path / f"{TRIAL}.state", TRIAL, Saved(state, 1.0), STRANGER)
+        (tmp_path / f"{TRIAL}.frames").touch()
+        found.append(numbers(Checkpointed(run, tmp_path, 1e9, STRANGER)(a_job)))
+        (tmp_path / f"{TRIAL}.frames").unlink()
+        (tmp_path / f"{TRIAL}.tried-1").unlink(missing_ok=True)
+        (tmp_path / f"{TRIAL}.state").unlink(missing_ok=True)
+    truth, lied = found
+    assert truth["last"] == numbers(run(a_job))["last"]
+    assert lied["last"] != truth["last"]
 
 
 def test_a_launch_in_a_stranger_s_folder_is_undisturbed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -1,0 +1,149 @@
+"""Hostile text in figures, pages and files for other programs: it is shown, and does nothing."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+import xarray as xr
+from commands import sweep
+from matplotlib.figure import Figure
+from PIL import Image
+from studies import launched
+
+from attacks.hostile import give, give_plan
+from sweep.document import SpecError
+from sweep.figures.pieces import as_text, words
+from sweep.figures.saving import save
+from sweep.figures.scales import _document
+from sweep.keeping.exporting import export
+from sweep.scorecard_markdown import _text
+from sweep.study import StoredStudy
+from sweep.view.recording import _document as page_of
+
+MATHS = ["$\\frac{1$", "$\\evil$", "$$", "$", "a$b$c", "\\$", "$x^{y^{z$", "${}^{" * 4 + "$", "\\\\$a$"]
+SWEEPS = """
+study: maps
+model: aziel_chen2025
+preset: as_run
+fixed: {n: 3, steps: 4}
+sweep:
+  map: [cafeteria, empty]
+  cohesion_weight: [0.1, 0.2, 0.3]
+replicates: 2
+seed: 5
+record: {series: [speed], every: 2}
+"""
+HOSTILE = "$\\frac{1$ $\\evil$ <script>alert(1)</script> </svg>]]> --> \x1b[2J\u202e &amp; %s {n}"
+
+
+@pytest.mark.parametrize("text", MATHS, ids=range(len(MATHS)))
+def test_no_text_of_a_figure_is_mathematics(text: str, tmp_path: Path) -> None:
+    """Unfinished mathematics would end the figure in a traceback, wherever in it the text stands."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([1, 2], label=text)
+    axes.set_xscale("log")
+    axes.set(title=text, xlabel=text, ylabel=text)
+    axes.yaxis.set_ticks([1, 2], [words(text), words(text)])
+    axes.legend(title=text)
+    figure.suptitle(text)
+    axes.annotate(text, (1, 1))
+    written = save(figure, tmp_path / "x", {"Study": text}, formats=("png", "svg", "pdf"))
+    assert [path.suffix for path in written] == [".png", ".svg", ".pdf"]
+    assert as_text(as_text(text)) == as_text(text)
+
+
+def test_mathematics_of_the_axes_stays(tmp_path: Path) -> None:
+    """A logarithmic axis writes its powers of ten so."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.loglog([1, 1000], [1, 1000])
+    save(figure, tmp_path / "x", formats=("svg",))
+    assert "$\\mathdefault{10^{3}}$" in (tmp_path / "x.svg").read_text()
+
+
+@pytest.fixture
+def evil(tmp_path: Path) -> Path:
+    """A folder with results/maps, in which a map and the kernels have a hostile name."""
+    folder = launched(SWEEPS, tmp_path / "results").store.folder
+    assert isinstance(folder, Path)
+    names = [HOSTILE[:24], "$\\evil$"]
+    plan = StoredStudy("maps", tmp_path / "results").plan
+    which = {"cafeteria": names[0], "empty": names[1]}
+    give(folder, map=[which[name] for name in StoredStudy("maps", tmp_path / "results").trials["map"]])
+    give_plan(folder, {"kernels_sha": HOSTILE}, map=[which[name] for name in plan["map"].to_pylist()])
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["curves", "scatter", "heatmap"])
+def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
+    formats = [word for name in ("png", "svg", "pdf") for word in ("--format", name)]
+    done = sweep(evil, "plot", "maps", kind, *formats)
+    assert done.returncode == 0, done.stderr
+    figures = evil / "results" / "maps" / "figures"
+    for path in figures.glob("*.svg"):
+        root = ElementTree.parse(path).getroot()
+        assert not [element for element in root.iter() if element.tag.endswith("script")]
+        assert "\x1b" not in path.read_text(encoding="utf-8")
+    for path in figures.glob("*.png"):
+        with Image.open(path) as image:
+            assert "\x1b" not in "".join(map(str, image.info.values()))
+    assert len(list(figures.glob("*.pdf"))) == len(list(figures.glob("*.svg"))) >= 1
+
+
+BOMB = "a: &a [x, x]\n" + "".join(
+    f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("abcdefghijklmnopqrstuvwx", "bcdefghijklmnopqrstuvwxy", strict=True)
+)
+
+
+@pytest.mark.parametrize("spec", [BOMB, "[" * 10_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"])
+def test_a_stored_spec_is_read_as_strictly_as_one_to_launch(spec: str) -> None:
+    """Figures look in it which axes are logarithmic; of a bomb they would have walked every branch."""
+    with pytest.raises(SpecError, match="the stored spec"):
+        _document(spec)
+
+
+def test_netcdf_and_csv_hold_hostile_text_as_it_is(evil: Path) -> None:
+    study = StoredStudy("maps", evil / "results")
+    export(study, evil / "x.nc")
+    with xr.open_dataset(evil / "x.nc", engine="netcdf4") as data:
+        assert set(data["map"].values.tolist()) == {HOSTILE[:24], "$\\evil$"}
+        assert json.loads(str(data["provenance"].values))["kernels_sha"] == HOSTILE
+    export(study, evil / "x.csv")
+    assert json.loads((evil / "x.csv.json").read_text())["provenance"]["kernels_sha"] == HOSTILE
+
+
+@pytest.mark.parametrize("column", ["a/b", "", "=1+1", "\x1b[2J", "a b", "../x", "<script>"])
+def test_a_column_of_another_name_than_a_metric_s_is_refused(tmp_path: Path, column: str) -> None:
+    """netCDF would make groups of some names, and others are formulas."""
+    folder = launched(SWEEPS, tmp_path / "results").store.folder
+    assert isinstance(folder, Path)
+    give(folder, **{column: 1.0})
+    done = sweep(tmp_path, "export", "maps", "--to", "x.nc")
+    assert done.returncode == 2
+    assert "no column is called" in done.stderr
+
+
+TAGS = "</script><script>alert(1)</script><!--<script>\"'><img src=x onerror=alert(1)>\u2028"
+
+
+def test_a_recorded_page_has_no_element_of_its_data() -> None:
+    said = dict.fromkeys(("Study", "Trial", "Model", "kernels_sha", "Software"), TAGS)
+    recording: dict[str, Any] = {"about": said, "spec": TAGS, "state": {"map": TAGS, TAGS: [TAGS]}}
+    page = page_of(recording)
+    harmless = page_of({"about": dict.fromkeys(said, "x"), "spec": "x"})
+    assert re.findall(r"</?\w+|<!-*", page) == re.findall(r"</?\w+|<!-*", harmless)
+    data = re.search(r'<script type="application/json" id="recording">(.*?)</script>', page, re.DOTALL)
+    assert data
+    assert json.loads(data[1]) == recording
+
+
+def test_a_text_is_one_line_of_markdown_without_marks() -> None:
+    text = _text("a\r# x\n- [l](http://e) <b>&lt;b&gt; ~~x~~ `c` ![i](u)\x1b\u2028|")
+    assert "\n" not in text
+    assert "\r" not in text
+    assert "\x1b" not in text
+    assert re.findall(r"(?<!\\)[\[\]<>`~|&*_#]", text) == []
