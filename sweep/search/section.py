@@ -30,7 +30,7 @@ KEYS = (*REQUIRED, "constraints", "sampler", "batch", "racing", "over", "held_ou
 BATCH = 12
 LEVEL = 0.1
 HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES = 5, 40
-MOST_BATCH = 10_000
+MOST_BATCH, MOST_REFERENCES = 10_000, 1000
 
 
 @dataclass(frozen=True)
@@ -248,6 +248,8 @@ def _held_out(entry: Entry | None) -> HeldOut:
 
 def _references(entry: Entry | None, fields: dict[str, Field], names: list[str]) -> dict[str, dict[str, Value]]:
     references: dict[str, dict[str, Value]] = {}
+    if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
+        raise entry.error(f'"references" are at most {MOST_REFERENCES:,}')
     for reference, child in entry.mapping() if entry else ():
         for name, value in child.mapping():
             if name not in names:

@@ -223,6 +223,12 @@ def test_searches_are_bounded(line: str, budget: int, message: str) -> None:
     assert peaks[0] < MOST_BYTES
 
 
+def test_references_are_bounded() -> None:
+    listed = ", ".join(f"r{index}: {{drag: 0.5}}" for index in range(1001))
+    with pytest.raises(SpecError, match='10: "references" are at most 1,000'):
+        searching(f"references: {{{listed}}}")
+
+
 def test_repetitions_are_bounded(tmp_path: Path) -> None:
     study = searching("racing: true")
     with counted_memory() as peaks, pytest.raises(SpecError) as error:
