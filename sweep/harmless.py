@@ -52,9 +52,9 @@ def guard_streams() -> None:
             setattr(sys, name, Harmless(stream))
 
 
-def begin_line_anew(stream: Any) -> None:
-    """Go back to the beginning of the line in a terminal."""
-    getattr(stream, "rich_proxied_file", stream).write("\r")
+def unguarded(stream: Any) -> Any:
+    """The stream below a guard, for what is to steer the terminal: a bar, the beginning of a line."""
+    return getattr(stream, "rich_proxied_file", stream)
 
 
 def make_harmless(record: logging.LogRecord) -> bool:

@@ -7,6 +7,7 @@ from types import TracebackType
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
+from sweep.harmless import guard_streams, unguarded
 from sweep.launch import Progress
 from sweep.storing.locations import Location
 from sweep.terminal import Terminal
@@ -27,7 +28,7 @@ class ProgressBar:
             TextColumn("{task.fields[pace]}", markup=False),
             TimeRemainingColumn(),
             TextColumn("{task.fields[notes]}"),
-            console=Terminal(stderr=True),
+            console=Terminal(file=unguarded(sys.stderr)),
             disable=not self.terminal,
         )
         self.task = self.bar.add_task(name, total=None, pace="", notes="")
@@ -37,6 +38,7 @@ class ProgressBar:
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
+        guard_streams()  # rich has put its own in their place, which print above the bar
         return self
 
     def __exit__(

@@ -3,7 +3,7 @@
 import sys
 import time
 
-from sweep.harmless import begin_line_anew
+from sweep.harmless import unguarded
 
 LINE_SECONDS = 10.0
 
@@ -20,7 +20,7 @@ class Counter:
         """Show that `done` of `whole` things are done."""
         text = f"{self.what}: {done:,} of {whole:,} {self.things}"
         if self.terminal:
-            begin_line_anew(sys.stderr)
+            unguarded(sys.stderr).write("\r")
             print(text, end="\n" if done == whole else "", file=sys.stderr, flush=True)
         elif done == 0 or time.monotonic() - self.said_at > LINE_SECONDS:
             self.said_at = time.monotonic()

@@ -18,9 +18,12 @@ from studies import SMALL, launched
 import sweep as package
 from attacks.hostile import give, give_plan
 from sweep.formulas import as_csv, without_formulas
-from sweep.harmless import Harmless, harmless
+from sweep.harmless import Harmless, guard_streams, harmless
+from sweep.keeping.counting import Counter
 from sweep.keeping.exporting import export
+from sweep.launch import Progress
 from sweep.listing import command
+from sweep.progress import ProgressBar
 from sweep.running.checkpoint import LOG
 from sweep.study import StoredStudy
 from sweep.terminal import Terminal
@@ -142,16 +145,15 @@ def test_a_log_record_does_not_steer(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_all_modules_log_through_the_one_filtered_logger() -> None:
+    """Others are only silenced."""
     root = Path(package.__file__).parent
-    calls = [
-        (path.name, node.args[0])
+    ours = [
+        ast.unparse(node.value)
         for path in root.glob("**/*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "getLogger"
+        if isinstance(node, ast.Assign) and "getLogger" in ast.unparse(node.value)
     ]
-    names = {ast.unparse(name) for _, name in calls}
-    assert names == {"'sweep'", "__name__", "'distributed.client'"}
-    assert [path for path, name in calls if ast.unparse(name) == "__name__"] == ["__init__.py"]
+    assert set(ours) == {"logging.getLogger('sweep')"}
     assert logging.getLogger("sweep").filters
 
 
@@ -174,6 +176,36 @@ def test_styles_reach_a_terminal_and_texts_do_not_become_styles() -> None:
         STEERING["clear"] + "[bold]data[/bold]", style="red"
     )
     assert raw.getvalue() == "\x1b[31m" + r"\u001b[2J\u001b[H[bold]data[/bold]" + "\x1b[0m\n"
+
+
+class Tty(io.StringIO):
+    """A terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_bar_moves_and_what_is_printed_beside_it_does_not_steer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """rich takes the streams over while a bar is shown, and would obey colours and links in what is printed."""
+    out, errors = Tty(), Tty()
+    for name, value in (("TERM", "xterm"), ("COLUMNS", "120")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "stdout", out)
+    monkeypatch.setattr(sys, "stderr", errors)
+    guard_streams()
+    guarded = sys.stdout, sys.stderr
+    with ProgressBar("small") as bar:
+        bar.show(Progress(points=1, most=4, trials=4))
+        print(STEERING["link"], file=sys.stderr)
+        Counter("small", "trials").show(1, 1)
+    assert (sys.stdout, sys.stderr) == guarded
+    shown = out.getvalue() + errors.getvalue()
+    assert "\x1b[2K" in shown
+    assert "\x1b]8" not in shown
+    assert r"\u001b]8;;http" in shown
+    assert r"\u001b[" not in shown
 
 
 FORMULAS = [
