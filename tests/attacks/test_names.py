@@ -10,6 +10,7 @@ from studies import SMALL, launched, relaunch
 
 from sweep.document import SpecError
 from sweep.keeping.cleaning import clean, find_waste
+from sweep.running.checkpoint_folder import Checkpoints
 from sweep.spec import parse_spec
 from sweep.storing.layout import OWN, STORED
 from sweep.storing.store import Store
@@ -36,8 +37,11 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(tmp_path: Pat
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sweep.trial.BOID_STEPS_A_CALL", 60)
         store, long = study.store, SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
-        discard = "sweep.running.batch.discard"
-        patch.setattr(discard, lambda folder, _trials: seen.update(p.name for p in folder.parent.iterdir()))
+
+        def note(_self: Checkpoints, _trials: object) -> None:
+            seen.update(path.name for path in store.folder.iterdir())
+
+        patch.setattr(Checkpoints, "discard", note)
         next(store.folder.glob("parts/*/trials.parquet")).write_text("damaged")
         relaunch(long, tmp_path)
     store.write_plan(study.plan, study.plan)

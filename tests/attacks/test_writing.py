@@ -57,6 +57,7 @@ OTHERWISE = {
     "sweep/storing/buckets.py TemporaryDirectory": "where parts are made up; nobody else may enter it",
     "sweep/keeping/netcdf.py to_netcdf": "into that folder",
     "sweep/cli/__init__.py open": "os.devnull",
+    "sweep/images.py FileIO": "reads",
     "sweep/storing/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": "an empty folder in which a notebook runs",
     "notebooks/execute.py shutil.copy": "into that folder",
