@@ -29,7 +29,7 @@ PLAN = PART | {"varied": [str], "record": [str]}
 LATER = {
     "model": str,
     "preset": str,
-    "maps": {str: {"size": [NUMBER], "obstacles": [[NUMBER]]}},
+    "maps": {},
     "ablated": {str: [[str]]},
 }
 NUMBERS = ("half_width", "confidence", "nominal_confidence")

@@ -37,7 +37,11 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(tmp_path: Pat
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sweep.trial.BOID_STEPS_A_CALL", 60)
         store, long = study.store, SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
-        patch.setattr(Checkpoints, "discard", lambda *_: seen.update(p.name for p in store.folder.iterdir()))
+
+        def note(_self: Checkpoints, _trials: object) -> None:
+            seen.update(path.name for path in store.folder.iterdir())
+
+        patch.setattr(Checkpoints, "discard", note)
         next(store.folder.glob("parts/*/trials.parquet")).write_text("damaged")
         relaunch(long, tmp_path)
     store.write_plan(study.plan, study.plan)

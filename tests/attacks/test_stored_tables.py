@@ -1,6 +1,7 @@
 """Parts, plans and claims that somebody has made up: one sentence each, or set aside."""
 
 import json
+import re
 import secrets
 import shutil
 import zlib
@@ -229,10 +230,8 @@ def test_trials_without_a_column_of_the_plan_are_one_sentence(results: Path, nam
     pq.write_table(pq.read_table(file).drop_columns([name]), file)
     resealed(file.parent)
     done = sweep(results.parent, "table", "small")
-    assert (done.returncode, done.stderr) == (
-        2,
-        f"study small: its stored trials have no column {name}; launch it again\n",
-    )
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert re.match(f'study small: .* no column "?{name}"?', done.stderr)
 
 
 MANIFESTS = ["", "5", "[]", "{}", "[" * 60_000, '{"trials": 6}', '{"trials": "6", "files": {}}']
