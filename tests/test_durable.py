@@ -11,12 +11,14 @@ from sweep.storing.writer import Writer
 
 
 @pytest.fixture
-def flushed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of what is flushed, in their order."""
+def flushed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of what is flushed in the folder of a test, in their order."""
     names, fsync = list[str](), os.fsync
 
     def noting(descriptor: int) -> None:
-        names.append(Path(f"/proc/self/fd/{descriptor}").readlink().name)
+        path = Path(f"/proc/self/fd/{descriptor}").readlink()
+        if path.is_relative_to(tmp_path):
+            names.append(path.name)
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", noting)

@@ -56,6 +56,12 @@ class Folder:
         finally:
             shutil.rmtree(staging, ignore_errors=True)
 
+    def _flush(self, folder: Path) -> None:
+        try:
+            flush_to_disk(folder)
+        except OSError as error:
+            raise self._unwritable(error) from error
+
     def _unwritable(self, error: OSError) -> StoreError:
         return StoreError(f"{self.root}: cannot write ({error}); what was stored is intact")
 
@@ -97,11 +103,11 @@ class Folder:
         try:
             make_folders(place.parent)
             source.rename(place)
-            flush_to_disk(place.parent)
         except OSError as error:
-            if not source.exists() and not place.exists():
+            if not source.exists():
                 return None
             raise StoreError(f"{part}: is damaged, and cannot be set aside as {place} ({error})") from error
+        self._flush(place.parent)
         return place
 
     def tidy(self, *, whole: bool) -> None:
@@ -111,11 +117,8 @@ class Folder:
         after LEFTOVER_SECONDS, and only while nobody else is at work on the study. A process may have died before it
         flushed the last part that it had stored: that is done now.
         """
-        try:
-            if self._parts.is_dir():
-                flush_to_disk(self._parts)
-        except OSError as error:
-            raise self._unwritable(error) from error
+        if self._parts.is_dir():
+            self._flush(self._parts)
         for folder in _folders(self._writing, STAGED_NAME):
             owner, process = folder.name.split("~")[:2]
             dead = started(int(process)) is None if owner == here() else whole and self._is_old(folder)
