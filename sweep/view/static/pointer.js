@@ -27,7 +27,8 @@ export class Hand {
     this.fingers = new Map();
     this.past = [];
     this.waiting = 0;
-    this.sendPaced = paced(() => this.drag && this.sendShapes(), DRAG_SEND_EVERY);
+    // It may be due when the next drag has begun and has changed nothing yet.
+    this.sendPaced = paced(() => this.drag && stage.edited && this.sendShapes(), DRAG_SEND_EVERY);
     const { canvas } = stage;
     const listen = { pointerdown: "down", pointermove: "move", pointerup: "up", pointercancel: "up", keydown: "key" };
     for (const [event, method] of Object.entries(listen)) canvas.addEventListener(event, (given) => this[method](given));
