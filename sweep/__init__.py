@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sweep.storing.locations import Location
     from sweep.study import StoredStudy
 
-__version__ = "0.4.0"
+__version__ = "0.5.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:

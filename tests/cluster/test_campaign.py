@@ -22,6 +22,7 @@ from sweep.running.cluster import Dask
 
 REDUCED = campaign.SPEC.replace("replicates: 30", "replicates: 6")
 LAUNCH_SECONDS = 500.0
+STALL_SECONDS = 15.0
 
 
 @contextmanager
@@ -57,13 +58,14 @@ class Keeper:
                 self.workers[place] = self.made.start_worker()
 
 
-def disturbed(line: Line, seed: int, *, most: int, resets: int, seconds: float) -> None:
-    """Close the first connection; delay each packet, and reset after packets that are drawn."""
+def disturbed(line: Line, seed: int, *, most: int, resets: int, seconds: float, stalls: int = 0) -> None:
+    """Close the first connection; delay each packet, stall some, and reset after packets that are drawn."""
     drawn = random.Random(seed)
     cuts = [drawn.randint(1, most)]
+    stalled = {drawn.randint(1, resets * most) for _ in range(stalls)}
 
     def passes(number: int) -> None:
-        time.sleep(seconds)
+        time.sleep(STALL_SECONDS if number in stalled else seconds)
         if number >= cuts[-1] and len(cuts) <= resets:
             cuts.append(number + drawn.randint(1, most))
             line.reset()
@@ -101,7 +103,7 @@ def test_whatever_is_disturbed_the_tables_are_those_of_an_undisturbed_launch(tmp
         keeper = Keeper(made, 2)
         line.mend()
         if what in ("line", "all"):
-            disturbed(line, seed=7, most=400, resets=7, seconds=0.02)
+            disturbed(line, seed=7, most=400, resets=7, seconds=0.02, stalls=2)
 
         def kill() -> None:
             time.sleep(drawn.uniform(2, 4))

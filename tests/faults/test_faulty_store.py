@@ -23,14 +23,19 @@ from sweep.storing.locations import ObjectPath
 LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--workers", "1", "--results"]
 LAUNCH_SECONDS = 500.0
 HOP = {"connection", "transfer-encoding", "content-length", "date", "server"}
+AWAY_EVERY = 60
 FAULTS = ("500", "503", "reset before", "reset after", "cut", "twice", "late", "slow")
 
 
 class Between:
-    """A proxy before an object store: faults by a seeded generator, a draw for each request."""
+    """A proxy before an object store: faults by a seeded generator, a draw for each request.
+
+    Of each AWAY_EVERY requests in a row the last `away` meet no server.
+    """
 
     def __init__(self, target: int, seed: int, shares: dict[str, float], seconds: float = 0.0) -> None:
-        self.drawn, self.shares, self.seconds = random.Random(seed), shares, seconds
+        self.drawn, self.shares, self.seconds = random.Random(seed), dict(shares), seconds
+        self.away = self.shares.pop("away", 0)
         self.counts: Counter[str] = Counter()
         self.drawing = threading.Lock()
         self.target = target
@@ -63,6 +68,9 @@ class Between:
         """What happens to a request; "" for nothing."""
         with self.drawing:
             self.counts["requests"] += 1
+            if self.away and self.counts["requests"] % AWAY_EVERY >= AWAY_EVERY - self.away:
+                self.counts["away"] += 1
+                return "reset before"
             [fault] = self.drawn.choices([*self.shares, ""], [*self.shares.values(), 1 - sum(self.shares.values())])
         if (fault in ("twice", "late") and method != "PUT") or (fault == "cut" and method != "GET"):
             return ""
@@ -183,7 +191,13 @@ def started(folder: Path, place: str, *options: str) -> "subprocess.Popen[str]":
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "shares"),
-    [("usual", USUAL | {"slow": 0.02}), ("late", {"late": 0.3}), ("killed", {}), ("killed-and-faults", USUAL)],
+    [
+        ("usual", USUAL | {"slow": 0.02}),
+        ("late", {"late": 0.3}),
+        ("away", {"away": 20}),
+        ("killed", {}),
+        ("killed-and-faults", USUAL),
+    ],
 )
 def test_launches_that_fail_and_are_killed_end_with_the_tables_of_an_undisturbed_one(
     server: ObjectStore, tmp_path: Path, name: str, shares: dict[str, float]
@@ -208,17 +222,20 @@ def test_launches_that_fail_and_are_killed_end_with_the_tables_of_an_undisturbed
 
 
 @pytest.mark.slow
-def test_four_shares_at_once_store_every_trial_over_a_slow_line(server: ObjectStore, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "faults"), [(4, {}), (2, USUAL)], ids=["peace", "faults"])
+def test_shares_at_once_store_every_trial_over_a_slow_line(
+    server: ObjectStore, tmp_path: Path, number: int, faults: dict[str, float]
+) -> None:
     """40 ms a request, and a part every 0.2 s."""
-    between = Between(server.port, 1, {}, seconds=0.04)
-    place = server.url("four-shares", between.port)
+    between = Between(server.port, 1, faults, seconds=0.04)
+    place = server.url(f"shares-{number}", between.port)
     (tmp_path / "spec.yaml").write_text(campaign.SPEC)
     try:
-        shares = [started(tmp_path, place, "--shard", f"{k}/4") for k in range(1, 5)]
+        shares = [started(tmp_path, place, "--shard", f"{k}/{number}") for k in range(1, number + 1)]
         said = [share.communicate(timeout=LAUNCH_SECONDS)[1] for share in shares]
     finally:
         between.close()
-    assert [share.returncode for share in shares] == [0] * 4, said
-    store = server.results("four-shares") / "faulty"
+    assert [share.returncode for share in shares] == [0] * number, said
+    store = server.results(f"shares-{number}") / "faulty"
     assert isinstance(store, ObjectPath)
     assert tables(store) == whole(tmp_path, campaign.SPEC)
