@@ -1,8 +1,9 @@
 """Whatever two processes do to one study at once, and in whichever order their steps fall: nothing is lost or doubled.
 
-Every pair of what shares, a launch of the whole, gc and readers do runs step by step, in a folder and in an object
-store, in every order that can make a difference (`interleavings.py`), or in those with few interruptions. A step is what others can notice, or what depends
-on them: a look at a folder or a file of the study, a rename, a removal; of an object store every request.
+Every pair of what shares, a launch of the whole, gc and readers do runs step by step, in a
+folder and in an object store, in every order that can make a difference (`interleavings.py`),
+or in those with few interruptions. A step is what others can notice, or what depends on them:
+a look at a folder or a file of the study, a rename, a removal; of an object store every request.
 """
 
 import itertools
