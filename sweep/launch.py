@@ -22,6 +22,7 @@ from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import Failures, failed_among
 from sweep.sequential import Until, look
 from sweep.spec import Study
+from sweep.stored_tables import checked_numbers
 from sweep.storing.custody import custody
 from sweep.storing.locations import Location
 from sweep.storing.lock import Lock
@@ -176,7 +177,7 @@ class _Launch:
 def _statuses(store: Store) -> pa.Table:
     """The status of every stored trial."""
     types = pa.schema({"trial_id": pa.string(), "status": pa.string()})
-    table = store.read("trials", columns=["trial_id", "status"]).cast(types)
+    table = checked_numbers(store.folder, store.read("trials", columns=["trial_id", "status"]), ()).cast(types)
     pa.default_memory_pool().release_unused()
     return table
 
@@ -198,6 +199,7 @@ def _further(until: Until, store: Store, trials: Counts) -> Counts:
     """How many trials each point gets from now on, all those in the plan being stored."""
     wanted = store.read_plan()["trial_id"].combine_chunks()
     table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
+    checked_numbers(store.folder, table, [until.metric])
     place = pc.index_in(wanted, value_set=table["trial_id"].combine_chunks())
     values = table[until.metric].cast(pa.float64()).take(place).to_numpy()
     return look(until, until.nominal, trials, values).further

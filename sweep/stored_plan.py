@@ -12,8 +12,12 @@ from kernels.models import MODELS
 from sweep.blocks import OPTIONS
 from sweep.document import Document, Entry, SpecError
 from sweep.fields import fields
+from sweep.limits import MOST_TRIALS
 from sweep.replication import read_replication
 from sweep.storing.locations import StoreError
+
+MOST_BEFORE = 10**9
+"""Up to version 0.4.0 a study could have so many trials."""
 
 
 def check_plan(study: str, about: dict[str, Any]) -> None:
@@ -78,7 +82,8 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
 def _check_until(rule: dict[str, Any], recorded: tuple[str, ...]) -> None:
     """The rule passes the checks of `replicates` in a spec."""
     asked = {name: rule[name] for name in ("metric", "half_width", "confidence")}
-    spec = {"replicates": {"until": asked, "min": rule["min"], "max": rule["max"]}}
+    most = MOST_TRIALS if MOST_TRIALS < rule["max"] <= MOST_BEFORE else rule["max"]
+    spec = {"replicates": {"until": asked, "min": rule["min"], "max": most}}
     try:
         read_replication(Entry(Document(Path("plan.parquet"), ""), (), spec), recorded)
     except SpecError as error:

@@ -16,7 +16,7 @@ from kernels.models import MODELS
 from sweep.consistency import MOST_PIXELS
 from sweep.fields import fields
 from sweep.names import shortened
-from sweep.storing.locations import StoreError
+from sweep.storing.locations import Location, StoreError
 from sweep.storing.rows import ABOUT_TRIAL, ARROW
 
 NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
@@ -46,6 +46,19 @@ def checked(study: str, name: str, table: pa.Table, columns: Iterable[str] = ())
         CHECKS[name](table)
     except ValueError as error:
         raise StoreError(f"study {study}: the stored {name} are not what a launch writes: {error}") from None
+    return table
+
+
+def checked_numbers(folder: Location, table: pa.Table, columns: Iterable[str]) -> pa.Table:
+    """`table`, trials of whichever launches into `folder`: ids and statuses are texts, `columns` numbers.
+
+    Raises StoreError where they are not.
+    """
+    kinds = dict.fromkeys(columns, pa.float64()) | {"trial_id": pa.string(), "status": pa.string()}
+    try:
+        _check_types(table, {name: kind for name, kind in kinds.items() if name in table.column_names})
+    except ValueError as error:
+        raise StoreError(f"{folder}: the stored trials are not what a launch writes: {error}") from None
     return table
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from kernels.metrics import METRICS
 from sweep.spec import Record
 from sweep.storing.locations import Location
+from sweep.storing.manifest import table_names
 from sweep.storing.origin import PROVENANCE, part_provenance
 from sweep.storing.parquet import each, load_table, load_trials, stored_schema
 from sweep.storing.store import Store
@@ -86,7 +87,7 @@ def _holders(parts: list[Location], trial_ids: Sequence[str]) -> dict[Location, 
 
 def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
-    tables = {path.stem: load_trials(part, path.stem, None, ids) for path in part.glob("*.parquet")}
+    tables = {name: load_trials(part, name, None, ids) for name in table_names(part)}
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
     for row in trials.to_pylist():

@@ -13,6 +13,7 @@ from sweep.running.executors import ExecutorFactory
 from sweep.running.failures import Failures
 from sweep.search.objectives import Floats
 from sweep.spec import Study
+from sweep.stored_tables import checked_numbers
 from sweep.storing.rows import Tables, trial_metrics
 from sweep.storing.store import Store
 
@@ -72,7 +73,7 @@ class Ledger:
 
 def known_trials(store: Store, columns: Sequence[str], *, retry: bool) -> Known:
     """What is stored, with `retry` only what is done. Raises StoreError where it cannot be read."""
-    table = store.read("trials")
+    table = checked_numbers(store.folder, store.read("trials"), columns)
     present = [name for name in ("trial_id", "status", *columns) if name in table.column_names]
     rows = table.select(present).to_pylist() if table.num_rows else []
     return {row["trial_id"]: _row(row["status"], row, columns) for row in rows if row["status"] == "done" or not retry}

@@ -19,20 +19,33 @@ FREE_ROWS = 100_000
 CELL_BYTES = 8
 
 
-def excess(name: str, metadata: Any, size: int) -> str:
-    """Why a table is not to be read, in a few words; empty where it may be.
+def excess_rows(name: str, metadata: Any, size: int) -> str:
+    """Why nobody has stored a table so, in a few words; empty where a launch may have.
 
     It lies in a file of this name and size in bytes; `metadata` is that in its footer.
     """
-    groups = [metadata.row_group(index) for index in range(metadata.num_row_groups)]
-    rows = max(metadata.num_rows, sum(group.num_rows for group in groups))
+    rows = _rows(metadata)
     if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
         return f"{rows:,} rows with an id each cannot lie in {size:,} bytes"
+    return ""
+
+
+def excess_bytes(metadata: Any) -> str:
+    """Why this machine cannot hold a table, in a few words; empty where it can."""
+    groups, rows = _groups(metadata), _rows(metadata)
     packed = sum(group.total_byte_size for group in groups)
     unpacked, room = max(packed, CELL_BYTES * rows * metadata.num_columns), _memory()
     if unpacked > room:
         return f"it unpacks to {unpacked:,} bytes, this machine has {room:,}"
     return ""
+
+
+def _groups(metadata: Any) -> list[Any]:
+    return [metadata.row_group(index) for index in range(metadata.num_row_groups)]
+
+
+def _rows(metadata: Any) -> int:
+    return max(int(metadata.num_rows), sum(int(group.num_rows) for group in _groups(metadata)))
 
 
 def _memory() -> int:

@@ -66,7 +66,7 @@ class Folder:
         return StoreError(f"{self.root}: cannot write ({error}); what was stored is intact")
 
     def parts(self) -> list[Location]:
-        """The folders of all parts, oldest first."""
+        """The folders of all parts, oldest first. Raises StoreError where a link leads to them."""
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
@@ -142,13 +142,23 @@ def refuse_links(folder: Path, results: Path) -> None:
     way = (results / Path(*names) for names in accumulate(zip(folder.relative_to(results).parts)))
     for path in (*way, *(folder / name for name in STORED)):
         if path.is_symlink():
-            raise StoreError(f"{path}: is a symbolic link; nothing is written outside of the study's own folder")
+            raise _not_followed(path)
+
+
+def _not_followed(path: Path) -> StoreError:
+    way_out = "put the folder itself there, or link the whole results folder and name that by --results"
+    return StoreError(f"{path}: is a symbolic link; nothing is read or written outside of the results: {way_out}")
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Our own sub-folders, by name. Links, and whatever else lies there, are left alone."""
-    if folder.is_symlink() or not folder.is_dir():
+    """Our own sub-folders, by name; whatever else lies there is left alone. Raises StoreError for a link."""
+    if folder.is_symlink():
+        raise _not_followed(folder)
+    if not folder.is_dir():
         return []
     with os.scandir(folder) as entries:
-        ours = [entry for entry in entries if names.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False)]
-        return sorted(folder / entry.name for entry in ours)
+        named = [entry for entry in entries if names.fullmatch(entry.name)]
+        for entry in named:
+            if entry.is_symlink():
+                raise _not_followed(folder / entry.name)
+        return sorted(folder / entry.name for entry in named if entry.is_dir())

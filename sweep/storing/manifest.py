@@ -9,6 +9,7 @@ An object store keeps what it was given, with checksums of its own, so there onl
 listed; the bytes of an object are fetched and compared where it was written over after its manifest.
 """
 
+import errno
 import json
 import re
 import zlib
@@ -20,13 +21,13 @@ import pyarrow as pa
 from sweep.storing.locations import Location, StoreError
 from sweep.storing.new_files import create
 from sweep.storing.origin import part_provenance
-from sweep.storing.parquet import load_table, opened, remedy_for
-from sweep.storing.regular import open_stored, read_json
+from sweep.storing.parquet import TooLargeError, load_table, opened, remedy_for
+from sweep.storing.regular import ForeignError, open_stored, read_json
 
 MANIFEST, REPLACES, MERGED_MARK = "manifest.json", "replaces.json", "+"
 MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
 """Bytes of a manifest of a few tables, and of a list of up to 100,000 merged parts."""
-NAME = re.compile(r"[a-z_]+\.(parquet|json)")
+NAME, TABLE = re.compile(r"[a-z_]+\.(parquet|json)"), re.compile(r"[a-z_]+\.parquet")
 SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
 BLOCK_BYTES = 2**20
 
@@ -57,28 +58,36 @@ def seal(folder: Path) -> None:
 def damage(part: Location) -> str:
     """What is wrong with a part, in a few words; empty where every byte is as it was written.
 
-    Raises StoreError where we may not read it, which is no damage.
+    Raises StoreError where it cannot be read here and now, which is no damage.
     """
     try:
         manifest, sealed = _read(part), (part / MANIFEST).stat().st_mtime_ns
     except FileNotFoundError:
         return _undecodable(part)
-    except (OSError, ValueError):
+    except ValueError:
         return f"{MANIFEST} cannot be read"
+    except OSError as error:
+        return _what_damages(part / MANIFEST, error)
     for name, about in manifest["files"].items():
         try:
             found = _now(part / name, about, sealed)
         except FileNotFoundError:
             return f"{name} is missing"
-        except PermissionError as error:
-            raise StoreError(f"{part / name}: cannot be read ({error})") from error
         except OSError as error:
-            return f"{name} cannot be read ({error})"
+            return _what_damages(part / name, error)
         if found["bytes"] != about["bytes"]:
             return f"{name} has {found['bytes']:,} bytes of {about['bytes']:,}"
         if found != about:
             return f"{name} has other bytes than were written"
     return _made_up(part, manifest) if isinstance(part, Path) else ""
+
+
+def _what_damages(file: Location, error: OSError) -> str:
+    """In a few words what is wrong with a file, where it is the file. Raises StoreError where it is not."""
+    if isinstance(error, ForeignError) or error.errno == errno.EIO:
+        return f"{file.name} cannot be read ({error})"
+    way_out = "nothing was set aside: mend that, or move the part away"
+    raise StoreError(f"{file}: cannot be read ({error}); {way_out}") from error
 
 
 def trials_of(part: Location) -> int | None:
@@ -92,6 +101,27 @@ def trials_of(part: Location) -> int | None:
             return int(file.metadata.num_rows)
     except StoreError:
         return None
+
+
+def table_names(part: Location) -> list[str]:
+    """The tables of a part, by its manifest: whatever else lies there is none.
+
+    Raises StoreError where the manifest cannot be read.
+    """
+    try:
+        files = [*_read(part)["files"]]
+    except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
+        files = _listed(part)
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}") from error
+    return sorted(name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name))
+
+
+def _listed(part: Location) -> list[str]:
+    try:
+        return [file.name for file in part.iterdir()]
+    except FileNotFoundError:
+        return []
 
 
 def replaced_by(part: Location) -> list[str]:
@@ -139,14 +169,13 @@ def _about(file: Location) -> FileAbout:
 def _made_up(part: Path, manifest: Manifest) -> str:
     """What is wrong with a part whose files are as its manifest says: one made up."""
     try:
-        present = {file.name for file in part.glob("*.parquet")}
-        if unlisted := present - manifest["files"].keys():
-            return f"{min(unlisted)} is not in its {MANIFEST}"
         with opened(part / "trials.parquet") as file:
             rows, schema = file.metadata.num_rows, file.schema_arrow
         part_provenance(schema, part / "trials.parquet")
         if MERGED_MARK in part.name:
             replaced_by(part)
+    except TooLargeError:
+        raise
     except StoreError as error:
         return str(error).removeprefix(f"{part}/").partition("; ")[0]
     except FileNotFoundError as error:
@@ -162,12 +191,14 @@ def _made_up(part: Path, manifest: Manifest) -> str:
 
 def _undecodable(part: Location) -> str:
     """The same for a part without a manifest, as far as decoding shows."""
-    present, missing = {file.stem for file in part.glob("*.parquet")}, set[str]()
+    present, missing = {*table_names(part)}, set[str]()
     for name in sorted({"trials"} | present):
         try:
             table = load_table(part, name)
             if name == "trials":
                 missing = _recorded(table.schema, part / "trials.parquet") - present
+        except TooLargeError:
+            raise
         except StoreError:
             return f"{name}.parquet cannot be read"
     return f"{min(missing)}.parquet is missing" if missing else ""

@@ -16,6 +16,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.storing.locations import Location
+from sweep.storing.manifest import table_names
 from sweep.storing.parquet import each, load_table, opened, stored_schema
 
 MERGED_ROWS = 100_000
@@ -115,8 +116,7 @@ def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
 
 def _kind(part: Location) -> tuple[bytes, int, int]:
     """What tells apart parts that cannot be merged, the number of trials, and the bytes."""
-    files: list[Location] = [*part.glob("*.parquet")]
-    files.sort(key=lambda file: file.name)
+    files = [part / f"{name}.parquet" for name in table_names(part)]
     with opened(part / "trials.parquet") as file:
         rows = file.metadata.num_rows
     kind = b"".join(file.stem.encode() + stored_schema(file).serialize().to_pybytes() for file in files)

@@ -60,6 +60,7 @@ def _open_folder(path: Path, below: Path) -> int:
         try:
             with suppress(FileExistsError):
                 os.mkdir(name, dir_fd=folder)
+                os.fsync(folder)
             inner = os.open(name, FOLDER | os.O_NOFOLLOW, dir_fd=folder)
         except NotADirectoryError:
             raise OSError(f"{here} is a symbolic link, or no folder") from None

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sweep.storing.bounds import excess
+from sweep.storing.bounds import excess_bytes, excess_rows
 from sweep.storing.locations import GONE, Location
 from sweep.storing.locations import StoreError as StoreError
 from sweep.storing.regular import open_stored
@@ -19,6 +19,10 @@ from sweep.storing.regular import open_stored
 T = TypeVar("T")
 
 REQUESTS_AT_ONCE = 16
+
+
+class TooLargeError(StoreError):
+    """A table that this machine cannot hold."""
 
 
 def remedy_for(part: Location) -> str:
@@ -39,8 +43,10 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
             open_stored(path) as source,
             pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file,
         ):
-            if why := excess(path.name, file.metadata, source.seek(0, os.SEEK_END)):
+            if why := excess_rows(path.name, file.metadata, source.seek(0, os.SEEK_END)):
                 raise OSError(why)
+            if why := excess_bytes(file.metadata):
+                raise TooLargeError(f"{path}: {why}; use a machine with more memory")
             yield file
     except (pa.ArrowException, OSError) as error:
         if not isinstance(path, Path) and "AWS Error" in str(error) and not GONE.search(str(error)):

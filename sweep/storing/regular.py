@@ -17,6 +17,10 @@ from sweep.storing.locations import Location
 QUIETLY = os.O_NOFOLLOW | os.O_NONBLOCK
 
 
+class ForeignError(OSError):
+    """What lies there is nothing that we write: no ordinary file, or one too large."""
+
+
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
     """An ordinary file, open for reading, with other `flags` for writing too.
 
@@ -26,12 +30,15 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
         descriptor = os.open(path, flags | QUIETLY, 0o666)
     except OSError as error:
         if error.errno == errno.ELOOP:
-            raise OSError("is a symbolic link") from None
+            raise OSError("is a symbolic link, which is not followed: put the file itself there") from None
         raise
     about = os.fstat(descriptor)
-    if not stat.S_ISREG(about.st_mode) or (flags != os.O_RDONLY and about.st_nlink > 1):
+    if not stat.S_ISREG(about.st_mode):
         os.close(descriptor)
-        raise OSError("is no ordinary file")
+        raise ForeignError("is no ordinary file")
+    if flags != os.O_RDONLY and about.st_nlink > 1:
+        os.close(descriptor)
+        raise ForeignError("has a second name (a hard link): put a copy in its place")
     return os.fdopen(descriptor, "rb" if flags == os.O_RDONLY else "r+b")
 
 
@@ -51,7 +58,7 @@ def read_whole(path: Location, most: int) -> bytes:
     else:
         content = path.head(most + 1)
     if len(content) > most:
-        raise OSError(f"is larger than {most:,} bytes")
+        raise ForeignError(f"is larger than {most:,} bytes")
     return content
 
 

@@ -24,7 +24,7 @@ import pyarrow as pa
 
 from sweep.storing.layout import ASKED, PLAN, SPEC
 from sweep.storing.locations import Location, StoreError, patiently
-from sweep.storing.manifest import MERGED_MARK, REPLACES, replaced_by, seal
+from sweep.storing.manifest import MERGED_MARK, REPLACES, replaced_by, seal, table_names
 from sweep.storing.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
 from sweep.storing.new_files import create
 from sweep.storing.parquet import (
@@ -218,11 +218,12 @@ class Store:
         newest = group[-1].name.partition(MERGED_MARK)[0]
         name = f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
         with self.place.fetched([*group]) as sources, self.staging(name) as staging:
-            for source in sources[0].glob("*.parquet"):
-                schema = stored_schema(source)
-                with create(staging / source.name) as file, table_writer(file, schema) as writer:
+            for kind in table_names(sources[0]):
+                file_name = f"{kind}.parquet"
+                schema = stored_schema(sources[0] / file_name)
+                with create(staging / file_name) as file, table_writer(file, schema) as writer:
                     for part, here in zip(group, sources, strict=True):
-                        for table in pieces(here, source.stem):
+                        for table in pieces(here, kind):
                             writer.write_table(without(table, superseded.get(part)))
             with create(staging / REPLACES) as file:
                 file.write(json.dumps([part.name for part in group]).encode())

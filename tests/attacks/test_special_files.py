@@ -1,6 +1,7 @@
 """Pipes, devices and endless files in a study: nobody waits, or reads on and on."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -17,12 +18,17 @@ TESTS = Path(__file__).parent.parent
 SECONDS = 300
 """What takes a few seconds would take for ever if anybody waited."""
 
+LINK = "StoreError: .*is a symbolic link; nothing is read or written outside.*"
 OF_A_PART = ("manifest", "trials", "series", "unlisted", "replaces")
 READ = ("trials", "series", "replaces", "plan", "asked")
 
 
 def launched(name: str, kind: str) -> str:
     """What comes of a launch: a bad part is set aside and its six trials run again."""
+    if name == "unlisted":
+        return "0"
+    if name == "manifest" and kind == "device":  # which is a link to one
+        return "StoreError: .*is a symbolic link, which is not followed.*nothing was set aside.*"
     if name in OF_A_PART:
         return "6"
     if name in FOLDERS and kind in ("pipe", "huge"):
@@ -32,8 +38,8 @@ def launched(name: str, kind: str) -> str:
         return "6" if name == "parts/" else "0"
     if name == "lock":
         return "StoreError: .*/lock: this study is being launched by somebody.*"
-    if kind == "device":  # which is a link to one
-        return "StoreError: .*is a symbolic link; nothing is written outside.*"
+    if kind == "device":
+        return LINK
     return "StoreError: .*Is a directory.*" if kind == "folder" else "0"
 
 
@@ -43,6 +49,7 @@ def expected() -> dict[str, str]:
     found = {f"{name} {kind} launch": launched(name, kind) for name in FILES | FOLDERS for kind in kinds}
     read = dict.fromkeys(FOLDERS, "6, 36") | {"parts/": "0, 0"}
     found |= {f"{name} {kind} read": said for name, said in read.items() for kind in kinds}
+    found["parts/ device read"] = LINK
     refused = r"StoreError: [^\n]*: cannot be read \([^\n]*\); [^\n]*"
     found |= {f"{name} {kind} read": refused if name in READ else "6, 36" for name in FILES for kind in kinds}
     found |= {f"listed {name} launch": "6" for name in LISTED} | {f"listed {name} read": "6, 36" for name in LISTED}
@@ -52,8 +59,10 @@ def expected() -> dict[str, str]:
 def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(tmp_path: Path) -> None:
     """All in one process: after one that hangs, the others have no outcome."""
     command = [sys.executable, "-m", "attacks.special", str(tmp_path)]
+    # Threads of libraries take room for addresses, which is bounded, with each core.
+    few = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
     try:
-        said = subprocess.run(command, cwd=TESTS, capture_output=True, text=True, timeout=SECONDS).stdout
+        said = subprocess.run(command, cwd=TESTS, env=few, capture_output=True, text=True, timeout=SECONDS).stdout
     except subprocess.TimeoutExpired as ending:
         said = ending.stdout.decode() if isinstance(ending.stdout, bytes) else ending.stdout or ""
     outcomes = dict(json.loads(line) for line in said.splitlines())
@@ -86,7 +95,7 @@ def test_a_file_with_a_second_name_is_read_and_not_written(tmp_path: Path) -> No
     (tmp_path / "y").hardlink_to(tmp_path / "x")
     with open_regular(tmp_path / "y") as file:
         assert file.read() == b"mine"
-    with pytest.raises(OSError, match="is no ordinary file"):
+    with pytest.raises(OSError, match="has a second name"):
         open_regular(tmp_path / "y", 2)
 
 

@@ -1,6 +1,8 @@
 """Parts, plans and claims that somebody has made up: one sentence each, or set aside."""
 
+import errno
 import json
+import os
 import re
 import secrets
 import shutil
@@ -13,15 +15,20 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from commands import sweep
+from searches import TINY
 from studies import SMALL, relaunch
 
+from attacks.hostile import give
 from sweep.design import expand
 from sweep.jobs import Jobs
 from sweep.keeping.cleaning import find_waste
 from sweep.keeping.stored import origins, stored_trials
+from sweep.launch import launch
+from sweep.running.executors import Serial
+from sweep.search.run import search
 from sweep.spec import parse_spec
-from sweep.storing import bounds
-from sweep.storing.bounds import FREE_ROWS, excess
+from sweep.storing import bounds, regular
+from sweep.storing.bounds import FREE_ROWS, excess_rows
 from sweep.storing.manifest import MANIFEST, damage
 from sweep.storing.origin import ALONE, LATER, PART, PLAN, PROVENANCE
 from sweep.storing.parquet import StoreError, opened
@@ -114,8 +121,65 @@ def test_what_unpacks_to_more_than_the_machine_has_is_not_read(results: Path, mo
     packed(file, pq.read_table(file), 3_000_000)
     assert file.stat().st_size < 200_000
     monkeypatch.setattr(bounds, "_memory", lambda: 60_000_000)
-    with pytest.raises(StoreError, match=r"it unpacks to 72,000,000 bytes, this machine has 60,000,000"):
+    words = r"it unpacks to 72,000,000 bytes, this machine has 60,000,000; use a machine with more memory"
+    with pytest.raises(StoreError, match=words):
         _ = StoredStudy("small", results).series
+
+
+def test_what_this_machine_cannot_hold_is_no_damage(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "_memory", lambda: 1000)
+    with pytest.raises(StoreError, match="use a machine with more memory"):
+        relaunch(SMALL, results)
+    monkeypatch.undo()
+    assert relaunch(SMALL, results).statuses.total() == 0
+
+
+@pytest.mark.parametrize("name", ["._trials.parquet", "out.parquet", "notes.txt"])
+def test_what_else_lies_in_a_part_costs_nothing(results: Path, name: str) -> None:
+    """As macOS leaves beside files of a share, or a user who writes there."""
+    relaunch(SMALL.replace("[0.5, 1]", "[2]"), results)
+    for part in (results / "small" / "parts").iterdir():
+        (part / name).write_text("mine")
+    assert relaunch(SMALL.replace("[0.5, 1]", "[0.5, 1, 2]"), results).statuses.total() == 0
+    assert StoredStudy("small", results).statuses() == {"done": 9}
+
+
+@pytest.mark.parametrize("error", [errno.EMFILE, errno.EACCES, errno.ESTALE])
+@pytest.mark.parametrize("name", ["manifest.json", "trials.parquet"])
+def test_what_cannot_be_read_now_is_no_damage(
+    results: Path, monkeypatch: pytest.MonkeyPatch, name: str, error: int
+) -> None:
+    open_regular = regular.open_regular
+
+    def opened_badly(path: Path, *flags: int) -> Any:
+        if path.name == name:
+            raise OSError(error, os.strerror(error))
+        return open_regular(path, *flags)
+
+    monkeypatch.setattr(regular, "open_regular", opened_badly)
+    with pytest.raises(StoreError, match=rf"{name}: cannot be read .*; nothing was set aside"):
+        relaunch(SMALL, results)
+    monkeypatch.undo()
+    assert relaunch(SMALL, results).statuses.total() == 0
+
+
+UNTIL = "replicates: {until: {metric: speed, half_width: 0.15}, min: 3, max: 60}"
+
+
+@pytest.mark.parametrize(
+    ("spec", "run", "metric"),
+    [(TINY, search, "flock_radius"), (SMALL.replace("replicates: 3", UNTIL), launch, "speed")],
+    ids=["search", "until"],
+)
+def test_texts_in_the_place_of_numbers_are_one_sentence_for_those_who_go_on(
+    tmp_path: Path, spec: str, run: Callable[..., object], metric: str
+) -> None:
+    """A search knows its trials by their numbers, and a rule adds trials by them."""
+    study = parse_spec(spec)
+    run(study, tmp_path, Serial())
+    give(tmp_path / study.name, **{metric: "evil"})
+    with pytest.raises(StoreError, match=f'the stored trials are not what a launch writes: column "{metric}"'):
+        run(study, tmp_path, Serial())
 
 
 def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
@@ -127,8 +191,8 @@ def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
     file = tmp_path / "study" / "plan.parquet"
     assert file.stat().st_size > 12 * len(ids)
     with opened(file) as content:
-        assert excess("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS)) == ""
-        assert excess("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS) - 8)
+        assert excess_rows("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS)) == ""
+        assert excess_rows("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS) - 8)
 
 
 def test_ids_are_what_the_bound_takes_them_for() -> None:
@@ -243,7 +307,7 @@ MANIFESTS += ['{"trials": 6, "files": {"../plan.parquet": {"bytes": 5, "crc32": 
 @pytest.mark.parametrize("text", MANIFESTS, ids=range(len(MANIFESTS)))
 def test_a_manifest_that_is_none_counts_as_damaged(results: Path, text: str) -> None:
     (part_of(results) / MANIFEST).write_text(text)
-    assert damage(part_of(results)) == f"{MANIFEST} cannot be read"
+    assert damage(part_of(results)).startswith(f"{MANIFEST} cannot be read")
     assert set_aside(results)
 
 

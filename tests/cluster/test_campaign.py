@@ -86,6 +86,7 @@ def test_a_launch_over_a_line_that_is_cut_has_the_tables_of_an_undisturbed_one(
             launched(REDUCED, tmp_path / "cut", launch)
         finally:
             launch.stop()
+        assert line.greeted > 3
     assert tables(tmp_path / "cut" / "faulty") == tables(tmp_path / "whole" / "faulty")
 
 

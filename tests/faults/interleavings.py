@@ -10,6 +10,8 @@ import threading
 from collections.abc import Callable, Hashable, Sequence
 from typing import NamedTuple
 
+PATIENCE_SECONDS = 120.0
+
 State = Hashable
 """What a world holds, as far as operations can notice."""
 
@@ -44,12 +46,16 @@ class _Thread:
         self._granted, self._asked = threading.Semaphore(0), threading.Semaphore(0)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
-        self._asked.acquire()
+        self._wait()
 
     def grant(self) -> None:
         """Let it go on, and wait until it asks again, or is over."""
         self._granted.release()
-        self._asked.acquire()
+        self._wait()
+
+    def _wait(self) -> None:
+        if not self._asked.acquire(timeout=PATIENCE_SECONDS):
+            raise AssertionError("an operation waits for another one, or never ends")
 
     def ask(self, look: Callable[[], Hashable]) -> None:
         """Wait for a grant; `look` says then what the step is and what it will see."""

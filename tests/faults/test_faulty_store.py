@@ -37,6 +37,7 @@ class Between:
         self.drawn, self.shares, self.seconds = random.Random(seed), dict(shares), seconds
         self.away = self.shares.pop("away", 0)
         self.counts: Counter[str] = Counter()
+        self.late: list[threading.Timer] = []
         self.drawing = threading.Lock()
         self.target = target
         between = self
@@ -61,6 +62,9 @@ class Between:
         return int(self.server.server_port)
 
     def close(self) -> None:
+        """After the last of what comes late."""
+        for timer in self.late:
+            timer.join()
         self.server.shutdown()
         self.server.server_close()
 
@@ -92,7 +96,8 @@ class Between:
         if fault == "twice":
             status, headers, content = self.ask(asked, body)
         if fault == "late":
-            threading.Timer(1.0 + self.counts["late"] % 4, self.ask, (asked, body)).start()
+            self.late.append(threading.Timer(1.0 + self.counts["late"] % 4, self.ask, (asked, body)))
+            self.late[-1].start()
         if fault == "reset after":
             asked.close_connection = True
             return
