@@ -427,6 +427,21 @@ def test_only_what_dead_processes_left_is_tidied_away(store: Store, shared: bool
     assert names == (young | left if shared else young)
 
 
+def test_arrow_opens_local_files_itself(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An object of Python's in a thread of its pool aborts one process in twenty at its end."""
+    append(store, {"a": "ok"})
+    open_parquet, sources = pq.ParquetFile, []
+
+    def opened(source: Any, **options: Any) -> pq.ParquetFile:
+        sources.append(source)
+        return open_parquet(source, **options)
+
+    monkeypatch.setattr(pq, "ParquetFile", opened)
+    store.read("trials")
+    assert sources
+    assert all(isinstance(source, Path) for source in sources)
+
+
 def test_many_parts_are_read_as_one_table(store: Store) -> None:
     for index in range(60):
         store.append({"trials": trials({f"{index}-{row}": "ok" for row in range(20)})})

@@ -1,6 +1,5 @@
 """Parquet files as the store writes and reads them: checksummed, and clear about damage."""
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -14,7 +13,7 @@ import pyarrow.parquet as pq
 from sweep.storing.bounds import excess_bytes, excess_rows
 from sweep.storing.locations import GONE, Location
 from sweep.storing.locations import StoreError as StoreError
-from sweep.storing.regular import open_stored
+from sweep.storing.regular import regular_size
 
 T = TypeVar("T")
 
@@ -39,11 +38,12 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
     """A parquet file open for reading; what cannot be read in it is a StoreError."""
     local = isinstance(path, Path)
     try:
-        with (
-            open_stored(path) as source,
-            pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file,
-        ):
-            if why := excess_rows(path.name, file.metadata, source.seek(0, os.SEEK_END)):
+        # Arrow opens a local file itself: a thread of its pool that lets go of an object of
+        # Python's while the interpreter ends aborts the process.
+        size = regular_size(path) if isinstance(path, Path) else path.stat().st_size
+        source = path if isinstance(path, Path) else path.open()
+        with pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file:
+            if why := excess_rows(path.name, file.metadata, size):
                 raise OSError(why)
             if why := excess_bytes(file.metadata):
                 raise TooLargeError(f"{path}: {why}; use a machine with more memory")

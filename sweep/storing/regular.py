@@ -30,7 +30,7 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
         descriptor = os.open(path, flags | QUIETLY, 0o666)
     except OSError as error:
         if error.errno == errno.ELOOP:
-            raise OSError("is a symbolic link, which is not followed: put the file itself there") from None
+            raise _link() from None
         raise
     about = os.fstat(descriptor)
     if not stat.S_ISREG(about.st_mode):
@@ -40,6 +40,20 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
         os.close(descriptor)
         raise ForeignError("has a second name (a hard link): put a copy in its place")
     return os.fdopen(descriptor, "rb" if flags == os.O_RDONLY else "r+b")
+
+
+def regular_size(path: Path) -> int:
+    """The bytes of an ordinary file, for those who open it by its path. Raises OSError for anything else."""
+    about = path.lstat()
+    if stat.S_ISLNK(about.st_mode):
+        raise _link()
+    if not stat.S_ISREG(about.st_mode):
+        raise ForeignError("is no ordinary file")
+    return about.st_size
+
+
+def _link() -> OSError:
+    return OSError("is a symbolic link, which is not followed: put the file itself there")
 
 
 def open_stored(path: Location) -> Any:
