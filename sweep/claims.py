@@ -116,6 +116,10 @@ def _files(experiments: Path, only: Collection[str]) -> list[Path]:
     files = sorted(experiments.glob(f"*/{FILE}"))
     if not files:
         raise SpecError(f"{experiments}: no folder in it has a {FILE}")
+    for file in files:
+        for path in (*file.parent.glob("*.yaml"), file.with_name(CODE)):
+            if path.exists() and not path.is_file():  # a pipe would be waited for
+                raise SpecError(f"{path}: is no ordinary file")
     names = [file.parent.name for file in files]
     for name in only:
         if name not in names:

@@ -48,7 +48,7 @@ def guard_streams() -> None:
     """From now on whatever this process prints, its tracebacks too, is harmless."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        if not isinstance(stream, Harmless):
+        if not isinstance(stream, Harmless | None):  # a closed one is none
             setattr(sys, name, Harmless(stream))
 
 

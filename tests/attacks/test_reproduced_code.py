@@ -1,5 +1,6 @@
 """`sweep reproduce` says which code it runs, and runs no other."""
 
+import os
 import py_compile
 from importlib.util import cache_from_source
 from pathlib import Path
@@ -9,6 +10,7 @@ from commands import sweep
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
 from sweep.claims import code_files, read_all
+from sweep.document import SpecError
 
 MARK = "from pathlib import Path\nPath({mark!r}).write_text('')\n"
 SAYING = "import sys\nprint('it runs', file=sys.stderr)\n"
@@ -44,6 +46,14 @@ def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
     assert (evil.drawings, evil.functions) == ({}, {})
     assert [claim.measure for claim in evil.claims] == [None, None]
     assert code_files(folder, ("tiny",)) == [folder / "tiny" / "figures.py"]
+
+
+@pytest.mark.parametrize("name", ["published.yaml", "small.yaml", "figures.py", "other.yaml"])
+def test_no_pipe_is_waited_for(folder: Path, name: str) -> None:
+    (folder / "evil" / name).unlink(missing_ok=True)
+    os.mkfifo(folder / "evil" / name)
+    with pytest.raises(SpecError, match=f"evil/{name}: is no ordinary file"):
+        read_all(folder, quick=True, only=("tiny",))
 
 
 def test_of_what_was_asked_for_only_the_named_code_runs(folder: Path) -> None:
