@@ -81,7 +81,7 @@ def fail() -> None:
 @pytest.mark.parametrize("said", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.2\r\n"])
 def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     """It says something else, or nothing for as long as one listens, and leaves no thread behind here."""
-    monkeypatch.setattr(engine, "CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr(engine, "CONNECT_SECONDS", 60.0 if said else 0.5)
     before = set(threading.enumerate())
     with socket.create_server((HERE, 0)) as server, ExitStack() as connections:
 
