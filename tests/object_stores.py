@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pyarrow as pa
+import pytest
 from pyarrow import fs
 
 from sweep.storing.locations import ObjectPath, location
@@ -61,6 +62,19 @@ class ObjectStore:
         place = location(self.url(bucket, port))
         assert isinstance(place, ObjectPath)
         return place
+
+
+@contextmanager
+def object_store() -> Iterator[ObjectStore]:
+    """A server, and the variables that are needed to use it."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in CREDENTIALS.items():
+            patch.setenv(name, value)
+        started = ObjectStore()
+        try:
+            yield started
+        finally:
+            started.stop()
 
 
 class Crashed(BaseException):

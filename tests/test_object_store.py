@@ -18,7 +18,7 @@ from commands import sweep as command
 from faults import campaign
 from faults.campaign import tables
 from lines import Line
-from object_stores import CREDENTIALS, Crashed, Memory, ObjectStore
+from object_stores import Crashed, Memory, ObjectStore, object_store
 from studies import SMALL, launched, relaunch
 from test_store import append, sorted_tables
 
@@ -39,13 +39,8 @@ SPEC = campaign.SPEC.replace("replicates: 30", "replicates: 12")
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[ObjectStore]:
-    """A server, and the variables that are needed to use it."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in CREDENTIALS.items():
-            patch.setenv(name, value)
-        started = ObjectStore()
+    with object_store() as started:
         yield started
-        started.stop()
 
 
 @pytest.fixture

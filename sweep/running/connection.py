@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 
 GREETING_SECONDS = 1.0
 CLOSE_SECONDS = 5.0
+THREAD = "connection to a scheduler"
 
 
 class ConnectionImpossibleError(Exception):
@@ -67,7 +68,8 @@ class _Loop:
     def __init__(self) -> None:
         started: Future[asyncio.AbstractEventLoop] = Future()
         self._over = asyncio.Event()
-        self._thread = Thread(target=asyncio.run, args=(self._turn(started),), daemon=True)
+        turn = self._turn(started)
+        self._thread = Thread(target=asyncio.run, args=(turn,), name=THREAD, daemon=True)
         self._thread.start()
         self._loop = started.result()
 

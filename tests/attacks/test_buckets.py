@@ -1,15 +1,14 @@
 """An object store that lies, over the wire: each answer ends in one sentence, within bounds, and writes nothing."""
 
-import http.server
 import subprocess
 import sys
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from xml.sax.saxutils import escape
 
 import pytest
+from http_servers import Answer, HttpServer, Request
 from object_stores import CREDENTIALS
 
 from sweep.storing import locations
@@ -19,7 +18,6 @@ from sweep.storing.store import Store
 ROOT = Path(__file__).parent.parent.parent
 PART = "00000000000000000001-aaaaaaaaaaaa"
 TIME = "2026-01-01T00:00:00.000Z"
-Answer = Callable[[http.server.BaseHTTPRequestHandler], None]
 
 
 def listing(*objects: tuple[str, int], token: str = "") -> bytes:
@@ -36,33 +34,27 @@ class Liar:
     """A server that answers listings by `lists`, and everything else by `gives`; what was asked is counted."""
 
     def __init__(self, lists: Answer, gives: Answer) -> None:
-        liar = self
+        self.lists, self.gives = lists, gives
         self.asked = 0
+        self.server = HttpServer(self.answer)
 
-        class Handler(http.server.BaseHTTPRequestHandler):
-            def do_GET(self) -> None:
-                liar.asked += 1
-                (lists if "list-type" in self.path else gives)(self)
-
-            def do_HEAD(self) -> None:
-                answer(b"")(self)
-
-            def log_message(self, *_: object) -> None:
-                pass
-
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.server.daemon_threads = True
-        threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
+    def answer(self, request: Request) -> None:
+        """What it says to one request."""
+        if request.command == "HEAD":
+            answer(b"")(request)
+            return
+        self.asked += 1
+        (self.lists if "list-type" in request.path else self.gives)(request)
 
     @property
     def url(self) -> str:
-        return f"s3://bucket/results?endpoint_override=127.0.0.1:{self.server.server_port}&scheme=http&region=us-east-1"
+        return f"s3://bucket/results?endpoint_override=127.0.0.1:{self.server.port}&scheme=http&region=us-east-1"
 
 
 def answer(body: bytes, status: int = 200, size: int | None = None, **headers: str) -> Answer:
     """An answer of so many bytes as it says, or not."""
 
-    def said(request: http.server.BaseHTTPRequestHandler) -> None:
+    def said(request: Request) -> None:
         request.send_response(status)
         for name, value in headers.items():
             request.send_header(name, value)
@@ -79,8 +71,7 @@ def lying(lists: Answer, gives: Answer) -> Iterator[Liar]:
     try:
         yield liar
     finally:
-        liar.server.shutdown()
-        liar.server.server_close()
+        liar.server.close()
 
 
 @pytest.fixture(autouse=True)

@@ -10,10 +10,10 @@ import runner_jobs
 from faults.jobs import square
 from lines import HERE, Line
 
-from cluster.started import TESTS, Cluster, cluster
+from cluster.started import TESTS, Cluster, cluster, until
 from sweep.running import cluster as engine
 from sweep.running.cluster import Dask
-from sweep.running.connection import exposed
+from sweep.running.connection import THREAD, exposed
 from sweep.running.executors import WorkersError
 from sweep.running.tasks import Tasks
 
@@ -35,6 +35,11 @@ def line(made: Cluster) -> Iterator[Line]:
 
 def dask(line: Line) -> Dask:
     return Dask(f"tcp://{HERE}:{line.port}")
+
+
+def connecting() -> set[threading.Thread]:
+    """The threads of connections that are made or open."""
+    return {thread for thread in threading.enumerate() if thread.name == THREAD}
 
 
 def test_each_packet_of_the_start_may_be_the_last_of_its_connection(
@@ -85,8 +90,10 @@ def test_one_that_is_lost_again_and_again_is_given_up(line: Line, monkeypatch: p
 
 @pytest.mark.parametrize("said", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.2\r\n"])
 def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It says something else, or nothing for as long as one listens."""
+    """It says something else, or nothing for as long as one listens; no thread of ours
+    stays behind."""
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 60.0 if said else 0.5)
+    before = connecting()
     with socket.create_server((HERE, 0)) as server, ExitStack() as connections:
 
         def answer() -> None:
@@ -103,6 +110,7 @@ def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.M
             Dask(address).connect()
         server.shutdown(socket.SHUT_RDWR)
         answering.join()
+    until(lambda: not connecting() - before, "the thread of the connection ends")
 
 
 def test_a_plain_address_elsewhere_is_told_from_one_here_and_from_an_encrypted_one() -> None:

@@ -1,7 +1,6 @@
 """Launches into an object store that fails, repeats, cuts and comes late: the tables are the undisturbed ones."""
 
 import http.client
-import http.server
 import random
 import subprocess
 import threading
@@ -12,7 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from object_stores import CREDENTIALS, ObjectStore
+from http_servers import HttpServer, Request
+from object_stores import ObjectStore, object_store
 from studies import launched, relaunch
 
 from faults import campaign
@@ -40,33 +40,14 @@ class Between:
         self.late: list[threading.Timer] = []
         self.drawing = threading.Lock()
         self.target = target
-        between = self
-
-        class Handler(http.server.BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-
-            def do_GET(self) -> None:
-                between.pass_on(self)
-
-            do_PUT = do_POST = do_HEAD = do_DELETE = do_GET  # noqa: N815
-
-            def log_message(self, *_: object) -> None:
-                pass
-
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.server.daemon_threads = True
-        threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
-
-    @property
-    def port(self) -> int:
-        return int(self.server.server_port)
+        self.server = HttpServer(self.pass_on)
+        self.port = self.server.port
 
     def close(self) -> None:
         """After the last of what comes late."""
         for timer in self.late:
             timer.join()
-        self.server.shutdown()
-        self.server.server_close()
+        self.server.close()
 
     def fault(self, method: str) -> str:
         """What happens to a request; "" for nothing."""
@@ -81,7 +62,7 @@ class Between:
         self.counts[fault] += 1
         return fault
 
-    def pass_on(self, asked: http.server.BaseHTTPRequestHandler) -> None:
+    def pass_on(self, asked: Request) -> None:
         """One request, with its fault."""
         body = body_of(asked)
         fault = self.fault(asked.command)
@@ -103,7 +84,7 @@ class Between:
             return
         self.say(asked, status, headers, content, cut=fault == "cut" and len(content) > 1)
 
-    def ask(self, asked: http.server.BaseHTTPRequestHandler, body: bytes) -> tuple[int, list[tuple[str, str]], bytes]:
+    def ask(self, asked: Request, body: bytes) -> tuple[int, list[tuple[str, str]], bytes]:
         """What the store itself answers."""
         connection = http.client.HTTPConnection("127.0.0.1", self.target, timeout=60)
         try:
@@ -115,7 +96,7 @@ class Between:
 
     def say(
         self,
-        asked: http.server.BaseHTTPRequestHandler,
+        asked: Request,
         status: int,
         headers: list[tuple[str, str]],
         content: bytes,
@@ -135,7 +116,7 @@ class Between:
         asked.close_connection = asked.close_connection or cut
 
 
-def body_of(asked: http.server.BaseHTTPRequestHandler) -> bytes:
+def body_of(asked: Request) -> bytes:
     """The bytes of a request, in pieces as they come where it does not say how many they are."""
     if "chunked" not in (asked.headers.get("Transfer-Encoding") or ""):
         return asked.rfile.read(int(asked.headers.get("Content-Length") or 0))
@@ -150,12 +131,8 @@ def body_of(asked: http.server.BaseHTTPRequestHandler) -> bytes:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[ObjectStore]:
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in CREDENTIALS.items():
-            patch.setenv(name, value)
-        started = ObjectStore()
+    with object_store() as started:
         yield started
-        started.stop()
 
 
 USUAL = {"500": 0.025, "503": 0.025, "reset before": 0.025, "reset after": 0.025, "cut": 0.05, "twice": 0.05}
