@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 from nbformat import NotebookNode
 from traitlets.config import Config
 
-from sweep.storing.new_files import replacing
+from sweep.store.new_files import replacing
 
 FOLDER = Path(__file__).parent
 SECONDS = 600

@@ -1,20 +1,39 @@
-"""boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms."""
+"""boidsweep: Monte Carlo experiments and parameter sweeps over boid swarms.
+
+A study flows down this list, and each package imports only what stands above it:
+
+    errors       every error that a user can mend
+    text         words for people
+    analysis/    arrays and tables -> estimates with intervals
+    spec/        YAML -> Study, and its schema
+    design/      Study -> points -> jobs, and what they cost
+    trial/       a job -> a Result: the one door to the kernels
+    store/       parts, whole or absent; locks; origin
+    workers/     jobs in processes, here or on a cluster; limits; checkpoints
+    tables/      what is stored: chosen, compared, exported; sensitivity
+    campaigns/   which trials run: a fixed number, until an interval is narrow, a search
+    figures/     tables -> pictures
+    replays/     a stored trial again: bits, frames, film
+    published/   claims, verdicts, scorecard
+    web/         the live simulator, as a page and as a widget
+    cli/         the commands and what they print
+"""
 
 import logging
 import sys
 from collections.abc import Mapping
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from sweep.compiled import BeforeKernels
-from sweep.harmless import harmless, make_harmless
+from sweep.text import harmless, make_harmless
+from sweep.trial.compiled import BeforeKernels
 
 if TYPE_CHECKING:
-    from sweep.storing.locations import Location
-    from sweep.study import StoredStudy
+    from sweep.spec.settings import Value
+    from sweep.store.locations import Location
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.web.widget import View
 
 __version__ = "0.5.0"
 
@@ -42,7 +61,7 @@ def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
 
     `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of it is stored there.
     """
-    from sweep.study import StoredStudy
+    from sweep.tables.stored_study import StoredStudy
 
     return StoredStudy(study, results)
 
@@ -58,11 +77,11 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     """
     import warnings
 
-    from sweep.launch import launch
-    from sweep.running.executors import Loky, core_count
-    from sweep.search.run import search
-    from sweep.spec import load_spec, parse_spec
-    from sweep.storing.locations import location
+    from sweep.campaigns.launch import launch
+    from sweep.campaigns.search.run import search
+    from sweep.spec.study import load_spec, parse_spec
+    from sweep.store.locations import location
+    from sweep.workers.executors import Loky, core_count
 
     if workers < 0:
         raise ValueError(f"workers: {workers}; allowed: 0, as many as there are cores, or more")
@@ -84,8 +103,24 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     return stored
 
 
-def __getattr__(name: str) -> ModuleType:
-    """`view`, the live simulator, which is brought along when first asked for."""
-    if name == "view":
-        return import_module("sweep.view")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+def view(model: str = "nguyen2024", preset: str = "as_run", seed: int = 1, **settings: "Value") -> "View":
+    """The live simulator as a widget of a notebook, e.g. `sweep.view(model="nguyen2024", n=300)`.
+
+    `settings` are those of the model, and `map`; the others have the values of the preset. Without a front end it
+    shows the picture of its first frame. Raises SpecError for what a spec would not accept, and ImportError
+    without anywidget.
+    """
+    from sweep.web.widget import live
+
+    return live(model, preset, seed, settings)
+
+
+def replay(study: "StoredStudy", trial: str) -> "View":
+    """A stored trial run again, as a widget of a notebook in which it is played and scrubbed through.
+
+    `study` is what `load` returns. Raises ChoiceError where it has no such trial, StoreError where the trial cannot be
+    run again, and ImportError without anywidget.
+    """
+    from sweep.web.widget import replay
+
+    return replay(study, trial)

@@ -13,11 +13,11 @@ from kernels.settings import OPEN, Observation
 from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
-from sweep.fields import fields, preset_settings
-from sweep.jobs import Job, point_id
-from sweep.result import Result
-from sweep.spec import Record, Streams
-from sweep.trial import Simulation, note_start
+from sweep.design.jobs import Job, point_id
+from sweep.spec.settings import fields, preset_settings
+from sweep.spec.study import Record, Streams
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, note_start
 
 UPDATES = ("sequential", "synchronous")
 BORDERS = (

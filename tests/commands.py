@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from sweep.cli import main
-from sweep.running.executors import Serial
+from sweep.workers.executors import Serial
 
 SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 """The command as a process, without its arguments."""
@@ -29,7 +29,7 @@ def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     output, errors, code = io.StringIO(), io.StringIO(), 0
     with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(output), redirect_stderr(errors):
         patch.setattr(sys, "argv", ["sweep", *arguments])
-        patch.setattr("sweep.running.executors.Loky", Serial)
+        patch.setattr("sweep.workers.executors.Loky", Serial)
         try:
             main()
         except SystemExit as ending:

@@ -13,7 +13,7 @@ from hypothesis import settings
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.trial import run
+from sweep.trial.simulation import run
 
 settings.register_profile("kernels", deadline=None, derandomize=True)
 settings.load_profile("kernels")

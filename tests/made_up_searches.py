@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sweep.search.objectives import Constraint, Objective, Statistic
+from sweep.spec.objectives import Constraint, Objective, Statistic
 
 MEAN = Statistic("mean")
 GAIN = Objective("gain", True, MEAN)
@@ -15,7 +15,7 @@ RANGES = {"weight": {"uniform": [0.0, 1.0]}}
 
 @dataclass(frozen=True)
 class MadeUp:
-    """What `sweep.search.stored.Asked` has."""
+    """What `sweep.campaigns.search.stored.Asked` has."""
 
     table: pd.DataFrame
     about: dict[str, Any]

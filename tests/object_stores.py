@@ -11,7 +11,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import fs
 
-from sweep.storing.locations import ObjectPath, location
+from sweep.store.locations import ObjectPath, location
 
 CREDENTIALS = {
     "AWS_ACCESS_KEY_ID": "key",

@@ -15,7 +15,7 @@ from sampled import MadeUp, ishigami, study_of
 from searches import TINY, asked_by, edited
 from studies import COVERING, SMALL, launched
 
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 GRID = """
 study: grid

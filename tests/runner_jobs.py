@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from sweep.running.runner import Failure, drive
+from sweep.workers.runner import Failure, drive
 
 LAST_RESORT = 240.0
 

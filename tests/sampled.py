@@ -9,12 +9,12 @@ import pyarrow as pa
 from numpy.random import Generator, default_rng
 from specs import short
 
-from sweep.design import expand
-from sweep.jobs import Jobs
-from sweep.launch import plan_table
-from sweep.spec import parse_spec
-from sweep.storing.origin import PROVENANCE
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import plan_table
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.spec.study import parse_spec
+from sweep.store.origin import PROVENANCE
+from sweep.tables.stored_study import StoredStudy
 
 FIELDS = ("separation_weight", "alignment_weight", "cohesion_weight")
 VARIANCE = 7.0**2 / 8 + 0.1 * np.pi**4 / 5 + 0.1**2 * np.pi**8 / 18 + 0.5

@@ -8,16 +8,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.running.batch as batch_module
-from sweep.jobs import Job
-from sweep.result import Result
-from sweep.running.executors import ExecutorFactory, Serial
-from sweep.search.ledger import Ledger
-from sweep.search.progress import SearchProgress
-from sweep.search.run import search
-from sweep.search.stored import Asked, read_asked
-from sweep.spec import parse_spec
-from sweep.study import StoredStudy
+import sweep.workers.batch as batch_module
+from sweep.campaigns.progress import SearchProgress
+from sweep.campaigns.search.ledger import Ledger
+from sweep.campaigns.search.run import search
+from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.design.jobs import Job
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.result import Result
+from sweep.workers.executors import ExecutorFactory, Serial
 
 TINY = """
 study: tiny

@@ -1,6 +1,6 @@
 """Specs for the tests: the examples that must load, and a short one to vary."""
 
-from sweep.spec import Study, parse_spec
+from sweep.spec.study import Study, parse_spec
 
 SEPARATION = """\
 study: nguyen2024/separation     # results/nguyen2024/separation

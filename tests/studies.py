@@ -3,11 +3,12 @@
 import json
 from pathlib import Path
 
-from sweep.launch import Progress, launch
-from sweep.running.executors import ExecutorFactory, Serial
-from sweep.spec import parse_spec
-from sweep.storing.origin import PROVENANCE
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Progress
+from sweep.spec.study import parse_spec
+from sweep.store.origin import PROVENANCE
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import ExecutorFactory, Serial
 
 SMALL = """
 study: small

@@ -8,15 +8,14 @@ from specs import SHORT, short, short_study
 from studies import SMALL, launched
 
 from kernels.models import MODELS
-from sweep.ablation import WORLD
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.fields import Value, fields, preset_settings
-from sweep.jobs import Jobs
-from sweep.listing import point_table, table_text
-from sweep.spec import Study, parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.study import details
+from sweep.cli.listing import point_table, table_text
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.errors import SpecError, StoreError
+from sweep.spec.ablation import WORLD
+from sweep.spec.settings import Value, fields, preset_settings
+from sweep.spec.study import Study, parse_spec
+from sweep.tables.stored_study import details
 
 ABLATED = "sweep: {detail: {ablate: as_written}}"
 

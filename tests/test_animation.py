@@ -15,14 +15,13 @@ from commands import sweep
 from PIL import Image
 from studies import SMALL, launched
 
-import sweep.keeping.flight as flight
-import sweep.keeping.video as video
-from sweep.keeping.animation import Scene, frames_apart, write_animation, write_picture
-from sweep.keeping.flight import frames, write_flight
-from sweep.keeping.showing import Wanted, check, show
-from sweep.replay import stored_job, stored_trial
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+import sweep.replays.flight as flight
+import sweep.replays.video as video
+from sweep.cli.showing import Wanted, check, show
+from sweep.errors import StoreError
+from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
+from sweep.replays.flight import frames, write_flight
+from sweep.tables.stored_study import StoredStudy
 
 SPEC = SMALL.replace("every: 2", "every: 3, trajectories: true").replace("n: 12,", "n: 12, n_obstacles: 3,")
 
@@ -124,7 +123,7 @@ def test_an_animation_has_six_hundred_frames_at_most(steps: int, apart: int) -> 
 
 
 def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(study: StoredStudy, trial: str, tmp_path: Path) -> None:
-    job = stored_job(study, stored_trial(study, trial))
+    job = study.job(study.trial(trial))
     for name in ("one.gif", "two.gif"):
         write_animation(study.name, job, tmp_path / name, 1, silent)
     assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
@@ -138,7 +137,7 @@ def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(study: StoredStudy
 
 
 def test_the_picture_of_a_frame_is_that_frame(study: StoredStudy, trial: str, tmp_path: Path) -> None:
-    job = stored_job(study, stored_trial(study, trial))
+    job = study.job(study.trial(trial))
     _, stored = study.trajectory(trial)
     for frame, index in ((0, 0), (6, 2), (9, 3)):
         write_picture(study.name, job, frame, tmp_path / f"{frame}.png", silent)
@@ -158,7 +157,7 @@ def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not (video.shutil.which("ffmpeg") or video.find_spec("imageio_ffmpeg")), reason="no ffmpeg")
 def test_an_mp4_can_be_decoded_and_has_all_frames(study: StoredStudy, trial: str, tmp_path: Path) -> None:
-    job = stored_job(study, stored_trial(study, trial))
+    job = study.job(study.trial(trial))
     write_animation(study.name, job, tmp_path / "flight.mp4", 1, silent)
     command = [video.find_ffmpeg(), "-v", "error", "-i", str(tmp_path / "flight.mp4"), "-f", "rawvideo"]
     decoded = subprocess.run([*command, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout

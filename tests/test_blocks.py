@@ -8,11 +8,11 @@ from sampled import FIELDS, axis
 from scipy.stats import norm
 from specs import short, short_study
 
-from sweep.axes import Axis
-from sweep.blocks import TAIL
-from sweep.document import SpecError
-from sweep.plan import make_plan
-from sweep.spec import parse_spec
+from sweep.design.plan import make_plan
+from sweep.errors import SpecError
+from sweep.spec.axes import Axis
+from sweep.spec.blocks import TAIL
+from sweep.spec.study import parse_spec
 
 MIXED = (
     "joint: {{sample: {sample}, points: 16, separation_weight: {{loguniform: [0.1, 10]}}, "

@@ -20,15 +20,15 @@ from test_trial import flown, in_another_process, small
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep import trial
-from sweep.jobs import Job
-from sweep.result import Result
-from sweep.running import checkpoint, checkpoint_file
-from sweep.running.checkpoint import Checkpointed
-from sweep.running.checkpoint_folder import Checkpoints
-from sweep.running.checkpoint_key import own_key
-from sweep.storing.store import Store
-from sweep.trial import Simulation, run
+from sweep.design.jobs import Job
+from sweep.store.store import Store
+from sweep.trial import simulation
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, run
+from sweep.workers import checkpoint, checkpoint_file
+from sweep.workers.checkpoint import Checkpointed
+from sweep.workers.checkpoint_folder import Checkpoints
+from sweep.workers.checkpoint_key import own_key
 
 TRIAL = "0123456789abcdef01234567"
 
@@ -40,7 +40,7 @@ class Killed(BaseException):
 @pytest.fixture(autouse=True)
 def _short_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many kernel calls a trial, and a checkpoint after every one."""
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 3)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 3)
     monkeypatch.setattr(checkpoint, "TIMES_LONGER", 0.0)
 
 
@@ -115,8 +115,8 @@ def test_a_trial_goes_on_from_any_call_to_the_same_bits(
     random = Random(model)
     for number, a_job in enumerate(map(named, jobs_of(model))):
         wanted = flown(a_job) if number % 2 else a_job
-        monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * random.randint(1, 4))
-        monkeypatch.setattr(trial, "FRAME_BYTES", random.choice([1, 5000, 10**6]))
+        monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * random.randint(1, 4))
+        monkeypatch.setattr(simulation, "FRAME_BYTES", random.choice([1, 5000, 10**6]))
         folder = tmp_path / str(number)
         for _ in range(2):
             killed_after(random.randint(1, 2), wanted, folder, monkeypatch)
@@ -161,7 +161,7 @@ def test_a_trial_goes_on_in_another_process(tmp_path: Path, monkeypatch: pytest.
     broken_off(tmp_path, monkeypatch, a_job)
     code = (
         "import test_checkpoint as t, pathlib\n"
-        "t.trial.BOID_STEPS_A_CALL = 36\n"
+        "t.simulation.BOID_STEPS_A_CALL = 36\n"
         f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}), 1e9)(t.flown(t.plain_job()))\n"
         "print(t.zlib.crc32(repr(t.numbers(result)).encode()))"
     )
@@ -182,7 +182,7 @@ def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: p
         return result_of(self, *arguments)
 
     result_of = Simulation.result
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 300 * 4)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 300 * 4)
     monkeypatch.setattr(Simulation, "result", gathered)
     killed_after(3, a_job, tmp_path, monkeypatch)
     assert numbers(resumed(a_job, tmp_path, monkeypatch)) == numbers(run(a_job))
@@ -192,9 +192,9 @@ def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: p
 def test_a_trial_of_one_call_is_run_without_a_look_at_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     checkpointed = Checkpointed(lambda _job: "run", tmp_path, 0.0)  # type: ignore[arg-type,return-value]
     monkeypatch.setattr(checkpoint, "_Checkpoint", None)
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 20)
     assert checkpointed(plain_job()) == "run"
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 20 - 1)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 20 - 1)
     assert checkpointed(plain_job()).status == "failed"
 
 

@@ -9,15 +9,15 @@ from commands import sweep
 from searches import TINY, searched
 from studies import IMPOSSIBLE, SMALL, launched, relaunch
 
-import sweep.launch as launch_module
-import sweep.search.ledger as ledger_module
-from sweep.keeping.cleaning import clean, find_waste
-from sweep.launch import launch
-from sweep.running.checkpoint_folder import Checkpoints
-from sweep.running.executors import Serial
-from sweep.spec import parse_spec
-from sweep.storing.shares import Share
-from sweep.study import StoredStudy
+import sweep.campaigns.launch as launch_module
+import sweep.campaigns.search.ledger as ledger_module
+from sweep.campaigns.launch import launch
+from sweep.spec.study import parse_spec
+from sweep.store.shares import Share
+from sweep.tables.cleaning import clean, find_waste
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.checkpoint_folder import Checkpoints
+from sweep.workers.executors import Serial
 
 SPEC = SMALL.replace("steps: 9", "steps: 3")
 UNTIL = "replicates: {until: {metric: speed, half_width: 1.0e-9}, min: 3, max: 8}"

@@ -6,10 +6,10 @@ import pytest
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
 from kernels.models import MODELS
-from sweep.claims import Publication, read_all
-from sweep.document import SpecError
-from sweep.measures import Call, Difference, Mean, RankCorrelation
-from sweep.verdicts import Above, Value, Within
+from sweep.errors import SpecError
+from sweep.published.claims import Publication, read_all
+from sweep.published.measures import Call, Difference, Mean, RankCorrelation
+from sweep.published.verdicts import Above, Value, Within
 
 MEASURE = "{mean: speed, frame: 0, for: {separation_weight: 1}}"
 EXPECT = "{value: 0.765, rounding: 0.0005, trials: 100}"

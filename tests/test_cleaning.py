@@ -16,12 +16,12 @@ import pytest
 from commands import SWEEP, sweep
 from studies import COVERING, SMALL, launched, relaunch
 
-import sweep.launch as launch_module
-from sweep.keeping.cleaning import Waste, clean, find_waste
-from sweep.storing.lock import Lock
-from sweep.storing.parquet import StoreError
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+import sweep.campaigns.launch as launch_module
+from sweep.errors import StoreError
+from sweep.store.lock import Lock
+from sweep.store.store import Store
+from sweep.tables.cleaning import Waste, clean, find_waste
+from sweep.tables.stored_study import StoredStudy
 
 SPEC = SMALL.replace("steps: 9", "steps: 3")
 CALLS = ("replace", "rename", "fsync", "unlink", "rmdir", "mkdir")
@@ -60,7 +60,7 @@ def dirty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     relaunch(SPEC.replace("[0.5, 1]", "[3]"), results)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(launch_module, "KERNELS_SHA", "f" * 64)
-        patch.setattr("sweep.provenance.KERNELS_SHA", "f" * 64)
+        patch.setattr("sweep.store.provenance.KERNELS_SHA", "f" * 64)
         relaunch(SPEC, results)
     relaunch(SPEC.replace("[0.5, 1]", "[1, 2]"), results)
     study = StoredStudy("small", results)
@@ -162,8 +162,8 @@ def ours_no_longer(folder: Path, pid: int) -> None:
 
 KILLED = """
 import os, pathlib, signal, sys
-from sweep.keeping.cleaning import Waste, clean, find_waste
-from sweep.study import StoredStudy
+from sweep.tables.cleaning import Waste, clean, find_waste
+from sweep.tables.stored_study import StoredStudy
 
 study = StoredStudy("small", pathlib.Path({results!r}))
 waste = find_waste(study)

@@ -21,8 +21,8 @@ from runner_jobs import started
 from studies import IMPOSSIBLE, SMALL, launched
 
 from sweep.cli import app
-from sweep.running import batch
-from sweep.running.executors import Loky
+from sweep.workers import batch
+from sweep.workers.executors import Loky
 
 STORING_OFTEN = LAUNCH[:3]
 """The command, which stores a part five times a second."""
@@ -94,7 +94,7 @@ def test_a_table_as_text_csv_and_json(folder: Path) -> None:
 
 def test_a_table_with_another_interval(folder: Path) -> None:
     from sweep.analysis import mean_interval
-    from sweep.study import StoredStudy
+    from sweep.tables.stored_study import StoredStudy
 
     students = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))
     csv = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv", "--interval", "bootstrap").stdout))
@@ -176,7 +176,7 @@ def test_replay_gives_the_stored_bits(folder: Path) -> None:
 
 def table_of(folder: Path) -> str:
     """The trials of the launched study, as JSON."""
-    from sweep.study import StoredStudy
+    from sweep.tables.stored_study import StoredStudy
 
     return str(StoredStudy("small", folder / "results").trials.to_json(orient="records"))
 
@@ -272,6 +272,6 @@ def test_a_worker_killed_at_any_moment_loses_no_trial(tmp_path: Path) -> None:
 
 def launched_again(results: Path) -> pd.DataFrame:
     """The stored trials."""
-    from sweep.study import StoredStudy
+    from sweep.tables.stored_study import StoredStudy
 
     return StoredStudy("small", results).trials

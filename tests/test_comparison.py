@@ -17,17 +17,17 @@ from specs import short
 from studies import SMALL, launched
 
 from sweep.analysis import equivalence, holm, independent_contrast, max_t, mean_estimate, paired_contrast
+from sweep.campaigns.launch import plan_table
 from sweep.cli import main
-from sweep.comparison import Comparison, Method, compare_sides, judge
-from sweep.comparison_text import comparison_json, comparison_text
-from sweep.design import expand
+from sweep.cli.comparison_text import comparison_json, comparison_text
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
 from sweep.figures import paired_effects
-from sweep.jobs import Jobs
-from sweep.launch import plan_table
-from sweep.matching import match
-from sweep.sides import Side, read_side
-from sweep.spec import parse_spec
-from sweep.study import StoredStudy
+from sweep.spec.study import parse_spec
+from sweep.tables.comparison import Comparison, Method, compare_sides, judge
+from sweep.tables.matching import match
+from sweep.tables.sides import Side, read_side
+from sweep.tables.stored_study import StoredStudy
 
 SIZES = SMALL.replace("study: small", "study: sizes").replace("{n: 12, steps: 9}", "{steps: 9}")
 SIZES = SIZES.replace("separation_weight: [0.5, 1]", "n: [8, 12]")

@@ -3,9 +3,9 @@
 import pytest
 from studies import COVERING, SMALL
 
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.spec import parse_spec
+from sweep.design.design import expand
+from sweep.errors import SpecError
+from sweep.spec.study import parse_spec
 
 
 def refused(spec: str) -> str:

@@ -7,11 +7,11 @@ import pytest
 from studies import COVERING, SMALL
 
 from kernels.models import MODELS
-from sweep.cost import job_seconds, point_seconds, study_cost, trial_bytes, trial_seconds
-from sweep.design import expand
-from sweep.jobs import Jobs, SomeJobs
-from sweep.plan import duration, make_plan, size
-from sweep.spec import Record, parse_spec
+from sweep.design.cost import job_seconds, point_seconds, study_cost, trial_bytes, trial_seconds
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, SomeJobs
+from sweep.design.plan import duration, make_plan, size
+from sweep.spec.study import Record, parse_spec
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -11,7 +11,7 @@ from kernels.coverage import build_coverage, heatmap, mark
 from kernels.events import COLLISIONS, ESCAPES
 from kernels.settings import DISC, STAMP
 from kernels.worlds import build_reach
-from sweep.trial import Simulation, run
+from sweep.trial.simulation import Simulation, run
 
 ROWS, COLUMNS = 50, 60
 OBSTACLES = [[20, 20, 7, 7, 1], [45, 30, 6, 4, 0], [59, 49, 5, 5, 1]]

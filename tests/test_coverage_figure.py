@@ -8,10 +8,10 @@ from plotted import shown, study, titles
 from studies import SMALL, launched
 
 from sweep.analysis import mean_interval
+from sweep.errors import StoreError
 from sweep.figures import coverage_figure
 from sweep.figures.pieces import estimated
 from sweep.figures.selection import select
-from sweep.storing.parquet import StoreError
 
 
 def test_each_panel_is_the_mean_of_the_trials_of_a_point() -> None:

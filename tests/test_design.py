@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
-from sweep.design import Design, Rejection, expand
-from sweep.document import SpecError
-from sweep.fields import Value, fields, preset_settings
-from sweep.spec import parse_spec
+from sweep.design.design import Design, Rejection, expand
+from sweep.errors import SpecError
+from sweep.spec.settings import Value, fields, preset_settings
+from sweep.spec.study import parse_spec
 
 
 def rows(design: Design) -> list[tuple[Value, ...]]:

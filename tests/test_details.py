@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from studies import launched
 
 from sweep.figures import effects_figure, paired_effects
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 ABLATING = """
 study: ablating

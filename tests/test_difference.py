@@ -9,10 +9,10 @@ from commands import sweep
 from searches import TINY
 from studies import SMALL, launched, relaunch
 
-import sweep.keeping.difference as difference_module
-from sweep.document import SpecError
-from sweep.keeping.difference import Change, Overlap, compare
-from sweep.spec import Study, parse_spec
+import sweep.tables.difference as difference_module
+from sweep.errors import SpecError
+from sweep.spec.study import Study, parse_spec
+from sweep.tables.difference import Change, Overlap, compare
 
 
 def spec(*changes: tuple[str, str]) -> Study:

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from studies import SMALL, relaunch
 
-from sweep.storing.durable import make_folders
-from sweep.storing.writer import Writer
+from sweep.store.durable import make_folders
+from sweep.store.writer import Writer
 
 
 @pytest.fixture

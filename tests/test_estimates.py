@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from sweep.analysis import mean_estimate
-from sweep.estimates import Measured, MeasureError, measure
-from sweep.measures import Call, Difference, Mean, RankCorrelation
+from sweep.published.estimates import Measured, MeasureError, measure
+from sweep.published.measures import Call, Difference, Mean, RankCorrelation
 
 WEIGHTS, SEEDS = (0.5, 1.0, 2.0), (27, 729, 4913)
 

@@ -6,7 +6,7 @@ import pytest
 
 from kernels.events import count
 from kernels.worlds import build_reach
-from sweep.trial import Simulation, run
+from sweep.trial.simulation import Simulation, run
 
 EVENTS = ("boid_collisions", "share_arrived", "time_to_goal", "equilibrium")
 DENSE = {"n": 40, "steps": 60, "width": 200, "height": 150, "map": "empty", "start_margin": 0}

@@ -11,10 +11,10 @@ import optuna
 import pytest
 from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
-from sweep.search import export as module
-from sweep.search.export import check_export, export
-from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.storing.parquet import StoreError
+from sweep.campaigns.search import export as module
+from sweep.campaigns.search.export import check_export, export
+from sweep.errors import StoreError
+from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
 RANGES = {"weight": {"loguniform": [0.001, 1.0]}, "n": {"integers": [1, 9]}, "kind": {"choice": ["a", "b", True]}}

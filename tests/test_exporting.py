@@ -17,11 +17,11 @@ from commands import sweep
 from pyarrow import csv
 from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
-import sweep.keeping.exporting as exporting
-import sweep.keeping.netcdf as netcdf
-from sweep.keeping.exporting import export
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+import sweep.tables.exporting as exporting
+import sweep.tables.netcdf as netcdf
+from sweep.errors import StoreError
+from sweep.tables.exporting import export
+from sweep.tables.stored_study import StoredStudy
 
 KEPT = COVERING.replace("heatmaps: true", "heatmaps: true, trajectories: true, every: 8")
 TABLES = ("trials", "series", "heatmaps", "trajectories")

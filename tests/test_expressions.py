@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sweep.expressions import CONDITION, NUMBER, TEXT, ExpressionError, parse
-from sweep.fields import fields
+from sweep.spec.expressions import CONDITION, NUMBER, TEXT, ExpressionError, parse
+from sweep.spec.settings import fields
 
 KNOWN = fields("nguyen2024")
 NAMES = ("drag", "n", "width", "steps")

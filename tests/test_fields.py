@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels.models import MODELS
-from sweep.fields import Field, NotAllowedError, fields, preset_settings, spelled
+from sweep.spec.settings import Field, NotAllowedError, fields, preset_settings, spelled
 
 FIELDS = fields("nguyen2024")
 NUMBERS = st.one_of(st.floats(), st.integers(-(2**40), 2**40), st.sampled_from([0.0, -0.0, 1, 0.5, math.inf]))

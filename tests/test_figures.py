@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from studies import SMALL, launched
 
 from sweep.analysis import curves
+from sweep.errors import StoreError
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
 from sweep.figures.selection import select
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 
 @pytest.fixture(scope="module")

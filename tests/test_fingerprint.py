@@ -10,18 +10,19 @@ from pathlib import Path
 import pytest
 
 from kernels import KERNELS_SHA
-from sweep.running import fingerprint
+from sweep.workers import fingerprint
 
 ROOT = Path(__file__).parent.parent
 LAUNCH = """
 import os, signal, sys, time
 from pathlib import Path
-import sweep.trial
+import sweep.trial.simulation
 import naps
-from sweep.running.executors import Loky, WorkersError
-from sweep.running.runner import drive
+from sweep.errors import WorkersError
+from sweep.workers.executors import Loky
+from sweep.workers.runner import drive
 
-assert Path(sweep.trial.__file__).is_relative_to(os.getcwd())
+assert Path(sweep.trial.simulation.__file__).is_relative_to(os.getcwd())
 engine, kept = Loky(2), []
 batches = drive(range(60), naps.nap, executor=engine, costs=naps.a_second, failed=naps.failed, chunk_seconds=1e-6)
 try:
@@ -39,7 +40,7 @@ engine.stop()
 """
 NAPS = """
 import time
-import sweep.trial
+import sweep.trial.simulation
 
 def nap(job):
     time.sleep(0.02)
@@ -87,19 +88,19 @@ def test_workers_that_start_with_edited_code_are_refused_and_what_is_done_is_kep
 @pytest.mark.slow
 @pytest.mark.parametrize("line", ["# a word", "this is no Python"])
 def test_code_beside_the_kernels_counts_and_such_as_cannot_be_imported(copy: Path, line: str) -> None:
-    refusal, kept = launched(copy, ("sweep/result.py", line + "\n"))
+    refusal, kept = launched(copy, ("sweep/trial/result.py", line + "\n"))
     assert "other code in " in refusal
-    assert "sweep/result.py; what is done is stored" in refusal
+    assert "sweep/trial/result.py; what is done is stored" in refusal
     assert 10 <= int(kept.split()[0]) < 60
 
 
 IMPORTED = """
-import builders, sweep.trial
+import builders, sweep.trial.simulation
 from kernels.models import MODELS
-from sweep.running.fingerprint import imported
+from sweep.workers.fingerprint import imported
 
 before = imported()
-print({sweep.trial.run(builders.job(name, steps=2)).status for name in MODELS}, imported() - before)
+print({sweep.trial.simulation.run(builders.job(name, steps=2)).status for name in MODELS}, imported() - before)
 """
 
 

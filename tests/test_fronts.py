@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sweep.search.fronts import hypervolume, knee, nondominated, shares_on_front, thinned
+from sweep.campaigns.search.fronts import hypervolume, knee, nondominated, shares_on_front, thinned
 
 BOTH = [True, True]
 POINTS = arrays(np.float64, st.tuples(st.integers(1, 12), st.integers(2, 3)), elements=st.integers(0, 5).map(float))

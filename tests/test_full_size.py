@@ -8,11 +8,11 @@ import pytest
 from builders import job
 
 from sweep.analysis import by_point
-from sweep.launch import launch
-from sweep.running.executors import Loky, core_count
-from sweep.spec import parse_spec
-from sweep.study import StoredStudy
-from sweep.trial import run
+from sweep.campaigns.launch import launch
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import run
+from sweep.workers.executors import Loky, core_count
 
 pytestmark = pytest.mark.slow
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"

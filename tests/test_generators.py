@@ -8,8 +8,8 @@ import numpy as np
 from builders import job
 from numpy.random import SeedSequence
 
-from sweep.generators import Randomness
-from sweep.trial import run
+from sweep.trial.generators import Randomness
+from sweep.trial.simulation import run
 
 
 def test_a_stream_is_that_of_numpy_however_it_is_cut() -> None:

@@ -7,9 +7,9 @@ from plotted import ascending, made_up, shown, study, titles
 from sampled import axis
 
 from sweep.analysis import by_point, mean_interval
+from sweep.errors import StoreError
 from sweep.figures import heatmap_figure
 from sweep.figures.scales import cell_edges
-from sweep.storing.parquet import StoreError
 
 
 def values(figure: Figure) -> list[np.ndarray]:

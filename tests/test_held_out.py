@@ -7,9 +7,9 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
 
 from sweep.analysis import mean_interval
-from sweep.search.blocks import block_interval, difference_interval
-from sweep.search.held_out import differences, front, references, shown, winners
-from sweep.search.objectives import Constraint, Objective, Statistic
+from sweep.campaigns.search.blocks import block_interval, difference_interval
+from sweep.campaigns.search.held_out import differences, front, references, shown, winners
+from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
 FALSE_ALARM = 1e-4

@@ -11,7 +11,7 @@ import builders
 import pytest
 
 import kernels
-from sweep.trial import run
+from sweep.trial.simulation import run
 
 TESTS = Path(__file__).parent
 ROOT = Path(kernels.__file__).parent.parent

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from specs import GAINS, SEPARATION
 
-from sweep.design import expand
-from sweep.fields import preset_settings
-from sweep.jobs import Job, Jobs, literal_seed, point_id, stream
-from sweep.spec import Study, parse_spec
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs, literal_seed, point_id, stream
+from sweep.spec.settings import preset_settings
+from sweep.spec.study import Study, parse_spec
 
 BASE = {"study": "a", "model": "nguyen2024", "preset": "as_run", "seed": 5}
 
@@ -94,7 +94,7 @@ def test_a_longer_study_keeps_its_trials() -> None:
 
 def test_ids_are_the_same_however_many_points_are_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = jobs_of(parse_spec(GAINS)).table()
-    monkeypatch.setattr("sweep.jobs.BLOCK", 7)
+    monkeypatch.setattr("sweep.design.jobs.BLOCK", 7)
     assert jobs_of(parse_spec(GAINS)).table().equals(whole)
 
 
@@ -180,7 +180,7 @@ def test_literal_seed_is_the_listed_one_where_the_stream_is_common() -> None:
 
 def test_ids_are_the_same_in_another_process() -> None:
     code = (
-        "from sweep.design import expand\nfrom sweep.jobs import Jobs, stream\nfrom sweep.spec import parse_spec\n"
+        "from sweep.design.design import expand\nfrom sweep.design.jobs import Jobs, stream\nfrom sweep.spec.study import parse_spec\n"
         f"study = parse_spec({SEPARATION!r})\njob = Jobs(study, expand(study), 'sha')[-1]\n"
         "print(job.trial_id, job.point, stream(job, 'noise').generate_state(1)[0])"
     )

@@ -10,10 +10,10 @@ from studies import relaunch
 from typer.testing import CliRunner
 
 from sweep.cli.app import app
+from sweep.errors import StoreError
 from sweep.figures import KINDS, Choices, Kind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 
 def files(name: str, folder: Path, *kinds: str, formats: tuple[str, ...] = ("png",), **choices: object) -> list[Path]:

@@ -10,18 +10,18 @@ import pandas as pd
 import pytest
 from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
-import sweep.launch as launch_module
-import sweep.running.batch as batch_module
+import sweep.campaigns.launch as launch_module
+import sweep.workers.batch as batch_module
 from kernels import KERNELS_SHA
-from sweep.design import expand
-from sweep.jobs import Job, Jobs
-from sweep.launch import launch
-from sweep.result import Result
-from sweep.running.executors import Loky, Serial
-from sweep.spec import parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
-from sweep.trial import run
+from sweep.campaigns.launch import launch
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.errors import StoreError
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.result import Result
+from sweep.trial.simulation import run
+from sweep.workers.executors import Loky, Serial
 
 TIMING = ["seconds"]
 

@@ -10,16 +10,11 @@ from typing import Any
 import pytest
 import runner_jobs
 
-from sweep.running import fingerprint
-from sweep.running.executors import (
-    ConnectionLostError,
-    JobEndedError,
-    NotYetError,
-    WorkerDiedError,
-    WorkersError,
-)
-from sweep.running.runner import Failure, drive
-from sweep.running.watch import Limits, Verdict, Watch
+from sweep.errors import WorkersError
+from sweep.workers import fingerprint
+from sweep.workers.executors import ConnectionLostError, JobEndedError, NotYetError, WorkerDiedError
+from sweep.workers.runner import Failure, drive
+from sweep.workers.watch import Limits, Verdict, Watch
 
 SQUARES = [(job, job * job) for job in range(40)]
 
@@ -167,8 +162,10 @@ def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(monkeypatch: pyt
         chunk_seconds=1e-6,
     )
     kept += next(batches)
-    monkeypatch.setattr(fingerprint, "refusal", lambda _expected: "other code in sweep/trial.py")
-    message = "not what they were when this launch began: other code in sweep/trial.py; what is done is stored"
+    monkeypatch.setattr(fingerprint, "refusal", lambda _expected: "other code in sweep/trial/simulation.py")
+    message = (
+        "not what they were when this launch began: other code in sweep/trial/simulation.py; what is done is stored"
+    )
     with pytest.raises(WorkersError, match=message):
         kept.extend(chain.from_iterable(batches))
     assert set(kept) == set(SQUARES[:4])  # those that were in flight

@@ -15,19 +15,18 @@ from studies import SMALL
 
 from kernels.models import MODELS
 from kernels.worlds import MAPS, build_reach, inside_any
-from sweep import images, maps
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.images import obstacles_of, rectangles
-from sweep.jobs import Jobs, point_id
-from sweep.launch import launch
-from sweep.maps import OwnMap, from_json
-from sweep.replay import replay
-from sweep.running.executors import Serial
-from sweep.spec import Study, load_spec, parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
-from sweep.trial import Simulation
+from sweep.campaigns.launch import launch
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, point_id
+from sweep.errors import SpecError, StoreError
+from sweep.replays.replay import replay
+from sweep.spec import images, maps
+from sweep.spec.images import obstacles_of, rectangles
+from sweep.spec.maps import OwnMap, from_json
+from sweep.spec.study import Study, load_spec, parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import Simulation
+from sweep.workers.executors import Serial
 
 ROOM = [
     "maps:",

@@ -8,9 +8,9 @@ import naive
 import numpy as np
 import pytest
 
-from sweep.fields import fields
-from sweep.jobs import stream
-from sweep.trial import Simulation, run
+from sweep.design.jobs import stream
+from sweep.spec.settings import fields
+from sweep.trial.simulation import Simulation, run
 
 every_preset = pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
 every_update = pytest.mark.parametrize("update", builders.UPDATES)

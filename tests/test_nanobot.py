@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kernels.models import MODELS
-from sweep.trial import Simulation
+from sweep.trial.simulation import Simulation
 
 Row = tuple[float, float, float, float]
 

@@ -25,7 +25,7 @@ from kernels.neighbours import (
 )
 from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
-from sweep.trial import Simulation
+from sweep.trial.simulation import Simulation
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -17,7 +17,7 @@ MACHINE = re.compile(r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\
 
 FEWER = {"finite_size": ("replicates: 12", "replicates: 2"), "what_matters": ("points: 64", "points: 8")}
 """Of notebooks with many boid-steps, what `make test` runs in their place; `make test-slow` runs them whole."""
-IN_PROCESS = "import sweep.running.executors\n\nsweep.running.executors.Loky = sweep.running.executors.Serial\n"
+IN_PROCESS = "import sweep.workers.executors\n\nsweep.workers.executors.Loky = sweep.workers.executors.Serial\n"
 """Starting workers takes longer than these trials, and changes no bit of them."""
 
 pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -22,17 +22,18 @@ from object_stores import Crashed, Memory, ObjectStore, object_store
 from studies import SMALL, launched, relaunch
 from test_store import append, sorted_tables
 
-from sweep.search.stored import read_asked
-from sweep.storing import buckets, locations
-from sweep.storing import lock as lock_module
-from sweep.storing import store as store_module
-from sweep.storing.custody import custody, set_aside_damaged
-from sweep.storing.locations import ObjectPath, Server, StoreError, UnreachableError, location
-from sweep.storing.lock import Lock
-from sweep.storing.manifest import MANIFEST
-from sweep.storing.shares import Share
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+from sweep.campaigns.search.stored import read_asked
+from sweep.errors import StoreError, UnreachableError
+from sweep.store import buckets, locations
+from sweep.store import lock as lock_module
+from sweep.store import store as store_module
+from sweep.store.custody import custody, set_aside_damaged
+from sweep.store.locations import ObjectPath, Server, location
+from sweep.store.lock import Lock
+from sweep.store.manifest import MANIFEST
+from sweep.store.shares import Share
+from sweep.store.store import Store
+from sweep.tables.stored_study import StoredStudy
 
 SPEC = campaign.SPEC.replace("replicates: 30", "replicates: 12")
 
@@ -325,7 +326,7 @@ def test_only_the_columns_that_are_asked_for_are_fetched(store: Store, monkeypat
 
 
 def test_parts_are_merged_on_the_way(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sweep.storing.merging.MOST_GATHERED", 3)
+    monkeypatch.setattr("sweep.store.merging.MOST_GATHERED", 3)
     for index in range(7):
         append(store, {f"a{index}": "ok"})
         store.gather()
@@ -470,9 +471,9 @@ def test_ctrl_c_ends_the_waiting(server: ObjectStore, line: Line) -> None:
 
 
 def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -> None:
-    from sweep.launch import launch
-    from sweep.running.executors import Serial
-    from sweep.spec import parse_spec
+    from sweep.campaigns.launch import launch
+    from sweep.spec.study import parse_spec
+    from sweep.workers.executors import Serial
 
     done = [launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total() for k in (1, 2, 3)]
     assert sum(done) == 6
@@ -485,9 +486,9 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
 def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> None:
     from searches import TINY
 
-    from sweep.running.executors import Serial
-    from sweep.search.run import search
-    from sweep.spec import parse_spec
+    from sweep.campaigns.search.run import search
+    from sweep.spec.study import parse_spec
+    from sweep.workers.executors import Serial
 
     spec = parse_spec(TINY.replace("budget: 30", "budget: 12"))
     search(spec, results, Serial())
@@ -499,9 +500,9 @@ def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> No
 
 def test_python_takes_the_same_places(bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import sweep
-    from sweep.running.executors import Serial
+    from sweep.workers.executors import Serial
 
-    monkeypatch.setattr("sweep.running.executors.Loky", Serial)
+    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
     monkeypatch.chdir(tmp_path)
     study = sweep.run(SMALL, results=bucket)
     assert len(study.trials) == 6

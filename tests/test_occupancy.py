@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from kernels.occupancy import build_occupancy, is_taken
 from kernels.settings import OccupancySettings, WorldSettings
 from kernels.worlds import MAPS, build_world, obstacle_distance
-from sweep.fields import preset_settings, settings_tuple
+from sweep.spec.settings import preset_settings, settings_tuple
 
 OBSTACLES = [[2.0, 2.0, 0.8, 0.8, 1], [3.5, 1.0, 1.2, 0.3, 0], [5.98, 3.9, 0.5, 0.5, 1], [-0.1, 3.0, 0.2, 0.9, 0]]
 WORLD = builders.a_world(6.02, 4.0, obstacles=OBSTACLES)

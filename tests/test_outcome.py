@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from made_up_searches import GAIN, MEAN, rows, searched
 
-from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.search.outcome import candidates, chosen
+from sweep.campaigns.search.outcome import candidates, chosen
+from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
 

@@ -9,10 +9,10 @@ from ruamel.yaml import YAML
 from studies import IMPOSSIBLE, SMALL, launched
 
 import sweep
-from sweep.document import SpecError
-from sweep.provenance import git_state
-from sweep.running.executors import Serial
-from sweep.search.stored import read_asked
+from sweep.campaigns.search.stored import read_asked
+from sweep.errors import SpecError
+from sweep.store.provenance import git_state
+from sweep.workers.executors import Serial
 
 ROOT = Path(__file__).parent.parent
 
@@ -46,7 +46,7 @@ def test_constraints_pin_exactly_and_name_no_address() -> None:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a worker takes longer than these trials."""
-    monkeypatch.setattr("sweep.running.executors.Loky", Serial)
+    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
 
 
 def test_run_in_two_workers_gives_the_bits_of_a_launch_in_one_process(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ from matplotlib.colors import to_hex
 from plotted import legend_texts, made_up, shown, study, titles
 from sampled import FIELDS, axis
 
+from sweep.errors import StoreError
 from sweep.figures import VERMILION, parallel_figure
-from sweep.storing.parquet import StoreError
 
 
 def test_every_sampled_setting_and_the_metric_is_an_axis() -> None:

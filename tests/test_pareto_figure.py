@@ -6,9 +6,9 @@ from plotted import legend_texts, shown, study, titles
 
 from kernels.metrics import METRICS
 from sweep.analysis import by_point
+from sweep.errors import StoreError
 from sweep.figures import pareto_figure
 from sweep.figures.aims import LOW_IS_BETTER, aim
-from sweep.storing.parquet import StoreError
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kernels.models import MODELS
-from sweep.trial import Simulation
+from sweep.trial.simulation import Simulation
 
 ALONE = {"alignment_weight": 0, "cohesion_weight": 0}
 

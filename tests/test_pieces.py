@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from studies import COVERING, launched
 
 from sweep.figures import BLUE, draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note
-from sweep.study import StoredWorld
+from sweep.trial.world import TrialWorld
 
-WORLD = StoredWorld(40.0, 30.0, np.array([[10.0, 20.0, 5.0, 5.0, 1.0], [30.0, 5.0, 4.0, 2.0, 0.0]]))
+WORLD = TrialWorld(40.0, 30.0, np.array([[10.0, 20.0, 5.0, 5.0, 1.0], [30.0, 5.0, 4.0, 2.0, 0.0]]))
 
 
 @pytest.fixture

@@ -17,22 +17,21 @@ from searches import ANALYTIC, TINY, analytic, asked_by, done, edited, equal, re
 from specs import short
 from studies import SMALL, launched, relaunch
 
-import sweep.running.batch as batch_module
+import sweep.workers.batch as batch_module
 from kernels import KERNELS_SHA
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.jobs import Job, Jobs
-from sweep.plan import make_plan
-from sweep.policy import Policy
-from sweep.replay import stored_trial
-from sweep.result import Result, after, failed, overdue
-from sweep.running.failures import FailedTrialsError, Failures, last_line
-from sweep.search.plan import make_search_plan
-from sweep.search.stored import read_asked
-from sweep.spec import parse_spec
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
-from sweep.trial import run
+from sweep.campaigns.search.plan import make_search_plan
+from sweep.campaigns.search.stored import read_asked
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.design.plan import make_plan
+from sweep.errors import FailedTrialsError, SpecError
+from sweep.spec.policy import Policy
+from sweep.spec.study import parse_spec
+from sweep.store.store import Store
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.result import Result, after, failed, overdue
+from sweep.trial.simulation import run
+from sweep.workers.failures import Failures, last_line
 
 MIB = 2**20
 
@@ -347,7 +346,7 @@ def test_a_search_that_stops_can_replay_the_first_failed_trial(tmp_path: Path, m
     found = re.search(r'it went wrong \("sweep replay tiny (\w+)" shows it\)', str(ended.value))
     assert found is not None
     study, ran = StoredStudy("tiny", tmp_path), len(given)
-    assert stored_trial(study, found[1]).row["status"] == "failed"
+    assert study.trial(found[1]).row["status"] == "failed"
     assert found[1] in set(read_asked(study).table["trial_id"])
     with pytest.raises(FailedTrialsError, match=r"^tiny: .* and on_error is stop"):
         searched(TINY + "on_error: stop\n", tmp_path)

@@ -8,8 +8,8 @@ import pytest
 
 from kernels.metrics.energy import _boid_potential
 from kernels.models import MODELS
-from sweep.fields import fields
-from sweep.trial import Simulation
+from sweep.spec.settings import fields
+from sweep.trial.simulation import Simulation
 
 N, SHIFT = 12, 1e-4
 

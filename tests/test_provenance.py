@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from studies import SMALL
 
-from sweep import provenance
-from sweep.provenance import git_state, installed, machine
-from sweep.spec import parse_spec
+from sweep.spec.study import parse_spec
+from sweep.store import provenance
+from sweep.store.provenance import git_state, installed, machine
 
 QUIET = {"capture_output": True, "check": True}
 

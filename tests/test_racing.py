@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from sweep.search.objectives import Constraint, Floats, Objective, Statistic
-from sweep.search.racing import LEAST_BLOCKS, LEAST_FREEDOM, Race, Samples
+from sweep.campaigns.search.racing import LEAST_BLOCKS, LEAST_FREEDOM, Race, Samples
+from sweep.spec.objectives import Constraint, Floats, Objective, Statistic
 
 MEAN, WORST = Statistic("mean"), Statistic("worst")
 GAIN, COST = Objective("gain", True, MEAN), Objective("cost", False, MEAN)

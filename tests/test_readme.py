@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from studies import SMALL
 
-from sweep.design import expand
-from sweep.spec import parse_spec
+from sweep.design.design import expand
+from sweep.spec.study import parse_spec
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -6,8 +6,8 @@ import pytest
 from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
 
-from sweep.search.objectives import Constraint, Objective
-from sweep.search.repetitions import AgainstRandom, against_random, best_so_far, reference_point, runs
+from sweep.campaigns.search.repetitions import AgainstRandom, against_random, best_so_far, reference_point, runs
+from sweep.spec.objectives import Constraint, Objective
 
 LOSS = Objective("loss", False, MEAN)
 FALSE_ALARM = 1e-4

@@ -7,11 +7,11 @@ from commands import sweep
 from PIL import Image
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
-from sweep.claims import read_all
-from sweep.document import SpecError
-from sweep.reproduce import Outcome, reproduce
-from sweep.running.executors import Serial
-from sweep.storing.parquet import StoreError
+from sweep.cli.progress import ProgressBar
+from sweep.errors import SpecError, StoreError
+from sweep.published.claims import read_all
+from sweep.published.reproduce import Outcome, reproduce
+from sweep.workers.executors import Serial
 
 BROKEN_TRIALS = SPEC.replace("n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,").replace(
     "replicates: 8", "replicates: 1"
@@ -21,7 +21,7 @@ BROKEN_TRIALS = SPEC.replace("n: 40,", "n: 40, n_obstacles: 4000, obstacle_radiu
 def reproduced(folder: Path, *, quick: bool = False, only: tuple[str, ...] = ()) -> Outcome:
     """The outcome for the publications below `folder`, in this process."""
     publications = read_all(folder / "experiments", quick=quick, only=only)
-    return reproduce(publications, folder / "results", Serial(), quick=quick)
+    return reproduce(publications, folder / "results", Serial(), ProgressBar, quick=quick)
 
 
 def done(outcome: Outcome) -> tuple[int, int, int]:

@@ -16,11 +16,12 @@ import runner_jobs
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.running import fingerprint
-from sweep.running.chunks import MAX_CHUNK_JOBS, Chunks
-from sweep.running.executors import Loky, Serial
-from sweep.running.runner import Failure, WorkersError, drive
-from sweep.storing import processes
+from sweep.errors import WorkersError
+from sweep.store import processes
+from sweep.workers import fingerprint
+from sweep.workers.chunks import MAX_CHUNK_JOBS, Chunks
+from sweep.workers.executors import Loky, Serial
+from sweep.workers.runner import Failure, drive
 
 SQUARES = {(job, job * job) for job in range(40)}
 
@@ -112,7 +113,10 @@ class NoneStarts(Serial):
 
 def test_where_no_worker_starts_both_that_and_edited_code_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The one may be the cause of the other, or have nothing to do with it."""
-    for edited, ending in (("", "$"), ("sweep/cost.py", "; the code or .*: other code in sweep/cost.py; what is done")):
+    for edited, ending in (
+        ("", "$"),
+        ("sweep/design/cost.py", "; the code or .*: other code in sweep/design/cost.py; what is done"),
+    ):
         monkeypatch.setattr(fingerprint, "edited", lambda edited=edited: edited)
         with pytest.raises(WorkersError, match=f"^no worker process can be given a job: no room{ending}"):
             runner_jobs.run_all(range(4), runner_jobs.square, NoneStarts())
@@ -150,8 +154,8 @@ INTERRUPTED = """
 import os, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import runner_jobs
-from sweep.running.executors import Loky
-from sweep.running.runner import drive
+from sweep.workers.executors import Loky
+from sweep.workers.runner import drive
 
 kept = []
 executor = Loky(2)

@@ -14,7 +14,7 @@ from kernels.models import MODELS
 from kernels.occupancy import Occupancy, build_occupancy
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.settings import OccupancySettings
-from sweep.trial import Simulation, run
+from sweep.trial.simulation import Simulation, run
 
 MODEL = "rustamani2024"
 UNLIMITED = {"max_acceleration": 1e6, "acceleration_pool": 1e6}

@@ -12,10 +12,10 @@ import optuna
 import pytest
 from searches import TINY, asked_by, edited, equal, phase
 
-from sweep.search import section
-from sweep.search.samplers import SAMPLERS, distributions, new_study, options, quiet, size_of
-from sweep.search.section import Parameter, Search
-from sweep.spec import parse_spec
+from sweep.campaigns.search.samplers import SAMPLERS, distributions, new_study, options, quiet, size_of
+from sweep.spec import search_section as section
+from sweep.spec.search import Parameter, Search
+from sweep.spec.study import parse_spec
 
 TWO = edited(
     TINY,
@@ -70,7 +70,7 @@ def test_several_objectives_choices_and_rejected_candidates(tmp_path: Path, name
     assert asked.about["rejected"]["search"] > 0
 
 
-@pytest.mark.parametrize("name", set(SAMPLERS))
+@pytest.mark.parametrize("name", SAMPLERS)
 def test_every_option_of_optuna_is_said(name: str) -> None:
     """All but those that optuna has deprecated, which it warns of when they are given."""
     known = inspect.signature(getattr(optuna.samplers, SAMPLERS[name][0]).__init__).parameters
@@ -112,7 +112,7 @@ def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
     script = """if True:
         import sys, types, IPython
         sys.modules |= {"ipykernel.zmqshell": types.ModuleType("shell"), "ipywidgets": None}
-        from sweep.search.samplers import quiet
+        from sweep.campaigns.search.samplers import quiet
         with quiet():
             print("optuna" in sys.modules)
     """

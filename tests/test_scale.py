@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.storing.store import Store
+from sweep.store.store import Store
 
 SPEC = """
 study: trivial

@@ -8,8 +8,8 @@ from sampled import axis
 
 from sweep.analysis import by_point
 from sweep.analysis.estimate import rank_estimate
+from sweep.errors import StoreError
 from sweep.figures import heatmap_figure, scatter_figure
-from sweep.storing.parquet import StoreError
 
 
 def dots(axes: Axes) -> np.ndarray:

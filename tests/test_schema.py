@@ -11,10 +11,10 @@ from ruamel.yaml import YAML
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
 from kernels.models import MODELS
-from sweep.design import expand
-from sweep.fields import fields
-from sweep.schema import json_schema
-from sweep.spec import load_spec, parse_spec
+from sweep.design.design import expand
+from sweep.spec.schema import json_schema
+from sweep.spec.settings import fields
+from sweep.spec.study import load_spec, parse_spec
 
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"
 VALIDATOR = Draft202012Validator(json_schema())

@@ -11,12 +11,13 @@ import pytest
 from publications import PUBLISHED, experiments
 
 from sweep.analysis import mean_estimate
-from sweep.claims import Claim, read_all
-from sweep.estimates import Measured
-from sweep.reproduce import reproduce
-from sweep.running.executors import Serial
-from sweep.scorecard import Row, noticeable_text, ours_text, published_text, sentence, trials_text
-from sweep.verdicts import Above, Below, Expectation, Value, Within, judge
+from sweep.cli.progress import ProgressBar
+from sweep.published.claims import Claim, read_all
+from sweep.published.estimates import Measured
+from sweep.published.reproduce import reproduce
+from sweep.published.scorecard import Row, noticeable_text, ours_text, published_text, sentence, trials_text
+from sweep.published.verdicts import Above, Below, Expectation, Value, Within, judge
+from sweep.workers.executors import Serial
 
 VOID = {"meta", "img", "br"}
 
@@ -64,7 +65,7 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     expect: {value: 3, tolerance: 0.1, because: "a <guess>"}
 contradictions:"""
     publications = read_all(experiments(folder, PUBLISHED.replace("\ncontradictions:", wrong)), quick=False)
-    reproduce(publications, folder / "results", Serial())
+    reproduce(publications, folder / "results", Serial(), ProgressBar)
     return folder / "results"
 
 

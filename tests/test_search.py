@@ -23,23 +23,22 @@ from searches import (
     true_coverage,
 )
 
-from sweep.document import SpecError
-from sweep.jobs import Job
-from sweep.launch import launch
-from sweep.listing import point_table, status_json
-from sweep.replay import replay
-from sweep.result import Result, failed
-from sweep.running.executors import Loky, Serial
-from sweep.search import loop
-from sweep.search.loop import Course, Run
-from sweep.search.outcome import candidates
-from sweep.search.plan import make_search_plan
-from sweep.search.progress import SearchProgress
-from sweep.search.run import search
-from sweep.search.stored import Asked, read_asked
-from sweep.spec import parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import SearchProgress
+from sweep.campaigns.search import loop
+from sweep.campaigns.search.loop import Course, Run
+from sweep.campaigns.search.outcome import candidates
+from sweep.campaigns.search.plan import make_search_plan
+from sweep.campaigns.search.run import search
+from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.cli.listing import point_table, status_json
+from sweep.design.jobs import Job
+from sweep.errors import SpecError, StoreError
+from sweep.replays.replay import replay
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.result import Result, failed
+from sweep.workers.executors import Loky, Serial
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,12 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sweep.errors import StoreError
 from sweep.figures import search as history_module
 from sweep.figures import search_runs as runs_module
 from sweep.figures.search import front_figure, history_figure
 from sweep.figures.search_runs import comparison_figure, hypervolume_figure
-from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.storing.parquet import StoreError
+from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
 HITS = Constraint("hits", 0.0, True, Statistic("worst"))

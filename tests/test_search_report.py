@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
-from sweep.fields import Field
-from sweep.search import report
-from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.search.words import edges, number, thin_tail, verdict, with_interval
-from sweep.strict_yaml import parse_document
+from sweep.campaigns.search.words import edges, number, thin_tail, verdict, with_interval
+from sweep.cli import search_report as report
+from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.spec.settings import Field
+from sweep.spec.strict_yaml import parse_document
 
 LOSS = Objective("loss", False, MEAN)
 ABOUT = {"batch": 12, "level": 0.1, "scenarios": 1, "options": {}, "repeated": {"search": 2}}

@@ -9,12 +9,12 @@ from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 from searches import TINY, edited
 
-from sweep.document import SpecError
-from sweep.schema import json_schema
-from sweep.search.candidates import HELD_OUT, RANDOM, REPETITION, held_out, repeated, sampler_seed
-from sweep.search.objectives import Constraint, Objective, Statistic
-from sweep.search.section import HeldOut, Parameter, Search
-from sweep.spec import Streams, parse_spec
+from sweep.campaigns.search.candidates import HELD_OUT, RANDOM, REPETITION, held_out, repeated, sampler_seed
+from sweep.errors import SpecError
+from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.spec.schema import json_schema
+from sweep.spec.search import HeldOut, Parameter, Search
+from sweep.spec.study import Streams, parse_spec
 
 VALIDATOR = Draft202012Validator(json_schema())
 
@@ -243,10 +243,10 @@ def test_what_a_sampler_cannot_do_is_said(sampler: str, changes: list[tuple[str,
 
 def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
-    monkeypatch.setattr("sweep.search.checks.find_spec", lambda _name: None)
+    monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: None)
     with pytest.raises(SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"):
         parse_spec(spec)
-    monkeypatch.setattr("sweep.search.checks.find_spec", lambda _name: object())
+    monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: object())
     assert search_of(spec).sampler == "gp"
 
 

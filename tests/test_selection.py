@@ -10,8 +10,8 @@ from sampled import axis, study_of
 from studies import IMPOSSIBLE, launched
 
 from sweep.analysis import mean_interval
+from sweep.errors import StoreError
 from sweep.figures.selection import select, where_of
-from sweep.storing.parquet import StoreError
 
 
 def flat(settings: pd.DataFrame) -> np.ndarray:

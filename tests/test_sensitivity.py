@@ -13,9 +13,9 @@ from sampled import FIELDS, FIRST, PAIR, TOTAL, VARIANCE, MadeUp, axis, ishigami
 from scipy.stats import spearmanr
 from studies import launched
 
-from sweep.sensitivity import morris, rank_correlations, sobol
-from sweep.sensitivity.sampled import samples
-from sweep.storing.parquet import StoreError
+from sweep.errors import StoreError
+from sweep.tables.sensitivity import morris, rank_correlations, sobol
+from sweep.tables.sensitivity.sampled import samples
 
 TRUE = np.concatenate([FIRST, TOTAL, [0.0, PAIR, 0.0]])
 PROBLEM = {"num_vars": 3, "names": list(FIELDS), "bounds": [[0, 1]] * 3}

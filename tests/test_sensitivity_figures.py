@@ -5,7 +5,7 @@ import pytest
 from sampled import axis, study_of
 
 from sweep.figures import sensitivity_figure
-from sweep.sensitivity import morris, rank_correlations, sobol
+from sweep.tables.sensitivity import morris, rank_correlations, sobol
 
 
 def texts(sweep: str, analyse: object, **options: object) -> tuple[list[str], list[str], str, str]:

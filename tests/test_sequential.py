@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import t
 
 from sweep.analysis import mean_interval
-from sweep.sequential import Until, look, looks, nominal_confidence, repeated_interval
+from sweep.analysis.sequential import Until, look, looks, nominal_confidence, repeated_interval
 
 Draw = Callable[[np.random.Generator, tuple[int, int]], np.ndarray]
 

@@ -15,18 +15,17 @@ from faults.campaign import tables
 from studies import SMALL, launched, relaunch
 from test_store import append, part_names
 
+from sweep.campaigns.launch import launch
 from sweep.cli import main
-from sweep.document import SpecError
-from sweep.launch import launch
-from sweep.running.executors import Serial
-from sweep.spec import parse_spec
-from sweep.storing import lock as lock_module
-from sweep.storing.custody import custody
-from sweep.storing.lock import Lock
-from sweep.storing.parquet import StoreError
-from sweep.storing.processes import started
-from sweep.storing.shares import Share
-from sweep.storing.store import Store
+from sweep.errors import SpecError, StoreError
+from sweep.spec.study import parse_spec
+from sweep.store import lock as lock_module
+from sweep.store.custody import custody
+from sweep.store.lock import Lock
+from sweep.store.processes import started
+from sweep.store.shares import Share
+from sweep.store.store import Store
+from sweep.workers.executors import Serial
 
 SPEC = SMALL.replace("replicates: 3", "replicates: 20")
 HERE = Path(__file__).parent
@@ -34,11 +33,11 @@ LAUNCHED = """
 import sys
 sys.path[:0] = [{here!r}, {root!r}]
 from pathlib import Path
-from sweep.running.executors import Serial
-from sweep.launch import launch
-from sweep.storing.shares import Share
-from sweep.spec import parse_spec
-from sweep.storing.writer import Writer
+from sweep.workers.executors import Serial
+from sweep.campaigns.launch import launch
+from sweep.store.shares import Share
+from sweep.spec.study import parse_spec
+from sweep.store.writer import Writer
 
 Writer.__init__.__kwdefaults__["rows"] = 2
 spec, results, share = sys.argv[1:]
@@ -208,8 +207,8 @@ def test_a_dead_share_is_taken_over_by_the_whole_and_by_itself_alone(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     store = Store(tmp_path / "study")
-    dying = "import os, sys; sys.path[:0] = [{root!r}]; from pathlib import Path; from sweep.storing.lock import Lock; "
-    dying += "from sweep.storing.shares import Share; from sweep.storing.store import Store; "
+    dying = "import os, sys; sys.path[:0] = [{root!r}]; from pathlib import Path; from sweep.store.lock import Lock; "
+    dying += "from sweep.store.shares import Share; from sweep.store.store import Store; "
     dying += "Lock(Store(Path({folder!r})).place, Share(1, 2)).__enter__(); os._exit(0)"
     script = dying.format(root=str(HERE.parent), folder=str(store.folder))
     subprocess.run([sys.executable, "-c", script], check=True)
@@ -230,7 +229,7 @@ def test_the_command_runs_a_share_and_says_so(tmp_path: Path, capsys: pytest.Cap
     for text in ("1/2", "2/2"):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.argv", [*command, text])
-            patch.setattr("sweep.running.executors.Loky", lambda _workers: Serial())
+            patch.setattr("sweep.workers.executors.Loky", lambda _workers: Serial())
             with suppress(SystemExit):
                 main()
         told.append(capsys.readouterr().err)

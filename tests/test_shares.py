@@ -5,7 +5,8 @@ import hashlib
 import numpy as np
 import pytest
 
-from sweep.storing.shares import Share, ShareError
+from sweep.errors import ChoiceError
+from sweep.store.shares import Share
 
 IDS = [hashlib.sha256(str(number).encode()).hexdigest()[:24] for number in range(10_000)]
 
@@ -29,11 +30,11 @@ def test_a_share_is_written_as_it_is_read() -> None:
 
 @pytest.mark.parametrize("text", ["", "3", "3/", "a/b", "-1/3", "1/2/3", "1.5/2"])
 def test_what_is_no_share_is_refused(text: str) -> None:
-    with pytest.raises(ShareError, match="not of the form 3/16"):
+    with pytest.raises(ChoiceError, match="not of the form 3/16"):
         Share.parse(text)
 
 
 @pytest.mark.parametrize("text", ["0/16", "17/16", "0/0", "1/0"])
 def test_there_are_only_shares_from_one_on(text: str) -> None:
-    with pytest.raises(ShareError, match="they count from 1/"):
+    with pytest.raises(ChoiceError, match="they count from 1/"):
         Share.parse(text)

@@ -9,9 +9,9 @@ import pytest
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
 from kernels.models import MODELS
-from sweep.document import SpecError
-from sweep.fields import fields
-from sweep.spec import Record, Streams, load_spec, parse_spec
+from sweep.errors import SpecError
+from sweep.spec.settings import fields
+from sweep.spec.study import Record, Streams, load_spec, parse_spec
 
 FIELDS = fields("nguyen2024")
 

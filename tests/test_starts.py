@@ -12,7 +12,7 @@ from kernels.settings import COMPONENTS, CONTINUOUS, HEADING, INTEGER, NUMPY, PY
 from kernels.starts import start_numpy, start_python_random
 from kernels.state import Flock
 from kernels.worlds import build_reach
-from sweep.trial import Simulation, run
+from sweep.trial.simulation import Simulation, run
 
 WORLD = builders.a_world(300.0, 200.0, obstacles=[[100, 100, 60, 60, 1], [220, 60, 50, 40, 0]])
 EMPTY = builders.a_world(300.0, 200.0)

@@ -11,27 +11,27 @@ from specs import short, short_study
 from studies import IMPOSSIBLE, SMALL, launched, relaunch
 from test_launch import interrupting_after, same
 
-import sweep.running.batch as batch_module
+import sweep.workers.batch as batch_module
 from kernels import KERNELS_SHA
 from sweep.analysis import by_point, mean_interval
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.jobs import Job, Jobs
-from sweep.launch import Progress, launch
-from sweep.listing import point_table, status_text, table_text
-from sweep.plan import make_plan
-from sweep.progress import ProgressBar
-from sweep.replication import read_replication
-from sweep.result import Result, failed
-from sweep.running.executors import Loky, Serial
-from sweep.schema import json_schema
-from sweep.sensitivity import morris
-from sweep.sequential import Until, looks, nominal_confidence
-from sweep.spec import parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.strict_yaml import parse_document
-from sweep.study import StoredStudy
-from sweep.trial import run
+from sweep.analysis.sequential import Until, looks, nominal_confidence
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Progress
+from sweep.cli.listing import point_table, status_text, table_text
+from sweep.cli.progress import ProgressBar
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.design.plan import make_plan
+from sweep.errors import SpecError, StoreError
+from sweep.spec.replication import read_replication
+from sweep.spec.schema import json_schema
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import parse_spec
+from sweep.tables.sensitivity import morris
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.result import Result, failed
+from sweep.trial.simulation import run
+from sweep.workers.executors import Loky, Serial
 
 RULE = "replicates: {until: {metric: speed, half_width: 0.15}, min: 3, max: 60}"
 GROWING = SMALL.replace("replicates: 3", RULE).replace("[0.5, 1]", "[0.5, 1, 2, 4]")

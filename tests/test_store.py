@@ -20,14 +20,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies import ORIGIN
 
-from sweep.storing import merging, parquet
-from sweep.storing import store as store_module
-from sweep.storing import writer as writer_module
-from sweep.storing.folders import LEFTOVER_SECONDS
-from sweep.storing.parquet import StoreError
-from sweep.storing.processes import here
-from sweep.storing.store import Store
-from sweep.storing.writer import Writer
+from sweep.errors import StoreError
+from sweep.store import merging, parquet
+from sweep.store import store as store_module
+from sweep.store import writer as writer_module
+from sweep.store.folders import LEFTOVER_SECONDS
+from sweep.store.processes import here
+from sweep.store.store import Store
+from sweep.store.writer import Writer
 
 PROVENANCE = ORIGIN | {"spec": "study: test", "kernels_sha": "abc"}
 
@@ -363,7 +363,7 @@ KILLED = """
 import os, pathlib, signal, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import test_store
-from sweep.storing.store import Store
+from sweep.store.store import Store
 
 store = Store(pathlib.Path({folder!r}))
 setattr(os, {call!r}, lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL))

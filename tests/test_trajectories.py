@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from plotted import shown, study, titles
 
+from sweep.errors import StoreError
 from sweep.figures import trajectories_figure
-from sweep.storing.parquet import StoreError
 
 
 def test_the_first_trials_of_few_points_have_a_panel_each() -> None:

@@ -14,10 +14,10 @@ import pytest
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep import trial
-from sweep.result import Result, failed
-from sweep.spec import Streams
-from sweep.trial import Simulation, run
+from sweep.spec.study import Streams
+from sweep.trial import simulation
+from sweep.trial.result import Result, failed
+from sweep.trial.simulation import Simulation, run
 
 OVERFLOWS = {
     "nguyen2024": {"displacement_factor": 1e300, "separation_weight": 1e20},
@@ -75,8 +75,8 @@ def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(model: str, mo
     a_job = small(model, every=3)
     whole = run(flown(a_job)).trajectory
     assert builders.bits(flown(a_job)) == builders.bits(a_job)
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 1)
-    monkeypatch.setattr(trial, "FRAME_BYTES", 1)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 1)
+    monkeypatch.setattr(simulation, "FRAME_BYTES", 1)
     assert (run(flown(a_job)).trajectory == whole).all()
 
 
@@ -85,7 +85,7 @@ def test_a_trajectory_ends_where_its_trial_does(monkeypatch: pytest.MonkeyPatch)
     assert diverged.status == "diverged"
     assert diverged.trajectory.shape == (diverged.step, 4, 12)
     assert np.isfinite(diverged.trajectory).all()
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 60)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 60)
     late = run(flown(replace(small("nguyen2024", steps=1000), time_limit=1e-9)))
     assert (late.status, late.trajectory.shape) == ("timeout", (6, 4, 12))
 
@@ -148,7 +148,7 @@ def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step(
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_trial_past_its_time_limit_ends_as_timeout_with_the_step(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 60)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 60)
     result = run(replace(small(model, steps=1000), time_limit=1e-9))
     assert (result.status, result.step) == ("timeout", 5)
     assert "after step 5" in result.error
@@ -202,8 +202,8 @@ def test_bits_do_not_depend_on_how_many_steps_a_call_takes(
     model: str, boid_steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = builders.bits(small(model, steps=60))
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", boid_steps)
-    monkeypatch.setattr(trial, "FRAME_BYTES", boid_steps)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", boid_steps)
+    monkeypatch.setattr(simulation, "FRAME_BYTES", boid_steps)
     assert builders.bits(small(model, steps=60)) == whole
 
 

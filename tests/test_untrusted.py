@@ -17,14 +17,13 @@ from specs import short
 from studies import SMALL, launched, relaunch
 
 import kernels
-import sweep.images as images
-import sweep.tables as tables
-from sweep.document import SpecError
-from sweep.expressions import ExpressionError, parse
-from sweep.fields import fields
-from sweep.spec import load_spec, parse_spec
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+import sweep.spec.images as images
+import sweep.spec.point_tables as tables
+from sweep.errors import SpecError, StoreError
+from sweep.spec.expressions import ExpressionError, parse
+from sweep.spec.settings import fields
+from sweep.spec.study import load_spec, parse_spec
+from sweep.tables.stored_study import StoredStudy
 
 ROOT = Path(kernels.__file__).parent.parent
 
@@ -113,7 +112,7 @@ FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
 FORBIDDEN_MODULES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib.numpy_pickle", "yaml"}
 
 
-OVER_THE_CLUSTER = ["running/remote.py pickle", "running/tasks.py pickle"]
+OVER_THE_CLUSTER = ["workers/remote.py pickle", "workers/tasks.py pickle"]
 """What a launch and its workers send each other, over connections on which dask itself sends code to run."""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sweep.analysis import Estimate, RankEstimate, mean_estimate
-from sweep.verdicts import Above, Below, Expectation, Value, Within, judge
+from sweep.published.verdicts import Above, Below, Expectation, Value, Within, judge
 
 RNG_SEED = 11
 

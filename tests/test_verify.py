@@ -12,16 +12,17 @@ import pytest
 from commands import sweep
 from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
-import sweep.keeping.verify as verify_module
-from sweep.keeping.comparison import differences, error_kind, ulps
-from sweep.keeping.stored import stored_trials
-from sweep.keeping.verify import Verification, upper_bound, verify
-from sweep.replay import replay, stored_job
-from sweep.running.executors import Loky, Serial
-from sweep.storing.new_files import create
-from sweep.storing.parquet import StoreError, table_writer
-from sweep.study import StoredStudy
-from sweep.trial import run
+import sweep.replays.verify as verify_module
+from sweep.errors import StoreError
+from sweep.replays.bits import differences, error_kind, ulps
+from sweep.replays.replay import replay
+from sweep.replays.verify import Verification, upper_bound, verify
+from sweep.store.new_files import create
+from sweep.store.parquet import table_writer
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_trials import stored_trials
+from sweep.trial.simulation import run
+from sweep.workers.executors import Loky, Serial
 
 FLOWN = SMALL.replace("every: 2", "every: 2, trajectories: true")
 ALL = COVERING.replace("heatmaps: true", "heatmaps: true, trajectories: true, every: 5").replace(
@@ -113,7 +114,7 @@ def test_a_changed_setting_is_found_even_where_it_has_no_effect(tmp_path: Path) 
 
 def test_zeros_of_either_sign_and_nans_of_any_kind_are_told_apart(clean: StoredStudy) -> None:
     trial = stored_trials(clean.store, [clean.plan["trial_id"][0].as_py()])[0]
-    result = run(stored_job(clean, trial))
+    result = run(clean.job(trial))
     odd_nan = float(np.array([0x7FF8000000000001]).view(np.float64)[0])
     for stored, found, count in [(0.0, -0.0, 1), (np.nan, odd_nan, 1), (np.nan, np.nan, 0), (0.0, 0.0, 0)]:
         result.last["speed"] = found

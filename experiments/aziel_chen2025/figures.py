@@ -39,7 +39,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 MAPS = {
     "dense_cafeteria": "dense cafeteria",

@@ -25,7 +25,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 Studies = dict[str, StoredStudy]
 Floats = NDArray[np.float64]

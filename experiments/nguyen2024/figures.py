@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import sweep
 from sweep.figures import STYLE, VERMILION, Drawing, draw_flock, draw_map, effects_figure, metric_curves, note, save
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 Studies = dict[str, StoredStudy]
 

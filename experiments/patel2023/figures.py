@@ -49,7 +49,7 @@ from sweep.figures import (
     name_rows,
     note,
 )
-from sweep.study import StoredWorld
+from sweep.trial.world import TrialWorld
 
 ROVERS = (BLUE, VERMILION, GREEN, PURPLE, "0.15")
 ROCK = "#B2182B"
@@ -83,7 +83,7 @@ def trajectories(studies: Studies) -> Figure:
 
 def _scene(axes: Axes, flight: Flight, frame: int) -> None:
     rocks = np.column_stack([flight.rocks, np.ones_like(flight.rocks), np.ones(len(flight.rocks))])
-    draw_map(axes, StoredWorld(100.0, 100.0, rocks), "m", face=ROCK, downwards=False)
+    draw_map(axes, TrialWorld(100.0, 100.0, rocks), "m", face=ROCK, downwards=False)
     axes.plot([], [], "o", color=ROCK, label="rock")
     for x, y in flight.rocks:
         axes.add_patch(matplotlib.patches.Circle((x, y), 6.0, fill=False, ls=":", ec=ROCK, lw=0.8))

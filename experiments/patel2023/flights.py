@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 Studies = dict[str, StoredStudy]
 Floats = NDArray[np.float64]

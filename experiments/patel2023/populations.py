@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from experiments.patel2023.flights import FRAMES_A_SECOND, Studies, pair_potential
 from sweep.analysis import by_point, curves
 from sweep.figures import BLUE, GREEN, LINE_STYLES, STYLE, VERMILION, draw_values, legend, name_rows, note
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 PRESETS = {"always": "as run", "in_margin": "as written", "never": "as intended"}
 COLOURS = {"always": BLUE, "in_margin": VERMILION, "never": GREEN}

@@ -41,7 +41,7 @@ from experiments.rustamani2024.flights import (  # noqa: F401 (the measures are 
 from experiments.rustamani2024.trails import draw_trails, draw_trial, mazes, priorities
 from sweep.analysis import mean_interval
 from sweep.figures import BLUE, GREEN, ORANGE, SKY, STYLE, VERMILION, Drawing, draw_map, draw_values, name_rows, note
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 RULES = {
     "separation": (ALONE["separation"], GREEN),

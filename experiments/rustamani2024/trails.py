@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from experiments.rustamani2024.flights import PRESETS, Floats, Studies, chosen, first_flight
 from sweep.analysis import mean_interval
 from sweep.figures import BLUE, ORANGE, STYLE, draw_flock, draw_map, draw_values, name_rows, note
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 LEADER, FOLLOWER = BLUE, ORANGE
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sweep.analysis.estimate import CONFIDENCE, MeanEstimate, mean_estimate
 from sweep.analysis.pairing import Unit, Units, agrees, chosen, pairable, units
 from sweep.analysis.simultaneous import adjusted, max_t, simultaneous_confidence
-from sweep.names import unknown
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 Together = Literal["holm", "bonferroni", "sidak", "max_t"]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE, mean_estimate
 from sweep.analysis.resampling import resampled_interval, studentised_interval
-from sweep.names import unknown
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 MeanKind = Literal["t", "bootstrap", "bootstrap_t"]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.intervals import Interval, mean_interval
 from sweep.analysis.steady import Study
-from sweep.names import unknown
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 

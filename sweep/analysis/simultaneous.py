@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.resampling import ratio, student_statistics
-from sweep.names import unknown
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 Correction = Literal["bonferroni", "sidak"]

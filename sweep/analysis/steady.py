@@ -19,7 +19,7 @@ from sweep.analysis.series import (
     integrated_time,
     series_variance,
 )
-from sweep.names import unknown
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 

@@ -1,8 +1,17 @@
 """The command line. Data goes to stdout, progress and messages to stderr.
 
-Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec, 130 interrupted by
-Ctrl-C, SIGTERM or SIGHUP.
-Everything heavy is imported inside the commands, so that `sweep --help` answers at once.
+Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec,
+130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside the
+commands, so that `sweep --help` answers at once.
+
+    app        the app and its options          engines    where trials run
+    running    launch, search, reproduce        reading    table, plot, compare
+    keeping    verify, diff, gc, export         viewing    the live simulator
+    catalogue  models, maps, metrics            listing    what exists, what came out
+    progress   a launch on stderr               search_progress  and a search
+    counting   other work on stderr             search_report    what a search found
+    showing    files of a replay                comparison_text  a comparison
+    terminal   tables and lines, by rich
 """
 
 import os
@@ -10,20 +19,11 @@ import sys
 
 from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
 from sweep.cli.app import app, stop
-from sweep.harmless import guard_streams
-from sweep.surroundings import ignore_settings
+from sweep.errors import UserError
+from sweep.text import guard_streams
+from sweep.workers.surroundings import ignore_settings
 
 INTERRUPTED = 130
-ENDINGS = {
-    "SpecError": 2,
-    "StoreError": 2,
-    "UnreachableError": 2,
-    "WorkersError": 2,
-    "CacheError": 2,
-    "ShareError": 2,
-    "FailedTrialsError": 1,
-}
-"""The exit codes of errors that a user can mend, by name: importing them would take a while."""
 
 
 def main() -> None:
@@ -40,8 +40,5 @@ def main() -> None:
     except BrokenPipeError:
         # The reader of our output has seen enough; Python would complain once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except Exception as error:
-        code = ENDINGS.get(type(error).__name__)
-        if code is None:
-            raise
-        stop(str(error), code)
+    except UserError as error:
+        stop(str(error), error.exit_code)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from sweep.storing.locations import Location, location
+from sweep.store.locations import Location, location
 
 app = typer.Typer(
     help="Monte Carlo experiments and parameter sweeps over boid swarms.",

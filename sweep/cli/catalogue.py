@@ -10,7 +10,7 @@ from sweep.cli.app import app, stop
 @app.command()
 def models(name: Annotated[str | None, typer.Argument(help="A model, for all its settings.")] = None) -> None:
     """The models, or the settings of one with units, ranges and preset values."""
-    from sweep.listing import model_settings, model_table
+    from sweep.cli.listing import model_settings, model_table
 
     _print(model_table() if name is None else model_settings(_known(name, "model", _models())))
 
@@ -18,7 +18,7 @@ def models(name: Annotated[str | None, typer.Argument(help="A model, for all its
 @app.command()
 def maps() -> None:
     """The environment maps."""
-    from sweep.listing import map_table
+    from sweep.cli.listing import map_table
 
     _print(map_table())
 
@@ -26,7 +26,7 @@ def maps() -> None:
 @app.command()
 def metrics() -> None:
     """The metrics, with units and sources."""
-    from sweep.listing import metric_table
+    from sweep.cli.listing import metric_table
 
     _print(metric_table())
 
@@ -36,7 +36,7 @@ def schema() -> None:
     """The JSON Schema of a spec, with which editors check and complete it."""
     import json
 
-    from sweep.schema import json_schema
+    from sweep.spec.schema import json_schema
 
     print(json.dumps(json_schema(), indent=1))
 
@@ -48,7 +48,7 @@ def _models() -> list[str]:
 
 
 def _known(name: str, what: str, names: list[str]) -> str:
-    from sweep.names import unknown
+    from sweep.text import unknown
 
     if name not in names:
         stop(unknown(what, name, names), 2)
@@ -56,6 +56,6 @@ def _known(name: str, what: str, names: list[str]) -> str:
 
 
 def _print(renderable: Any) -> None:
-    from sweep.terminal import console
+    from sweep.cli.terminal import console
 
     console().print(renderable)

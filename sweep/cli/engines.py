@@ -13,7 +13,7 @@ import typer
 from sweep.cli.app import stop
 
 if TYPE_CHECKING:
-    from sweep.running.executors import ExecutorFactory
+    from sweep.workers.executors import ExecutorFactory
 
 
 ADDRESS = re.compile(r"[a-z]+://.+:\d+")
@@ -54,7 +54,7 @@ def engine(kind: Kind, workers: int, address: str | None, scheduler_file: Path |
 
 
 def _local(workers: int, address: str | None, scheduler_file: Path | None) -> "ExecutorFactory":
-    from sweep.running.executors import Loky, core_count
+    from sweep.workers.executors import Loky, core_count
 
     for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
         if value is not None:
@@ -73,7 +73,7 @@ def _dask(workers: int, address: str | None, scheduler_file: Path | None) -> "Ex
         stop(f"{scheduler_file}: no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it")
     if find_spec("distributed") is None:
         stop('--executor dask: needs dask.distributed: pip install "boidsweep[dask]"')
-    from sweep.running.cluster import Dask
+    from sweep.workers.cluster import Dask
 
     made = Dask(address, None if scheduler_file is None else str(scheduler_file))
     made.connect()

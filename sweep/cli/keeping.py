@@ -43,9 +43,9 @@ def replay(
 
     It can be written at full resolution and shown. An exception of the trial is raised with its traceback.
     """
-    from sweep.keeping.showing import Wanted, check, show
-    from sweep.replay import replay as run_again
-    from sweep.study import StoredStudy
+    from sweep.cli.showing import Wanted, check, show
+    from sweep.replays.replay import replay as run_again
+    from sweep.tables.stored_study import StoredStudy
 
     wanted, stored = Wanted(trajectory, animate, frame, every), StoredStudy(study, results)
     check(stored, trial, wanted, force=force)
@@ -67,10 +67,10 @@ def verify(
     results: Results = Path("results"),
 ) -> None:
     """Run a random sample of the stored trials again and compare every bit; exit code 1 where one differs."""
-    from sweep.keeping.counting import Counter
-    from sweep.keeping.verify import verify as check
-    from sweep.running.executors import Loky, core_count
-    from sweep.study import StoredStudy
+    from sweep.cli.counting import Counter
+    from sweep.replays.verify import verify as check
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.workers.executors import Loky, core_count
 
     engine = Loky(workers or core_count())
     try:
@@ -97,9 +97,9 @@ def diff(
     as_json: Json = False,
 ) -> None:
     """What a change of a spec adds, keeps and drops, before any trial runs: points and trials, exactly."""
-    from sweep.keeping.difference import compare
-    from sweep.spec import load_spec
-    from sweep.study import StoredStudy
+    from sweep.spec.study import load_spec
+    from sweep.tables.difference import compare
+    from sweep.tables.stored_study import StoredStudy
 
     changed = load_spec(other or spec)
     made = compare(load_spec(spec) if other else StoredStudy(changed.name, results), changed, results)
@@ -114,9 +114,9 @@ def gc(
     results: Results = Path("results"),
 ) -> None:
     """Give room back: drop trials that have left the spec or are of other kernels, after asking, and merge parts."""
-    from sweep.keeping.cleaning import clean, find_waste
-    from sweep.plan import size
-    from sweep.study import StoredStudy
+    from sweep.design.plan import size
+    from sweep.tables.cleaning import clean, find_waste
+    from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
     waste = find_waste(stored)
@@ -139,8 +139,8 @@ def export(
     results: Results = Path("results"),
 ) -> None:
     """Write one table as one file for other programs, with units, provenance and a checksum."""
-    from sweep.keeping.exporting import export as write
-    from sweep.study import StoredStudy
+    from sweep.tables.exporting import export as write
+    from sweep.tables.stored_study import StoredStudy
 
     done = write(StoredStudy(study, results), to, table.value, force=force)
     print(f"{done.rows:,} rows of {table.value} in {', '.join(map(str, done.files))}", file=sys.stderr)

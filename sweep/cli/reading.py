@@ -36,8 +36,8 @@ class Together(StrEnum):
 @app.command()
 def status(study: StudyName, results: Results = Path("results"), as_json: Json = False) -> None:
     """How much of a study is stored, and what went wrong."""
-    from sweep.listing import status_json, status_text
-    from sweep.study import StoredStudy
+    from sweep.cli.listing import status_json, status_text
+    from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
     print(status_json(stored) if as_json else status_text(stored))
@@ -56,9 +56,9 @@ def table(
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.formulas import as_csv
-    from sweep.listing import point_table, table_text
-    from sweep.study import StoredStudy
+    from sweep.cli.listing import point_table, table_text
+    from sweep.tables.formulas import as_csv
+    from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
     try:
@@ -112,8 +112,8 @@ def plot(
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import Choices, draw_figures, plan_figures
     from sweep.figures.selection import where_of
-    from sweep.storing.layout import FIGURES
-    from sweep.study import StoredStudy
+    from sweep.spec.layout import FIGURES
+    from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
     choices = Choices(tuple(metric or ()), by, x, y, where_of(stored, where or ()), over is Over.half)
@@ -148,10 +148,10 @@ def compare(
 
     Points that agree in all that varies are compared, their trials in pairs where they share random numbers.
     """
-    from sweep.comparison import Method, compare_sides
-    from sweep.comparison_text import comparison_json, comparison_text
-    from sweep.formulas import as_csv
-    from sweep.sides import read_side
+    from sweep.cli.comparison_text import comparison_json, comparison_text
+    from sweep.tables.comparison import Method, compare_sides
+    from sweep.tables.formulas import as_csv
+    from sweep.tables.sides import read_side
 
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))

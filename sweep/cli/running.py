@@ -39,10 +39,10 @@ def launch(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.launch import launch as run_study
-    from sweep.progress import ProgressBar
-    from sweep.spec import load_spec
-    from sweep.storing.shares import Share
+    from sweep.campaigns.launch import launch as run_study
+    from sweep.cli.progress import ProgressBar
+    from sweep.spec.study import load_spec
+    from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
     study = load_spec(spec)
@@ -81,13 +81,13 @@ def search(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.search import report
-    from sweep.search.export import check_export
-    from sweep.search.export import export as write_export
-    from sweep.search.progress import SearchBar
-    from sweep.search.run import search as run_search
-    from sweep.spec import load_spec
-    from sweep.study import StoredStudy
+    from sweep.campaigns.search.export import check_export
+    from sweep.campaigns.search.export import export as write_export
+    from sweep.campaigns.search.run import search as run_search
+    from sweep.cli import search_report as report
+    from sweep.cli.search_progress import SearchBar
+    from sweep.spec.study import load_spec
+    from sweep.tables.stored_study import StoredStudy
 
     study = load_spec(spec)
     if export:
@@ -110,10 +110,10 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
-    from sweep.plan import make_plan
-    from sweep.running.executors import core_count
-    from sweep.search.plan import make_search_plan
-    from sweep.spec import load_spec
+    from sweep.campaigns.search.plan import make_search_plan
+    from sweep.design.plan import make_plan
+    from sweep.spec.study import load_spec
+    from sweep.workers.executors import core_count
 
     study = load_spec(spec)
     made = (make_search_plan if study.search else make_plan)(study, workers or core_count())
@@ -138,10 +138,11 @@ def reproduce(
     It runs code, figures.py of each study in the folder, with --only of those alone: read
     it first. The verdicts are on the page scorecard.html below the results.
     """
-    from sweep.claims import code_files, read_all
-    from sweep.reproduce import reproduce as run_all
-    from sweep.running.executors import Loky, core_count
-    from sweep.storing.locations import local_folder
+    from sweep.cli.progress import ProgressBar
+    from sweep.published.claims import code_files, read_all
+    from sweep.published.reproduce import reproduce as run_all
+    from sweep.store.locations import local_folder
+    from sweep.workers.executors import Loky, core_count
 
     folder, quick = local_folder(results, "the page and its figures are written to"), scale is Scale.quick
     files = code_files(experiments, only or ())
@@ -149,7 +150,7 @@ def reproduce(
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
     publications = read_all(experiments, quick=quick, only=only or ())
     engine = Loky(workers or core_count())
-    outcome = run_all(publications, folder, engine, quick=quick)
+    outcome = run_all(publications, folder, engine, ProgressBar, quick=quick)
     print(outcome.summary(), file=sys.stderr)
     if not outcome.whole:
         raise SystemExit(1)

@@ -11,8 +11,8 @@ import typer
 from sweep.cli.app import Results, app, stop
 
 if TYPE_CHECKING:
-    from sweep.view.show import Show
-    from sweep.view.state import ViewState
+    from sweep.web.show import Show
+    from sweep.web.state import ViewState
 
 EXTRA = 'the live simulator needs more packages: pip install "boidsweep[view]"'
 SPECS = (".yaml", ".yml")
@@ -45,7 +45,7 @@ def view(
     if what and trial and _is_spec(what):
         stop(f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY {trial}")
     try:
-        from sweep.view.server import Server
+        from sweep.web.server import Server
     except ModuleNotFoundError as error:
         stop(f"{EXTRA} ({error.name} is missing)")
     begin = _replayed(what, trial, results) if what and trial else _live(_state(what, model, preset, map_name, results))
@@ -65,15 +65,15 @@ def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
 
 
 def _replayed(study: str, trial: str, results: Results) -> "Callable[[], Show]":
-    from sweep.study import StoredStudy
-    from sweep.view.replaying import Replay
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.web.replaying import Replay
 
     stored = StoredStudy(study, results)
     return lambda: Replay(stored, trial)
 
 
 def _live(state: "ViewState") -> "Callable[[], Show]":
-    from sweep.view.live import Live
+    from sweep.web.live import Live
 
     return lambda: Live(state)
 
@@ -82,8 +82,8 @@ def _state(
     what: str | None, model: str | None, preset: str | None, map_name: str | None, results: Results
 ) -> "ViewState":
     """What a live run begins with."""
-    from sweep.spec import load_spec
-    from sweep.view.state import begin, from_study
+    from sweep.spec.study import load_spec
+    from sweep.web.state import begin, from_study
 
     if what is None:
         state = begin(model or "nguyen2024", preset or "as_run")
@@ -99,15 +99,14 @@ def _is_spec(what: str) -> bool:
 
 def _stored(name: str, results: Results) -> "ViewState":
     """The first stored trial of a study."""
-    from sweep.replay import stored_job, stored_trial
-    from sweep.storing.parquet import StoreError
-    from sweep.study import StoredStudy
-    from sweep.view.state import from_job
+    from sweep.errors import StoreError
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.web.state import from_job
 
     study = StoredStudy(name, results)
     if study.trials.empty:
         raise StoreError(f"study {name}: no trial is stored yet")
-    return from_job(stored_job(study, stored_trial(study, study.trials["trial_id"].iloc[0])))
+    return from_job(study.job(study.trial(study.trials["trial_id"].iloc[0])))
 
 
 def _open(url: str) -> None:

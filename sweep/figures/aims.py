@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from sweep.figures.selection import recorded
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 LOW_IS_BETTER = frozenset(
     {

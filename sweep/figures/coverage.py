@@ -12,11 +12,11 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, mean_interval
+from sweep.errors import StoreError
 from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of, without_trials
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
 

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
+from sweep.errors import StoreError
 from sweep.figures.pieces import note, quantity, title_panel, without_trials, words
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import MOST_COLOURS, Facet, Selection, among, is_number, select
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
-from sweep.names import unknown
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import unknown
 
 MOST_LINES = 60
 """So many values of a number are told apart by a bar of colours."""

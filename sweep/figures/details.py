@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
 from sweep.figures.pieces import draw_values, legend, name_rows, note, span, words
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
-from sweep.study import StoredStudy, details
+from sweep.tables.stored_study import StoredStudy, details
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
 ALL = "all"

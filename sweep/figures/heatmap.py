@@ -12,12 +12,12 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 from sweep.analysis import half_width
+from sweep.errors import StoreError
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.scales import Floats, bin_edges, cell_edges, is_logarithmic, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import STYLE
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 MOST_LISTED, MOST_DRAWN = 30, 12
 """A setting with more values is shown in bins, one that is sampled sooner."""

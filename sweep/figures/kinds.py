@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from sweep.blocks import OPTIONS
+from sweep.campaigns.search.stored import read_asked
+from sweep.errors import StoreError
 from sweep.figures.aims import aim
 from sweep.figures.coverage import coverage_layout, draw_coverage
 from sweep.figures.curves import curves_layout, draw_curves, series_metrics
@@ -25,13 +26,12 @@ from sweep.figures.search_runs import comparison_figure, hypervolume_figure, wit
 from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
-from sweep.names import unknown
-from sweep.sampling import SAMPLERS
-from sweep.search.stored import read_asked
-from sweep.sensitivity import morris, rank_correlations, sobol
-from sweep.sensitivity.sampled import sampled_axis
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.spec.blocks import OPTIONS
+from sweep.spec.sampling import SAMPLERS
+from sweep.tables.sensitivity import morris, rank_correlations, sobol
+from sweep.tables.sensitivity.sampled import sampled_axis
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import unknown
 
 ANALYSES = {"saltelli": sobol, "morris": morris}
 

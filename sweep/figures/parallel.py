@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
+from sweep.errors import StoreError
 from sweep.figures.aims import Aim, aim
 from sweep.figures.pieces import note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, is_number, select
 from sweep.figures.style import STYLE, VERMILION
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 BEST = 0.05
 INK = 3.5

@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from sweep.campaigns.search.fronts import nondominated
+from sweep.errors import StoreError
 from sweep.figures.aims import LOW_IS_BETTER, Aim, aim
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
-from sweep.search.fronts import nondominated
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
 

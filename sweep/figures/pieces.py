@@ -18,16 +18,16 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.figures.style import BLUE, GREY
-from sweep.harmless import harmless
-from sweep.names import shortened
-from sweep.study import StoredStudy, StoredWorld
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import harmless, shortened
+from sweep.trial.world import TrialWorld
 
 LETTERS_AN_INCH = 18.0
 LETTERS_OF_A_TITLE = 104
 
 
 def draw_map(
-    axes: Axes, world: StoredWorld, unit: str, *, face: str = "0.6", edge: str = "none", downwards: bool = True
+    axes: Axes, world: TrialWorld, unit: str, *, face: str = "0.6", edge: str = "none", downwards: bool = True
 ) -> None:
     """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled with `face`."""
     shapes = [_shape(row) for row in world.obstacles]
@@ -56,7 +56,7 @@ def draw_flock(axes: Axes, bodies: NDArray[np.float64], length: float, colour: s
 
 
 def draw_visits(
-    axes: Axes, visits: ArrayLike, world: StoredWorld, most: float, unit: str = "px", pixel: float = 1.0
+    axes: Axes, visits: ArrayLike, world: TrialWorld, most: float, unit: str = "px", pixel: float = 1.0
 ) -> AxesImage:
     """How often each pixel was visited, white for never and darkest from `most` on; obstacles are outlined in blue.
 

@@ -11,10 +11,10 @@ from matplotlib.text import Text
 
 from sweep.figures.pieces import as_text
 from sweep.figures.style import STYLE
-from sweep.harmless import harmless
-from sweep.keeping.outputs import unfinished
-from sweep.storing.regular import open_regular
-from sweep.study import StoredStudy
+from sweep.store.regular import open_regular
+from sweep.tables.outputs import unfinished
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import harmless
 
 FORMATS = ("png", "svg", "pdf")
 BOTH = ("png", "pdf")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sweep.figures.pieces import quantity, words
 from sweep.figures.selection import Selection, is_number
-from sweep.strict_yaml import parse_document
+from sweep.spec.strict_yaml import parse_document
 
 Floats = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis.estimate import rank_estimate
+from sweep.errors import StoreError
 from sweep.figures.pieces import estimated, note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import COLOURS, MARKERS, STYLE
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.tables.stored_study import StoredStudy
 
 MOST_INTERVALS = 60
 """So many points of a panel have their intervals drawn; more are dots."""

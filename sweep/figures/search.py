@@ -9,16 +9,16 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sweep.campaigns.search.fronts import nondominated
+from sweep.campaigns.search.held_out import front, references, winners
+from sweep.campaigns.search.outcome import FAILED, candidates, objectives
+from sweep.campaigns.search.repetitions import best_so_far
+from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.errors import StoreError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
-from sweep.search.fronts import nondominated
-from sweep.search.held_out import front, references, winners
-from sweep.search.objectives import Floats, Objective
-from sweep.search.outcome import FAILED, candidates, objectives
-from sweep.search.repetitions import best_so_far
-from sweep.search.stored import Asked, read_asked
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.spec.objectives import Floats, Objective
+from sweep.tables.stored_study import StoredStudy
 
 SHOWN = 0.75
 """Part of the estimates of one objective that an axis has room for, so that the best can be told apart."""

@@ -9,15 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import half_width, mean_interval
+from sweep.campaigns.search.outcome import SEARCH, objectives
+from sweep.campaigns.search.repetitions import RANDOM, REPETITION, against_random, best_so_far, reference_point, runs
+from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.errors import StoreError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
-from sweep.search.objectives import Floats
-from sweep.search.outcome import SEARCH, objectives
-from sweep.search.repetitions import RANDOM, REPETITION, against_random, best_so_far, reference_point, runs
-from sweep.search.stored import Asked, read_asked
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.spec.objectives import Floats
+from sweep.tables.stored_study import StoredStudy
 
 
 def comparison_figure(study: StoredStudy) -> Figure:

@@ -16,11 +16,11 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.analysis import agrees, by_point
+from sweep.errors import StoreError
 from sweep.figures.pieces import named, span, words
-from sweep.names import unknown
-from sweep.sides import BOOLEANS
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy, details
+from sweep.tables.sides import BOOLEANS
+from sweep.tables.stored_study import StoredStudy, details
+from sweep.text import unknown
 
 MOST_PANELS = 12
 MOST_COLOURS = 7

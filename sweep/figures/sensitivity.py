@@ -1,4 +1,4 @@
-"""The figure of a table of `sweep.sensitivity`: bars with intervals, a row a setting, a panel a value of other axes."""
+"""The figure of a table of `sweep.tables.sensitivity`: bars with intervals, a row a setting, a panel a value of other axes."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -13,11 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from sweep.errors import StoreError
 from sweep.figures.pieces import draw_flock, draw_map, note, span, title_panel, units_of
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy, StoredWorld
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.world import TrialWorld
 
 Floats = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def _panel(
     axes: Axes,
     study: StoredStudy,
     trial: "pd.Series[Any]",
-    world: StoredWorld,
+    world: TrialWorld,
     unit: str,
     title: list[str],
     across: int,

@@ -7,8 +7,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sweep.storing.manifest import MANIFEST, seal
-from sweep.storing.origin import PROVENANCE
+from sweep.store.manifest import MANIFEST, seal
+from sweep.store.origin import PROVENANCE
 
 
 def give(study: Path, table: str = "trials", **columns: Any) -> None:

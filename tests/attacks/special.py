@@ -16,11 +16,11 @@ from pathlib import Path
 
 from studies import SMALL, relaunch
 
-import sweep.trial
-from sweep.listing import status_text
-from sweep.storing.parquet import StoreError
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+import sweep.trial.simulation
+from sweep.cli.listing import status_text
+from sweep.errors import StoreError
+from sweep.store.store import Store
+from sweep.tables.stored_study import StoredStudy
 
 MOST_MEMORY = 8 * 2**30
 HUGE = 2**40
@@ -119,7 +119,7 @@ def replaced(place: Path, kind: Callable[[Path], None]) -> None:
 def main(home: Path) -> None:
     """Do all of it below `home`, and print each attack with its outcome, as JSON."""
     relaunch(SMALL, home / "whole")
-    sweep.trial.BOID_STEPS_A_CALL = 60
+    sweep.trial.simulation.BOID_STEPS_A_CALL = 60
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
 
     def attack(name: str, prepare: Callable[[Path], object], act: Callable[[Path], str]) -> None:

@@ -11,9 +11,10 @@ import pytest
 from http_servers import Answer, HttpServer, Request
 from object_stores import CREDENTIALS
 
-from sweep.storing import locations
-from sweep.storing.locations import ObjectPath, StoreError, location
-from sweep.storing.store import Store
+from sweep.errors import StoreError
+from sweep.store import locations
+from sweep.store.locations import ObjectPath, location
+from sweep.store.store import Store
 
 ROOT = Path(__file__).parent.parent.parent
 PART = "00000000000000000001-aaaaaaaaaaaa"
@@ -131,9 +132,9 @@ def test_a_listing_that_is_none_is_one_sentence_or_empty(what: str) -> None:
 
 SCRIPT = """
 import resource, sys
-from sweep.storing import locations
+from sweep.store import locations
 locations.ATTEMPTS, locations.PATIENCE_SECONDS = 1, 0.5
-from sweep.storing.store import Store
+from sweep.store.store import Store
 try:
     with Store(locations.location(sys.argv[1]) / "study").place.fetched(
         Store(locations.location(sys.argv[1]) / "study").all_parts()

@@ -156,8 +156,8 @@ def test_workers_of_a_notebook_look_where_the_notebook_looks(tmp_path: Path) -> 
 
 ENVIRON = """
 import os
-from sweep.running.executors import Loky
-from sweep.surroundings import SAFE_PATH
+from sweep.workers.executors import Loky
+from sweep.workers.surroundings import SAFE_PATH
 
 engine = Loky(1)
 print(engine.start().submit(os.getenv, SAFE_PATH).result(), os.getenv(SAFE_PATH))
@@ -201,7 +201,7 @@ if __name__ == "__main__":
     sys.argv = ["sweep", "status", "small"]
     from script import asked
     from sweep.cli import main
-    from sweep.running.executors import Loky
+    from sweep.workers.executors import Loky
     try:
         main()
     except SystemExit:

@@ -15,12 +15,13 @@ import numba
 import pytest
 
 import kernels
-from sweep import compiled
-from sweep.compiled import CacheError, make_private, settle, usual
+from sweep.errors import CacheError
+from sweep.trial import compiled
+from sweep.trial.compiled import make_private, settle, usual
 
 ONE_KERNEL = """
 from pathlib import Path
-from sweep import compiled
+from sweep.trial import compiled
 
 way, ours = compiled._way, Path(__file__).parent
 compiled._way = lambda folder: (one for one in way(folder) if one.is_relative_to(ours))
@@ -320,7 +321,7 @@ SHARED = """
 import numba
 import sweep
 import kernels
-from sweep.running.executors import Loky
+from sweep.workers.executors import Loky
 from shared import cache
 
 engine = Loky(2)

@@ -13,17 +13,17 @@ from test_checkpoint import TRIAL, named, numbers
 from test_trial import small
 
 from kernels import KERNELS_SHA
-from sweep import trial
-from sweep.design import expand
-from sweep.jobs import Job, Jobs
-from sweep.running import checkpoint, checkpoint_key
-from sweep.running.checkpoint import Checkpointed
-from sweep.running.checkpoint_file import Saved, write_state
-from sweep.running.checkpoint_key import own_key
-from sweep.spec import parse_spec
-from sweep.state import State
-from sweep.storing.store import Store
-from sweep.trial import Simulation, run
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.spec.study import parse_spec
+from sweep.store.store import Store
+from sweep.trial import simulation
+from sweep.trial.simulation import Simulation, run
+from sweep.trial.state import State
+from sweep.workers import checkpoint, checkpoint_key
+from sweep.workers.checkpoint import Checkpointed
+from sweep.workers.checkpoint_file import Saved, write_state
+from sweep.workers.checkpoint_key import own_key
 
 STRANGER = bytes(range(32))
 FORGED = "is damaged, or was written by somebody else or on a machine where you have another key"
@@ -31,7 +31,7 @@ FORGED = "is damaged, or was written by somebody else or on a machine where you 
 
 @pytest.fixture(autouse=True)
 def _short_calls(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 3)
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 3)
     monkeypatch.setattr(checkpoint, "TIMES_LONGER", 0.0)
 
 

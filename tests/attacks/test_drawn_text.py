@@ -14,14 +14,14 @@ from PIL import Image
 from studies import launched
 
 from attacks.hostile import give, give_plan
-from sweep.document import SpecError
+from sweep.errors import SpecError
 from sweep.figures.pieces import as_text, words
 from sweep.figures.saving import save
 from sweep.figures.scales import _document
-from sweep.keeping.exporting import export
-from sweep.scorecard_markdown import _text
-from sweep.study import StoredStudy
-from sweep.view.recording import _document as page_of
+from sweep.published.scorecard_markdown import _text
+from sweep.tables.exporting import export
+from sweep.tables.stored_study import StoredStudy
+from sweep.web.recording import _document as page_of
 
 MATHS = ["$\\frac{1$", "$\\evil$", "$$", "$", "a$b$c", "\\$", "$x^{y^{z$", "${}^{" * 4 + "$", "\\\\$a$"]
 SWEEPS = """

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from specs import short_study
 
-import sweep.evaluation as evaluation
-import sweep.expressions as expressions
-from sweep.expressions import Expression, ExpressionError, parse
-from sweep.fields import Column, fields
-from sweep.plan import make_plan
+import sweep.spec.evaluation as evaluation
+import sweep.spec.expressions as expressions
+from sweep.design.plan import make_plan
+from sweep.spec.expressions import Expression, ExpressionError, parse
+from sweep.spec.settings import Column, fields
 
 KNOWN = fields("nguyen2024")
 

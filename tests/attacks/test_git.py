@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.provenance import git_state
+from sweep.store.provenance import git_state
 
 AUTHOR = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
 

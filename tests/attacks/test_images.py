@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 from specs import short
 
-import sweep.images as images
-from sweep.document import SpecError
-from sweep.images import ImageError, brightness
-from sweep.spec import load_spec, parse_spec
+import sweep.spec.images as images
+from sweep.errors import SpecError
+from sweep.spec.images import ImageError, brightness
+from sweep.spec.study import load_spec, parse_spec
 
 
 def refused(folder: Path, image: str) -> str:

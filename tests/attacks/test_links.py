@@ -10,12 +10,13 @@ from commands import sweep
 from publications import experiments
 from studies import SMALL, launched, relaunch
 
-from sweep.claims import read_all
-from sweep.reproduce import Outcome, reproduce
-from sweep.running.executors import Serial
-from sweep.storing.parquet import StoreError
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+from sweep.cli.progress import ProgressBar
+from sweep.errors import StoreError
+from sweep.published.claims import read_all
+from sweep.published.reproduce import Outcome, reproduce
+from sweep.store.store import Store
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import Serial
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,7 @@ def test_results_that_the_user_names_may_be_a_link(folder: Path) -> None:
 def reproduced(folder: Path, *, quick: bool = False) -> Outcome:
     experiments(folder)
     publications = read_all(folder / "experiments", quick=quick)
-    return reproduce(publications, folder / "results", Serial(), quick=quick)
+    return reproduce(publications, folder / "results", Serial(), ProgressBar, quick=quick)
 
 
 @pytest.mark.parametrize("name", ["scorecard.html", "scorecard.md"])
@@ -202,7 +203,7 @@ def test_a_checkpoint_that_is_a_link_is_neither_read_nor_written(
     checkpoints = folder / "results" / "small" / "checkpoints"
     checkpoints.mkdir()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sweep.trial.BOID_STEPS_A_CALL", 60)
+        patch.setattr("sweep.trial.simulation.BOID_STEPS_A_CALL", 60)
         for trial in trials:
             linked(checkpoints / f"{trial}.{ending}", folder / "mine")
         assert relaunch(spec, folder / "results").statuses == {"done": 6}

@@ -8,13 +8,13 @@ from commands import sweep
 from faults.campaign import tables
 from studies import SMALL, launched, relaunch
 
-from sweep.document import SpecError
-from sweep.keeping.cleaning import clean, find_waste
-from sweep.running.checkpoint_folder import Checkpoints
-from sweep.spec import parse_spec
-from sweep.storing.layout import OWN, STORED
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+from sweep.errors import SpecError
+from sweep.spec.layout import OWN, STORED
+from sweep.spec.study import parse_spec
+from sweep.store.store import Store
+from sweep.tables.cleaning import clean, find_waste
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.checkpoint_folder import Checkpoints
 
 
 def named(name: str) -> str:
@@ -35,7 +35,7 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(tmp_path: Pat
     seen = set[str]()
     study = launched(SMALL, tmp_path)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sweep.trial.BOID_STEPS_A_CALL", 60)
+        patch.setattr("sweep.trial.simulation.BOID_STEPS_A_CALL", 60)
         store, long = study.store, SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
 
         def note(_self: Checkpoints, _trials: object) -> None:

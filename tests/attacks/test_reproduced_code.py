@@ -9,8 +9,8 @@ import pytest
 from commands import sweep
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
-from sweep.claims import code_files, read_all
-from sweep.document import SpecError
+from sweep.errors import SpecError
+from sweep.published.claims import code_files, read_all
 
 MARK = "from pathlib import Path\nPath({mark!r}).write_text('')\n"
 SAYING = "import sys\nprint('it runs', file=sys.stderr)\n"

@@ -11,15 +11,15 @@ import pytest
 from scipy.stats.qmc import LatinHypercube
 from specs import SHORT, short
 
-import sweep.document
-import sweep.limits as limits
-import sweep.replication as replication
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.running.executors import Serial
-from sweep.sampling import generator, latin_hypercube
-from sweep.search.run import search
-from sweep.spec import Study, parse_spec
+import sweep.spec.document
+import sweep.spec.limits as limits
+import sweep.spec.replication as replication
+from sweep.campaigns.search.run import search
+from sweep.design.design import expand
+from sweep.errors import SpecError
+from sweep.spec.sampling import generator, latin_hypercube
+from sweep.spec.study import Study, parse_spec
+from sweep.workers.executors import Serial
 
 MOST_BYTES = 50_000_000
 """What a refusal may take: numpy's arrays are counted too."""
@@ -132,7 +132,7 @@ def test_fields_of_a_zip_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatc
 
 def test_axes_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each may be large, and only some of them apply anywhere."""
-    monkeypatch.setattr("sweep.values.MOST_CELLS", 100)
+    monkeypatch.setattr("sweep.spec.values.MOST_CELLS", 100)
     axes = [f"  {name}: {{linspace: [0, 1, 40]}}" for name in FLOATS[:9]]
     message = refused(short("sweep:", *axes))
     assert message.startswith("spec.yaml:9: the axes as far as this one have 120 cells")
@@ -165,9 +165,9 @@ def test_many_seeds_are_compared_once_each() -> None:
 
         __hash__ = int.__hash__
 
-    document = sweep.document.Document(Path("spec.yaml"), "")
+    document = sweep.spec.document.Document(Path("spec.yaml"), "")
     seeds = [Seed(number) for number in range(5000)]
-    root = sweep.document.Entry(document, (), {"seeds": seeds})
+    root = sweep.spec.document.Entry(document, (), {"seeds": seeds})
     assert replication.read_replication(root, ("speed",)).seeds == tuple(seeds)
 
 
@@ -238,7 +238,7 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
 
 
 def test_the_schema_has_the_same_limits() -> None:
-    schema = json.loads((Path(limits.__file__).parent.parent / "spec.schema.json").read_text())
+    schema = json.loads((Path(limits.__file__).parents[2] / "spec.schema.json").read_text())
     fixed, until = schema["properties"]["replicates"]["anyOf"]
     assert fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS
     assert schema["properties"]["search"]["properties"]["budget"]["maximum"] == limits.MOST_SEARCHED

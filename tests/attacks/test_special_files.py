@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from attacks.special import FILES, FOLDERS, KINDS, LISTED, MOST_MEMORY
-from sweep.running.checkpoint_file import Saved, frame_type, read_frames
-from sweep.state import State
-from sweep.storing.regular import open_regular, read_json, read_whole
+from sweep.store.regular import open_regular, read_json, read_whole
+from sweep.trial.state import State
+from sweep.workers.checkpoint_file import Saved, frame_type, read_frames
 
 TESTS = Path(__file__).parent.parent
 SECONDS = 300

@@ -10,9 +10,10 @@ import pytest
 from commands import sweep
 from searches import TINY
 
-from sweep.search import export as module
-from sweep.search.export import PASSWORD, check_export
-from sweep.storing.locations import StoreError, location
+from sweep.campaigns.search import export as module
+from sweep.campaigns.search.export import PASSWORD, check_export
+from sweep.errors import StoreError
+from sweep.store.locations import location
 
 SPEC = TINY.replace("budget: 30", "budget: 8")
 

@@ -11,11 +11,11 @@ import pytest
 from commands import sweep
 from studies import COVERING, launched
 
-import sweep.keeping.netcdf as netcdf
+import sweep.tables.netcdf as netcdf
 from attacks.hostile import give
-from sweep.keeping.exporting import export
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.errors import StoreError
+from sweep.tables.exporting import export
+from sweep.tables.stored_study import StoredStudy
 
 KEPT = COVERING.replace("record: {", "record: {trajectories: true, every: 10, ").replace("n: 10,", "n: 3,")
 TRIALS, FRAMES, BOIDS = 4, 3, 3

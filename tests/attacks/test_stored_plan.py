@@ -10,8 +10,8 @@ from commands import sweep
 from studies import SMALL, launched
 
 from attacks.hostile import give_plan
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
+from sweep.errors import StoreError
+from sweep.tables.stored_study import StoredStudy
 
 RULE = {"metric": "speed", "half_width": 0.1, "confidence": 0.95, "min": 3, "max": 10}
 RULE |= {"looks": [3], "nominal_confidence": 0.99}

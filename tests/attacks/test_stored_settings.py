@@ -16,12 +16,12 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
 from attacks.hostile import give, give_plan
 from kernels.models import MODELS
-from sweep.fields import preset_settings
-from sweep.replay import replay, stored_job, stored_trial
-from sweep.storing.manifest import MANIFEST, seal
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
-from sweep.view.replaying import Replay
+from sweep.errors import StoreError
+from sweep.replays.replay import replay
+from sweep.spec.settings import preset_settings
+from sweep.store.manifest import MANIFEST, seal
+from sweep.tables.stored_study import StoredStudy
+from sweep.web.replaying import Replay
 
 OWN = SMALL.replace(
     "fixed: {n: 12, steps: 9}",
@@ -99,7 +99,11 @@ def no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     def met(*_arguments: object) -> None:
         raise AssertionError("a kernel has met a row that was not checked")
 
-    for place in ("sweep.replay.simulate", "sweep.replay.obstacles", "sweep.trial.Simulation"):
+    for place in (
+        "sweep.replays.replay.simulate",
+        "sweep.trial.world.obstacles",
+        "sweep.trial.simulation.Simulation",
+    ):
         monkeypatch.setattr(place, met)
 
 
@@ -162,8 +166,8 @@ def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) ->
     """To the last bit and in every type, also where the trial has failed: nothing is coerced to something else."""
     study = launched(spec, tmp_path)
     for trial in study.plan["trial_id"].to_pylist():
-        stored = stored_trial(study, trial)
-        job = stored_job(study, stored)
+        stored = study.trial(trial)
+        job = study.job(stored)
         row = {name: (value, type(value)) for name, value in stored.row.items() if name in job.settings}
         assert row == {name: (value, type(value)) for name, value in job.settings.items()}
         assert (job.trial_id, job.point) == (trial, stored.row["point"])
@@ -179,7 +183,7 @@ def test_every_preset_passes_as_a_row(tmp_path: Path, model: str, preset: str) -
     settings = preset_settings(model, preset)
     spec = {"study": "one", "model": model, "preset": preset, "fixed": {"n": 3, "steps": 2}, "replicates": 1, "seed": 1}
     study = launched(json.dumps(spec), tmp_path)
-    job = stored_job(study, stored_trial(study, study.plan["trial_id"][0].as_py()))
+    job = study.job(study.trial(study.plan["trial_id"][0].as_py()))
     assert job.settings.keys() == settings.keys()
 
 
@@ -264,7 +268,7 @@ def test_ctrl_c_ends_a_replay_whose_kernel_call_never_returns(folder: Path, monk
         during.append(signal.getsignal(signal.SIGINT))
         raise RuntimeError("endless")
 
-    monkeypatch.setattr("sweep.replay.simulate", endless)
+    monkeypatch.setattr("sweep.replays.replay.simulate", endless)
     with pytest.raises(RuntimeError, match="endless"):
         replay(*first(folder))
     assert during == [signal.SIG_DFL]

@@ -19,21 +19,25 @@ from searches import TINY
 from studies import SMALL, relaunch
 
 from attacks.hostile import give
-from sweep.design import expand
-from sweep.jobs import Jobs
-from sweep.keeping.cleaning import find_waste
-from sweep.keeping.stored import origins, stored_trials
-from sweep.launch import launch
-from sweep.running.executors import Serial
-from sweep.search.run import search
-from sweep.spec import parse_spec
-from sweep.storing import bounds, regular
-from sweep.storing.bounds import FREE_ROWS, excess_rows
-from sweep.storing.manifest import MANIFEST, damage
-from sweep.storing.origin import ALONE, LATER, PART, PLAN, PROVENANCE
-from sweep.storing.parquet import StoreError, opened
-from sweep.storing.store import Store
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import launch
+from sweep.campaigns.search.run import search
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.errors import StoreError
+from sweep.spec.study import parse_spec
+from sweep.store import bounds, regular
+from sweep.store.bounds import FREE_ROWS, excess_rows
+from sweep.store.manifest import MANIFEST, damage
+from sweep.store.origin import ALONE, LATER, PART, PLAN, PROVENANCE
+from sweep.store.parquet import opened
+from sweep.store.store import Store
+from sweep.tables.cleaning import find_waste
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_trials import origins, stored_trials
+from sweep.workers.executors import Serial
+
+SMALL_FILE = 1_000_000
+"""Bytes; the provenance of an edited checkout has its diff, of up to 200,000 signs."""
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +105,7 @@ def test_a_small_plan_with_many_rows_is_not_read(results: Path) -> None:
         schema = pq.read_schema(file)
     row = pa.table({name: pa.array([None], kind) for name, kind in zip(schema.names, schema.types, strict=True)})
     packed(file, row.cast(schema), 3_000_000)
-    assert file.stat().st_size < 200_000
+    assert file.stat().st_size < SMALL_FILE
     with pytest.raises(StoreError, match=r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot lie"):
         StoredStudy("small", results)
 
@@ -119,7 +123,7 @@ def test_a_small_part_with_many_rows_counts_as_damaged(results: Path, sealed: bo
 def test_what_unpacks_to_more_than_the_machine_has_is_not_read(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = part_of(results) / "series.parquet"
     packed(file, pq.read_table(file), 3_000_000)
-    assert file.stat().st_size < 200_000
+    assert file.stat().st_size < SMALL_FILE
     monkeypatch.setattr(bounds, "_memory", lambda: 60_000_000)
     words = r"it unpacks to 72,000,000 bytes, this machine has 60,000,000; use a machine with more memory"
     with pytest.raises(StoreError, match=words):

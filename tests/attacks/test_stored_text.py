@@ -17,16 +17,16 @@ from studies import SMALL, launched
 
 import sweep as package
 from attacks.hostile import give, give_plan
-from sweep.formulas import as_csv, without_formulas
-from sweep.harmless import Harmless, guard_streams, harmless
-from sweep.keeping.counting import Counter
-from sweep.keeping.exporting import export
-from sweep.launch import Progress
-from sweep.listing import command
-from sweep.progress import ProgressBar
-from sweep.running.checkpoint import LOG
-from sweep.study import StoredStudy
-from sweep.terminal import Terminal
+from sweep.campaigns.progress import Progress
+from sweep.cli.counting import Counter
+from sweep.cli.listing import command
+from sweep.cli.progress import ProgressBar
+from sweep.cli.terminal import Terminal
+from sweep.tables.exporting import export
+from sweep.tables.formulas import as_csv, without_formulas
+from sweep.tables.stored_study import StoredStudy
+from sweep.text import Harmless, guard_streams, harmless
+from sweep.workers.checkpoint import LOG
 
 STEERING = {
     "title": "\x1b]0;owned\x07",

@@ -8,11 +8,11 @@ import pyarrow.parquet as pq
 import pytest
 from specs import short
 
-import sweep.pages as pages
-import sweep.tables as tables
-from sweep.document import SpecError
-from sweep.pages import PagesError, check_footer, unpacked
-from sweep.spec import load_spec
+import sweep.spec.pages as pages
+import sweep.spec.point_tables as tables
+from sweep.errors import SpecError
+from sweep.spec.pages import PagesError, check_footer, unpacked
+from sweep.spec.study import load_spec
 
 
 def refused(folder: Path, name: str) -> str:
@@ -188,7 +188,7 @@ def test_cells_of_a_table_are_counted_before_they_are_read(
     suffix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("sweep.limits.MOST_CELLS", 30)
+    monkeypatch.setattr("sweep.spec.limits.MOST_CELLS", 30)
     table = pa.table({"drag": [0.5] * 20, "n": [2] * 20})
     if suffix == "csv":
         (tmp_path / "t.csv").write_text("drag,n\n" + "0.5,2\n" * 20)

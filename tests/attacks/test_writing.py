@@ -1,4 +1,4 @@
-"""Every file that is written comes to be in one way: see sweep/storing/new_files.py."""
+"""Every file that is written comes to be in one way: see sweep/store/new_files.py."""
 
 import ast
 import os
@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import kernels
-from sweep.keeping.outputs import by_path, unfinished
-from sweep.storing.new_files import create, replacing
-from sweep.storing.parquet import StoreError
+from sweep.errors import StoreError
+from sweep.store.new_files import create, replacing
+from sweep.tables.outputs import by_path, unfinished
 
 ROOT = Path(kernels.__file__).parent.parent
 SOURCES = [*ROOT.glob("sweep/**/*.py"), *ROOT.glob("kernels/**/*.py")]
@@ -29,36 +29,36 @@ WRITERS = {
 
 INTO_A_FILE = {
     "sweep/figures/saving.py savefig": "into a file of `unfinished`",
-    "sweep/keeping/animation.py save": "into a file of `unfinished`",
-    "sweep/keeping/exporting.py CSVWriter": "into a file of `unfinished`",
-    "sweep/keeping/video.py save": "into a file of `unfinished`",
-    "sweep/storing/parquet.py ParquetWriter": "into a file of `create` or `unfinished`",
-    "sweep/view/export.py save": "into memory",
-    "sweep/view/export.py savefig": "into memory",
-    "sweep/view/recording.py save": "our own, which is by `unfinished`",
+    "sweep/replays/animation.py save": "into a file of `unfinished`",
+    "sweep/tables/exporting.py CSVWriter": "into a file of `unfinished`",
+    "sweep/replays/video.py save": "into a file of `unfinished`",
+    "sweep/store/parquet.py ParquetWriter": "into a file of `create` or `unfinished`",
+    "sweep/web/export.py save": "into memory",
+    "sweep/web/export.py savefig": "into memory",
+    "sweep/web/replayed_page.py save": "our own, which is by `unfinished`",
     "experiments/nguyen2024/figures.py save": "our own, in sweep/figures/saving.py",
-    "sweep/drawings.py save": "our own, in sweep/figures/saving.py",
+    "sweep/published/drawings.py save": "our own, in sweep/figures/saving.py",
     "sweep/figures/kinds.py save": "our own, in sweep/figures/saving.py",
 }
 OTHERWISE = {
-    "sweep/storing/new_files.py open": "this is the one place",
-    "sweep/storing/new_files.py fdopen": "this is the one place",
-    "sweep/storing/regular.py fdopen": "reads, and opens what is there for `lock_files.py` and checkpoints",
-    "sweep/running/checkpoint_file.py open_regular": "frames are added to a file, which may be no link",
-    "sweep/storing/lock_files.py open_regular": "a claim of our own that must not come back once deleted",
-    "sweep/compiled.py TemporaryFile": "a try whether numba can write in its folder",
-    "sweep/compiled.py mkdtemp": "where kernels are compiled; nobody else may enter it",
-    "sweep/running/checkpoint_key.py open": "a key that must never be replaced: made exclusively",
-    "sweep/running/checkpoint_key.py fdopen": "the same key",
-    "sweep/running/checkpoint_key.py hardlink_to": "the same key, which comes to be whole",
-    "sweep/running/watch.py NamedTemporaryFile": "the board, which workers map: made exclusively, for us alone",
-    "sweep/running/watch.py open": "the same board, in a worker",
-    "sweep/keeping/outputs.py TemporaryDirectory": "for programs that know paths only; nobody else may enter it",
-    "sweep/storing/buckets.py TemporaryDirectory": "where parts are made up; nobody else may enter it",
-    "sweep/keeping/netcdf.py to_netcdf": "into that folder",
+    "sweep/store/new_files.py open": "this is the one place",
+    "sweep/store/new_files.py fdopen": "this is the one place",
+    "sweep/store/regular.py fdopen": "reads, and opens what is there for `lock_files.py` and checkpoints",
+    "sweep/workers/checkpoint_file.py open_regular": "frames are added to a file, which may be no link",
+    "sweep/store/lock_files.py open_regular": "a claim of our own that must not come back once deleted",
+    "sweep/trial/compiled.py TemporaryFile": "a try whether numba can write in its folder",
+    "sweep/trial/compiled.py mkdtemp": "where kernels are compiled; nobody else may enter it",
+    "sweep/workers/checkpoint_key.py open": "a key that must never be replaced: made exclusively",
+    "sweep/workers/checkpoint_key.py fdopen": "the same key",
+    "sweep/workers/checkpoint_key.py hardlink_to": "the same key, which comes to be whole",
+    "sweep/workers/watch.py NamedTemporaryFile": "the board, which workers map: made exclusively, for us alone",
+    "sweep/workers/watch.py open": "the same board, in a worker",
+    "sweep/tables/outputs.py TemporaryDirectory": "for programs that know paths only; nobody else may enter it",
+    "sweep/store/buckets.py TemporaryDirectory": "where parts are made up; nobody else may enter it",
+    "sweep/tables/netcdf.py to_netcdf": "into that folder",
     "sweep/cli/__init__.py open": "os.devnull",
-    "sweep/images.py FileIO": "reads",
-    "sweep/storing/lock.py touch": "our own, which gives a claim the time of now",
+    "sweep/spec/images.py FileIO": "reads",
+    "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": "an empty folder in which a notebook runs",
     "notebooks/execute.py shutil.copy": "into that folder",
 }

@@ -25,12 +25,12 @@ from bench.view import view
 from numpy.typing import NDArray
 
 from kernels.models import MODELS
-from sweep.jobs import Job
-from sweep.launch import launch
-from sweep.running.executors import Loky
-from sweep.spec import Record, Streams, parse_spec
-from sweep.study import StoredStudy
-from sweep.trial import Simulation, run
+from sweep.campaigns.launch import launch
+from sweep.design.jobs import Job
+from sweep.spec.study import Record, Streams, parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import Simulation, run
+from sweep.workers.executors import Loky
 
 ROUNDS = 5
 BEST = {

@@ -9,11 +9,11 @@ from urllib.parse import urlsplit
 
 from websockets.sync.client import connect
 
-from sweep.trial import Simulation
-from sweep.view.encoding import HEAD
-from sweep.view.live import Live
-from sweep.view.server import Server
-from sweep.view.state import ViewState, begin
+from sweep.trial.simulation import Simulation
+from sweep.web.encoding import HEAD
+from sweep.web.live import Live
+from sweep.web.server import Server
+from sweep.web.state import ViewState, begin
 
 ROUNDS = 5
 SECONDS = 3.0

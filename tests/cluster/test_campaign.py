@@ -17,8 +17,8 @@ from lines import HERE, Line
 from studies import launched
 
 from cluster.started import TESTS, Cluster, cluster, until
-from sweep.running import cluster as engine
-from sweep.running.cluster import Dask
+from sweep.workers import cluster as engine
+from sweep.workers.cluster import Dask
 
 REDUCED = campaign.SPEC.replace("replicates: 30", "replicates: 6")
 LAUNCH_SECONDS = 500.0

@@ -19,11 +19,11 @@ from studies import SMALL, launched
 
 from cluster import jobs
 from cluster.started import ROOT, TESTS, Cluster, cluster, until
-from sweep.running.cluster import Dask
-from sweep.running.executors import WorkersError
-from sweep.running.runner import Failure, drive
-from sweep.running.watch import Limits
-from sweep.study import StoredStudy
+from sweep.errors import WorkersError
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.cluster import Dask
+from sweep.workers.runner import Failure, drive
+from sweep.workers.watch import Limits
 
 
 @pytest.fixture
@@ -50,12 +50,12 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
     pd.testing.assert_frame_equal(stored.series, whole.series)
     assert refused.returncode == 2
     assert "workers have another environment than this process: tcp://127.0.0.1:" in refused.stderr
-    assert refused.stderr.rstrip().endswith(": other code in sweep/trial.py")
+    assert refused.stderr.rstrip().endswith(": other code in sweep/trial/simulation.py")
     assert not (tmp_path / "elsewhere").exists()
 
 
 def edited_copy(folder: Path) -> Path:
-    """A copy of the code with one line more in `sweep/trial.py`."""
+    """A copy of the code with one line more in `sweep/trial/simulation.py`."""
     copy = folder / "copy"
     for package in ("kernels", "sweep"):
         shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
@@ -132,7 +132,7 @@ def wardens(address: str) -> list[str]:
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):
             commands.append(path.read_text(encoding="utf-8"))
-    return [command for command in commands if "sweep.running.warden" in command and address in command]
+    return [command for command in commands if "sweep.workers.warden" in command and address in command]
 
 
 @pytest.mark.slow
@@ -180,7 +180,9 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
         joining = threading.Thread(target=join_and_allow, args=(made, tmp_path, options, environment))
         joining.start()
         words = (
-            r"as trials hold Python's lock: tcp://\S+ has 2" if several else r"tcp://\S+ has another .* sweep/trial.py"
+            r"as trials hold Python's lock: tcp://\S+ has 2"
+            if several
+            else r"tcp://\S+ has another .* sweep/trial/simulation.py"
         )
         with pytest.raises(WorkersError, match=words):
             runner_jobs.run_all(work, jobs.staged, engines[-1], chunk_seconds=1e-6)

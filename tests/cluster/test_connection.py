@@ -11,11 +11,11 @@ from faults.jobs import square
 from lines import HERE, Line
 
 from cluster.started import TESTS, Cluster, cluster, until
-from sweep.running import cluster as engine
-from sweep.running.cluster import Dask
-from sweep.running.connection import THREAD, exposed
-from sweep.running.executors import WorkersError
-from sweep.running.tasks import Tasks
+from sweep.errors import WorkersError
+from sweep.workers import cluster as engine
+from sweep.workers.cluster import Dask
+from sweep.workers.connection import THREAD, exposed
+from sweep.workers.tasks import Tasks
 
 
 @pytest.fixture(scope="module")

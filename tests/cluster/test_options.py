@@ -10,7 +10,7 @@ from commands import sweep
 from lines import HERE, Line
 from studies import SMALL
 
-from sweep.running import cluster
+from sweep.workers import cluster
 
 DASK = ["--executor", "dask"]
 

@@ -13,9 +13,9 @@ from faults.jobs import square
 from lines import HERE
 
 from cluster.started import TESTS, Cluster
-from sweep.running.cluster import Dask
-from sweep.running.executors import WorkersError
-from sweep.running.watch import Limits
+from sweep.errors import WorkersError
+from sweep.workers.cluster import Dask
+from sweep.workers.watch import Limits
 
 
 def certified(folder: Path) -> dict[str, str]:
@@ -52,7 +52,7 @@ def test_a_launch_uses_the_keys_of_dasks_configuration_and_has_no_other_way_in(
         made.start_worker("--nanny")
         plain = Dask(made.address.replace("tls:", "tcp:"))
         for refused in (Dask(made.address), plain):
-            monkeypatch.setattr("sweep.running.cluster.CONNECT_SECONDS", 1.0)
+            monkeypatch.setattr("sweep.workers.cluster.CONNECT_SECONDS", 1.0)
             with pytest.raises(WorkersError, match=r"no connection can be made|no dask scheduler answers"):
                 refused.connect()
         ours = {"ca-file": "cert.pem", "client.key": "key.pem", "client.cert": "cert.pem"}

@@ -17,7 +17,7 @@ from random import Random
 from runner_jobs import processes_below
 from studies import launched
 
-from sweep.storing.store import Store
+from sweep.store.store import Store
 
 SPEC = """
 study: faulty
@@ -33,7 +33,7 @@ record: {series: [speed], every: 50}
 LAUNCH = [
     sys.executable,
     "-c",
-    "from sweep.storing.writer import Writer; Writer.__init__.__kwdefaults__['seconds'] = 0.2; "
+    "from sweep.store.writer import Writer; Writer.__init__.__kwdefaults__['seconds'] = 0.2; "
     "from sweep.cli import main; main()",
     *("launch", "spec.yaml", "--workers", "2"),
 ]
@@ -126,7 +126,7 @@ class Campaign:
 
 def trial_ids(part: Path) -> list[str]:
     """The trials of one part."""
-    from sweep.storing.parquet import load_table
+    from sweep.store.parquet import load_table
 
     ids: list[str] = load_table(part, "trials", ["trial_id"])["trial_id"].to_pylist()
     return ids

@@ -24,20 +24,20 @@ import pytest
 from searches import TINY
 from studies import SMALL
 
-import sweep.running.batch as batch_module
+import sweep.workers.batch as batch_module
 from faults.crash_disk import Disk, File, Recorder, Step, Tree, held, now, put
-from sweep import trial
-from sweep.launch import launch
-from sweep.running import checkpoint
-from sweep.running.executors import Serial
-from sweep.running.runner import drive
-from sweep.search.run import search
-from sweep.spec import parse_spec
-from sweep.storing import lock, merging
-from sweep.storing.parquet import load_table
-from sweep.storing.store import Store
-from sweep.storing.writer import Writer
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import launch
+from sweep.campaigns.search.run import search
+from sweep.spec.study import parse_spec
+from sweep.store import lock, merging
+from sweep.store.parquet import load_table
+from sweep.store.store import Store
+from sweep.store.writer import Writer
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial import simulation
+from sweep.workers import checkpoint
+from sweep.workers.executors import Serial
+from sweep.workers.runner import drive
 
 NOBODY = 2**22 + 1
 """The id of no process: Linux has none above 2**22. So the recorded launch is dead."""
@@ -96,9 +96,9 @@ def small_world() -> Iterator[None]:
         patch.setitem(Writer.__init__.__kwdefaults__, "seconds", 0.0)
         patch.setattr(batch_module, "drive", partial(drive, chunk_seconds=1e-9))
         patch.setattr(merging, "MOST_GATHERED", 3)
-        patch.setattr(trial, "BOID_STEPS_A_CALL", 12 * 4)
+        patch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 4)
         patch.setattr(checkpoint, "TIMES_LONGER", 0.0)
-        patch.setattr("sweep.provenance.git_state", lambda _folder: {})
+        patch.setattr("sweep.store.provenance.git_state", lambda _folder: {})
         patch.setattr(lock, "WATCH_SECONDS", 0.0)
         patch.setattr(lock, "GIVEN_BACK", set())
         yield

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sweep.jobs import Job
-    from sweep.result import Result
+    from sweep.design.jobs import Job
+    from sweep.trial.result import Result
 
 MEGABYTE = 2**20
 HELD: list[bytes] = []
@@ -93,7 +93,7 @@ def kill_in_the_middle(marker: Path) -> Callable[[], bool]:
 
 def trial_or_hang(job: "Job") -> "Result":
     """The first replicate of the first point hangs; the others are over at once."""
-    from sweep.result import Result
+    from sweep.trial.result import Result
 
     if job.settings["separation_weight"] == 0.5 and job.replicate == 0:
         hang()
@@ -102,7 +102,7 @@ def trial_or_hang(job: "Job") -> "Result":
 
 def run_or_die(marker: str, job: "Job") -> "Result":
     """The second replicate of each point kills its worker, unless the marker says that one has died."""
-    from sweep.trial import run
+    from sweep.trial.simulation import run
 
     if job.replicate == 1 and not Path(marker).exists():
         Path(marker).touch()

@@ -22,9 +22,9 @@ from faults.crash_states import (
     record,
     small_world,
 )
-from sweep.storing.custody import custody
-from sweep.storing.durable import flush_to_disk
-from sweep.storing.store import Store
+from sweep.store.custody import custody
+from sweep.store.durable import flush_to_disk
+from sweep.store.store import Store
 
 CERTAIN = ("all names", "all but what is promised")
 LOSSES = (

@@ -10,9 +10,9 @@ import pytest
 from studies import SMALL, launched, relaunch
 
 from faults.campaign import tables
-from sweep.storing.manifest import MANIFEST, damage
-from sweep.storing.parquet import StoreError
-from sweep.storing.store import Store
+from sweep.errors import StoreError
+from sweep.store.manifest import MANIFEST, damage
+from sweep.store.store import Store
 
 
 @pytest.fixture(scope="module")

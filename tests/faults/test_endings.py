@@ -12,7 +12,7 @@ import pytest
 from runner_jobs import said_by_us, started
 
 from faults.campaign import SPEC, assert_no_orphans, workers
-from sweep.storing.store import Store
+from sweep.store.store import Store
 
 HERE = Path(__file__).parent.parent
 DRIVEN = """
@@ -20,9 +20,9 @@ import os, sys
 sys.path[:0] = [{tests!r}, {root!r}]
 import runner_jobs
 from faults import jobs
-from sweep.running.executors import Loky
-from sweep.running.interrupts import ended_like_ctrl_c
-from sweep.running.runner import drive
+from sweep.workers.executors import Loky
+from sweep.trial.interrupts import ended_like_ctrl_c
+from sweep.workers.runner import drive
 
 kept = []
 executor = Loky(2)
@@ -89,7 +89,7 @@ def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
 
 HOLDING = """
 from sweep.cli import main
-from sweep.storing.writer import Writer
+from sweep.store.writer import Writer
 
 def tell(self, results, add=Writer.add):
     add(self, results)

@@ -17,8 +17,8 @@ from studies import launched, relaunch
 
 from faults import campaign
 from faults.campaign import tables
-from sweep.storing import locations
-from sweep.storing.locations import ObjectPath
+from sweep.store import locations
+from sweep.store.locations import ObjectPath
 
 LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--workers", "1", "--results"]
 LAUNCH_SECONDS = 500.0

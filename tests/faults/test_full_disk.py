@@ -15,8 +15,8 @@ import pytest
 from studies import SMALL, relaunch
 
 from faults.campaign import tables
-from sweep.storing import writer as writer_module
-from sweep.storing.parquet import StoreError
+from sweep.errors import StoreError
+from sweep.store import writer as writer_module
 
 WRITES = [(os, "mkdir"), (os, "rename"), (os, "replace"), (os, "fsync"), (pq.ParquetWriter, "write_table")]
 WRITES += [(pq.ParquetWriter, "__init__"), (os, "open")]

@@ -22,12 +22,12 @@ from object_stores import Memory
 from studies import ORIGIN
 
 from faults.interleavings import State, World, explore, step
-from sweep.storing import folders, merging, parquet
-from sweep.storing import store as store_module
-from sweep.storing.custody import set_aside_damaged
-from sweep.storing.locations import Location, ObjectPath, Server
-from sweep.storing.merging import Gathered
-from sweep.storing.store import Store
+from sweep.store import folders, merging, parquet
+from sweep.store import store as store_module
+from sweep.store.custody import set_aside_damaged
+from sweep.store.locations import Location, ObjectPath, Server
+from sweep.store.merging import Gathered
+from sweep.store.store import Store
 
 WATCHED = ("parts", "damaged", "plan.parquet")
 EVENTS = ("os.scandir", "os.listdir", "os.remove", "os.rmdir", "os.rename", "open")

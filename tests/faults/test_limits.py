@@ -11,14 +11,14 @@ import pytest
 import runner_jobs
 from studies import SMALL
 
-import sweep.running.batch as batch_module
+import sweep.workers.batch as batch_module
 from faults import jobs, troubled
-from sweep.launch import launch
-from sweep.running.executors import Loky, Serial
-from sweep.running.runner import Failure
-from sweep.running.watch import Limits
-from sweep.spec import parse_spec
-from sweep.study import StoredStudy
+from sweep.campaigns.launch import launch
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import Loky, Serial
+from sweep.workers.runner import Failure
+from sweep.workers.watch import Limits
 
 SQUARES = {(job, job * job) for job in range(40)}
 

@@ -12,21 +12,21 @@ from pathlib import Path
 import pytest
 from studies import SMALL, relaunch
 
-from sweep.storing import lock as lock_module
-from sweep.storing.lock import Lock
-from sweep.storing.lock_files import LockFiles
-from sweep.storing.parquet import StoreError
-from sweep.storing.processes import machine, started
-from sweep.storing.store import Store
+from sweep.errors import StoreError
+from sweep.store import lock as lock_module
+from sweep.store.lock import Lock
+from sweep.store.lock_files import LockFiles
+from sweep.store.processes import machine, started
+from sweep.store.store import Store
 
 HERE = Path(__file__).parent.parent
 TAKERS = """
 import sys, time
 sys.path[:0] = [{root!r}]
 from pathlib import Path
-from sweep.storing.lock import Lock
-from sweep.storing.parquet import StoreError
-from sweep.storing.store import Store
+from sweep.store.lock import Lock
+from sweep.store.parquet import StoreError
+from sweep.store.store import Store
 
 folder = Path(sys.argv[1])
 store = Store(folder)

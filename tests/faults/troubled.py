@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from faults.jobs import MEGABYTE, hang
-from sweep.jobs import Job
-from sweep.result import Result
+from sweep.design.jobs import Job
+from sweep.trial.result import Result
 
 
 def fails_at_first(folder: str, job: Job) -> Result:

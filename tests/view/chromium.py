@@ -9,10 +9,10 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from sweep.view.live import Live
-from sweep.view.server import Server
-from sweep.view.show import Show
-from sweep.view.state import begin
+from sweep.web.live import Live
+from sweep.web.server import Server
+from sweep.web.show import Show
+from sweep.web.state import begin
 
 PATIENCE = 90.0
 """Seconds until something that must happen is given up, on however slow a machine."""

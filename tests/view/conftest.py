@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from sweep.view.server import Server
+from sweep.web.server import Server
 from view.chromium import Opened, running_browser, running_server
 
 

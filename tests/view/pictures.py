@@ -6,9 +6,9 @@ page.png is the page as a browser shows it, and flight.gif the run that is on it
 import sys
 from pathlib import Path
 
-from sweep.view.export import animate
-from sweep.view.flight import fly
-from sweep.view.live import Live
+from sweep.web.export import animate
+from sweep.web.flight import fly
+from sweep.web.live import Live
 from view.chromium import Opened, running_browser, running_server
 
 STEPS = 240

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import sweep.view.export as export
-import sweep.view.flight as flights
+import sweep.web.export as export
+import sweep.web.flight as flights
 from kernels import KERNELS_SHA
-from sweep.keeping.animation import Scene
-from sweep.spec import Record
-from sweep.storing.parquet import StoreError
-from sweep.trial import simulate
-from sweep.view.flight import Flight, fly
+from sweep.errors import StoreError
+from sweep.replays.animation import Scene
+from sweep.spec.study import Record
+from sweep.trial.simulation import simulate
+from sweep.web.flight import Flight, fly
 
 JOB = replace(builders.job("nguyen2024", n=12, steps=30, n_obstacles=3), trial_id="0123456789abcdef01234567")
 STUDY = "some/study"
@@ -43,7 +43,7 @@ def test_a_flight_ends_where_it_is_told_to_whatever_a_kernel_call_takes(monkeypa
     whole = fly(STUDY, JOB, every=4)
     assert whole.steps.tolist() == [0, 4, 8, 12, 16, 20, 24, 28, 30]
     for boid_steps, until in ((1, 17), (60, 17), (200_000, 17), (60, 30), (60, 0)):
-        monkeypatch.setattr("sweep.keeping.flight.BOID_STEPS_A_CALL", boid_steps)
+        monkeypatch.setattr("sweep.replays.flight.BOID_STEPS_A_CALL", boid_steps)
         part = fly(STUDY, JOB, ("speed",), every=4, until=until)
         count = until // 4 + 1 + (until == 30)
         assert part.steps.tolist() == whole.steps[:count].tolist()

@@ -12,12 +12,12 @@ import pytest
 from kernels.metrics import METRICS
 from kernels.models import MODELS, _skeleton
 from kernels.neighbours import build_near, cone, search, square_range
-from sweep.fields import fields
-from sweep.trial import Simulation
-from sweep.view import encoding, overlays
-from sweep.view.controls import EXPERIMENTS, controls, published
-from sweep.view.running import simulation_of
-from sweep.view.state import begin
+from sweep.spec.settings import fields
+from sweep.trial.simulation import Simulation
+from sweep.web import encoding, overlays
+from sweep.web.controls import EXPERIMENTS, controls, published
+from sweep.web.running import simulation_of
+from sweep.web.state import begin
 
 ROOT = Path(__file__).parent.parent.parent
 FIELDS_OF_VIEW = [("aziel_chen2025", "as_written"), ("rustamani2024", "as_run"), ("nguyen2024", "as_run")]

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
 from kernels.models import MODELS
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.fields import fields
-from sweep.spec import parse_spec
-from sweep.trial import simulate
-from sweep.view.live import Live
-from sweep.view.page import script
-from sweep.view.protocol import Reply
-from sweep.view.replaying import Replay
-from sweep.view.server import Socket
+from sweep.design.design import expand
+from sweep.errors import SpecError
+from sweep.spec.settings import fields
+from sweep.spec.study import parse_spec
+from sweep.trial.simulation import simulate
+from sweep.web.live import Live
+from sweep.web.page import script
+from sweep.web.protocol import Reply
+from sweep.web.replaying import Replay
+from sweep.web.server import Socket
 from view.chromium import Opened, running_server
 
 Open = Callable[..., Opened]

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sweep.view import messages
-from sweep.view.messages import MESSAGES, Message
-from sweep.view.protocol import MessageError, parse, plain, write
+from sweep.web import messages
+from sweep.web.messages import MESSAGES, Message
+from sweep.web.protocol import MessageError, parse, plain, write
 
 DISC = {"disc": {"x": 1, "y": 2, "radius": 3}}
 RIGHT: list[tuple[dict[str, Any], Message]] = [

@@ -14,15 +14,15 @@ import pytest
 from playwright.sync_api import Browser, Page
 from studies import SMALL, launched
 
-import sweep.view.recording as recording
+import sweep.web.recording as recording
 from kernels import KERNELS_SHA
-from sweep.keeping.showing import Wanted, check, show
-from sweep.storing.parquet import StoreError
-from sweep.view.export import File
-from sweep.view.flight import Flight, fly
-from sweep.view.live import Live
-from sweep.view.replaying import AS_STORED
-from sweep.view.state import ViewState
+from sweep.cli.showing import Wanted, check, show
+from sweep.errors import StoreError
+from sweep.web.export import File
+from sweep.web.flight import Flight, fly
+from sweep.web.live import Live
+from sweep.web.replaying import AS_STORED
+from sweep.web.state import ViewState
 
 STATE = ViewState("nguyen2024", "as_run", seed=3, fixed={"n": 40, "steps": 60}, plots=("speed", "polarization"))
 STUDY = "some/study"

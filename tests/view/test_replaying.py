@@ -10,19 +10,17 @@ import numpy as np
 import pytest
 from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
-import sweep.view.replaying as replaying
-import sweep.view.track as track
-from sweep.document import SpecError
-from sweep.keeping.stored import StoredTrial
-from sweep.listing import point_table, table_text
-from sweep.spec import Record
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
-from sweep.trial import Simulation, simulate
-from sweep.view import messages, overlays
-from sweep.view.export import draw_frame
-from sweep.view.history import Cursor
-from sweep.view.replaying import Replay
+import sweep.web.track as track
+from sweep.cli.listing import point_table, table_text
+from sweep.errors import SpecError, StoreError
+from sweep.spec.study import Record
+from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_trials import StoredTrial
+from sweep.trial.simulation import Simulation, simulate
+from sweep.web import messages, overlays
+from sweep.web.export import draw_frame
+from sweep.web.history import Cursor
+from sweep.web.replaying import Replay
 
 FLOWN = SMALL.replace("every: 2", "every: 3, trajectories: true").replace("n: 12,", "n: 12, n_obstacles: 3,")
 OWN = """
@@ -193,13 +191,13 @@ def test_the_copied_spec_launches_the_very_trial(spec: str, index: int, number: 
 
 def tampered(monkeypatch: pytest.MonkeyPatch, **changes: object) -> None:
     """Let rows be read with other values."""
-    read = replaying.stored_trial
+    read = StoredStudy.trial
 
     def stored(study: StoredStudy, trial: str) -> StoredTrial:
         found = read(study, trial)
         return found._replace(row=found.row | changes)
 
-    monkeypatch.setattr(replaying, "stored_trial", stored)
+    monkeypatch.setattr(StoredStudy, "trial", stored)
 
 
 def test_what_differs_from_the_stored_row_is_said(flown: StoredStudy, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,16 +18,16 @@ from studies import launched
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from sweep.document import SpecError
-from sweep.state import Taken
-from sweep.view import server as serving
-from sweep.view.encoding import HEAD
-from sweep.view.live import Live
-from sweep.view.outbox import MOST_WAITING
-from sweep.view.playing import Player
-from sweep.view.protocol import Reply
-from sweep.view.server import REFUSED, TAKEN, Server
-from sweep.view.state import begin
+from sweep.errors import SpecError
+from sweep.trial.state import Taken
+from sweep.web import server as serving
+from sweep.web.encoding import HEAD
+from sweep.web.live import Live
+from sweep.web.outbox import MOST_WAITING
+from sweep.web.playing import Player
+from sweep.web.protocol import Reply
+from sweep.web.server import REFUSED, TAKEN, Server
+from sweep.web.state import begin
 
 DEADLINE = 60.0
 

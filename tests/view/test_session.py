@@ -12,13 +12,13 @@ from studies import launched
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.document import SpecError
-from sweep.fields import fields
-from sweep.spec import parse_spec
-from sweep.view.history import MOST, Cursor, History
-from sweep.view.running import changed, simulation_of
-from sweep.view.session import Session
-from sweep.view.state import Range, begin, from_study
+from sweep.errors import SpecError
+from sweep.spec.settings import fields
+from sweep.spec.study import parse_spec
+from sweep.web.history import MOST, Cursor, History
+from sweep.web.running import changed, simulation_of
+from sweep.web.session import Session
+from sweep.web.state import Range, begin, from_study
 
 Floats = NDArray[np.float64]
 DISC = {"disc": {"x": 100.0, "y": 200.0, "radius": 30.0}}
@@ -243,7 +243,7 @@ def test_a_flock_that_shrinks_has_no_selected_boid_any_more() -> None:
 
 
 def test_metrics_of_visits_begin_anew_where_visits_were_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sweep.view.running.MOST_PIXELS", 1000)
+    monkeypatch.setattr("sweep.web.running.MOST_PIXELS", 1000)
     session = short_run()
     session.run()
     session.advance(5)

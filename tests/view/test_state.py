@@ -12,12 +12,12 @@ from specs import EVERYTHING, GAINS, short
 
 from kernels import KERNELS_SHA
 from kernels.models import MODELS
-from sweep.design import expand
-from sweep.document import SpecError
-from sweep.fields import preset_settings
-from sweep.jobs import Job, Jobs
-from sweep.spec import parse_spec
-from sweep.view.state import MOST_STORED, Range, ViewState, begin, from_study
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.errors import SpecError
+from sweep.spec.settings import preset_settings
+from sweep.spec.study import parse_spec
+from sweep.web.state import MOST_STORED, Range, ViewState, begin, from_study
 
 DISC = {"disc": {"x": 100.1, "y": 200.2, "radius": 30.3}}
 RECTANGLE = {"rectangle": {"x": 300.0, "y": 400.0, "width": 50.5, "height": 1 / 3}}
@@ -201,7 +201,7 @@ def test_trajectories_too_large_to_want_are_left_out() -> None:
 
 def test_a_copied_spec_fits_into_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     state = begin("aziel_chen2025", "as_run")
-    monkeypatch.setattr("sweep.view.state.MOST_BYTES", 2000)
+    monkeypatch.setattr("sweep.web.state.MOST_BYTES", 2000)
     assert len(state.place([DISC] * 10).as_text()) < 2000
     with pytest.raises(SpecError, match=r"larger than 2,000 bytes: the map has too many shapes"):
         state.place([DISC] * 40).as_text()

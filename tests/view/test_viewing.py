@@ -9,7 +9,7 @@ from studies import SMALL, launched
 from typer.testing import CliRunner
 
 from sweep.cli import app
-from sweep.view.server import Server
+from sweep.web.server import Server
 
 
 @pytest.fixture

@@ -17,12 +17,11 @@ from playwright.sync_api import Browser
 from studies import SMALL, launched
 
 import sweep
-from sweep.document import SpecError
-from sweep.storing.parquet import StoreError
-from sweep.study import StoredStudy
-from sweep.trial import simulate
-from sweep.view.live import Live
-from sweep.view.widget import View
+from sweep.errors import SpecError, StoreError
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import simulate
+from sweep.web.live import Live
+from sweep.web.widget import View
 
 PATIENCE = 90.0
 """Seconds until something that must happen is given up, on however slow a machine."""
@@ -192,8 +191,8 @@ def test_a_mistake_is_said_at_once(wrong: dict[str, Any], message: str) -> None:
 
 def test_a_package_that_is_a_function_stays_one() -> None:
     """Whichever of its modules somebody imports, and however often; `import sweep` brings none of them along."""
-    code = "import sweep, sys; assert 'sweep.view' not in sys.modules; import sweep.view.state; "
-    code += "assert callable(sweep.view); from sweep import view; assert view is sweep.view; assert callable(view)"
+    code = "import sweep, sys; assert 'sweep.web' not in sys.modules; import sweep.web.state; "
+    code += "assert callable(sweep.web); from sweep import view; assert view is sweep.web; assert callable(view)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=PATIENCE)
     with pytest.raises(AttributeError, match="has no attribute 'wiev'"):
         _ = sweep.wiev

@@ -1,0 +1,61 @@
+"""How far a campaign is, and what shows it."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Protocol
+
+from sweep.store.locations import Location
+
+
+@dataclass
+class Progress:
+    """How far a launch is: trials of the plan, those stored before, and the new ones by status.
+
+    Of a share of a study, only the trials in it count. Where a rule decides how many trials a point gets, `settled` of
+    the `points` have had the last of theirs, and the plan grows to `most` trials at most; `settled` is None where their
+    number is fixed.
+    """
+
+    points: int = 0
+    most: int = 0
+    settled: int | None = None
+    trials: int = 0
+    stored: int = 0
+    apart: int = 0
+    statuses: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def missing(self) -> int:
+        return self.trials - self.stored
+
+    @property
+    def troubled(self) -> int:
+        """New trials that did not come to their end."""
+        return sum(count for status, count in self.statuses.items() if status != "done")
+
+
+@dataclass
+class SearchProgress(Progress):
+    """How far a search is: `trials` is the most that it can come to, `found` what there is so far, in words."""
+
+    found: str = ""
+
+
+class Display(Protocol):
+    """What shows the progress of one study to a user, as a context manager."""
+
+    def __enter__(self) -> "Display": ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+    def show(self, progress: Progress) -> None:
+        """Show how far it is now."""
+
+    def summary(self, progress: Progress, folder: Location) -> str:
+        """What became of it, in one line."""

@@ -1,0 +1,85 @@
+"""What a search would run at most, without running it."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+
+from sweep.campaigns.search.candidates import check_candidates, references, section_of
+from sweep.design.cost import study_cost
+from sweep.design.design import expand
+from sweep.design.plan import duration, size
+from sweep.spec.study import Study
+
+
+@dataclass(frozen=True)
+class SearchPlan:
+    """Counts and estimates for the search itself, without repetitions, if it spends its budget."""
+
+    study: str
+    model: str
+    preset: str
+    parameters: list[str]
+    sampler: str
+    batch: int
+    blocks: int
+    scenarios: int
+    budget: int
+    held_out_trials: int
+    trials: int
+    cpu_seconds: float
+    wall_seconds: float
+    workers: int
+    result_bytes: float
+    on_error: str
+
+    def as_json(self) -> str:
+        """The plan as a JSON object."""
+        return json.dumps(asdict(self), indent=2)
+
+    def as_text(self) -> str:
+        """The plan for a reader."""
+        scenarios = f" in each of {self.scenarios:,} scenarios" if self.scenarios > 1 else ""
+        lines = [
+            f"study      {self.study}",
+            f"model      {self.model}, preset {self.preset}",
+            f"search     {self.sampler} over {', '.join(self.parameters)}",
+            f"candidates in batches of {self.batch:,}, each with at most {self.blocks:,} trials{scenarios}",
+            f"trials     at most {self.trials:,}, of which {self.held_out_trials:,} on held-out seeds",
+            *([f"on error   {self.on_error}"] if self.on_error else []),
+            f"CPU time   at most about {duration(self.cpu_seconds)}",
+            f"wall time  at most about {duration(self.wall_seconds)} with {self.workers} workers",
+            f"results    at most about {size(self.result_bytes)}",
+        ]
+        return "\n".join(lines)
+
+
+def make_search_plan(study: Study, workers: int) -> SearchPlan:
+    """The plan of a search, with times for the preset's values of the parameters.
+
+    Raises SpecError where nothing that it could ask for is allowed, and where a reference cannot be.
+    """
+    search = section_of(study)
+    check_candidates(study)
+    references(study)
+    scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
+    seconds, size_bytes = study_cost(scenarios, expand(scenarios))
+    held_out = search.held_out_trials(0)
+    trials = search.budget + held_out
+    share = trials / search.scenarios
+    return SearchPlan(
+        study=study.name,
+        model=study.model,
+        preset=study.preset,
+        parameters=[parameter.name for parameter in search.parameters],
+        sampler=search.sampler,
+        batch=search.batch,
+        blocks=study.trials_per_point,
+        scenarios=search.scenarios,
+        budget=search.budget,
+        held_out_trials=held_out,
+        trials=trials,
+        cpu_seconds=seconds * share,
+        wall_seconds=seconds * share / workers,
+        workers=workers,
+        result_bytes=size_bytes * share,
+        on_error=study.policy.in_words(trials),
+    )

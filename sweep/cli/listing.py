@@ -1,0 +1,201 @@
+"""What exists and what came out, for a reader in a terminal or a program."""
+
+import json
+import math
+from typing import Any, Literal
+
+import pandas as pd
+from rich.table import Table
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.worlds import MAPS
+from sweep.analysis import MeanKind, by_point
+from sweep.cli.terminal import console
+from sweep.design.jobs import TRIAL_ID
+from sweep.spec.settings import fields
+from sweep.tables.stored_study import StoredStudy, details
+from sweep.text import shortened, unknown
+from sweep.workers.failures import last_line
+
+MOST_ROWS = 200
+INTERVALS: dict[MeanKind, str] = {
+    "t": "mean ± half width of the 95 % interval",
+    "bootstrap": "mean and 95 % interval by the BCa bootstrap",
+    "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
+}
+
+
+def model_table() -> Table:
+    """Models, presets and where they come from."""
+    table = Table("model", "presets", "metrics recorded by default", "source")
+    for name, model in MODELS.items():
+        table.add_row(name, ", ".join(model.presets), ", ".join(model.metrics), model.source)
+    return table
+
+
+def model_settings(name: str) -> Table:
+    """Every setting of a model with its unit, range and preset values."""
+    presets = MODELS[name].presets
+    table = Table("setting", *presets, "allowed", "what it is", title=name)
+    for setting in fields(name).values():
+        values = [brief(preset[setting.name]) for preset in presets.values()]
+        table.add_row(setting.name, *values, setting.allowed(), setting.text)
+    return table
+
+
+def map_table() -> Table:
+    """Environment maps and where they come from."""
+    table = Table("map", "size", "what it is", "source")
+    for name, map_ in MAPS.items():
+        size = f"{map_.size[0]:g} x {map_.size[1]:g} {map_.unit}" if map_.size else "any"
+        table.add_row(name, size, map_.text, map_.source)
+    return table
+
+
+def metric_table() -> Table:
+    """Metrics, their units and where they come from."""
+    table = Table("metric", "unit", "what it is", "source")
+    for name, metric in METRICS.items():
+        table.add_row(name, metric.unit, metric.text, metric.source)
+    return table
+
+
+def point_table(
+    study: StoredStudy, chosen: list[str], *, half: bool, interval: MeanKind = "t"
+) -> tuple[pd.DataFrame, list[str]]:
+    """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
+
+    The settings of an axis that ablates a preset become one column, `detail`: what is changed, as `details` says it.
+    The last column, `view`, is the command that replays a trial of the point, the first one that is done. Raises
+    ValueError for a metric that the study has not recorded.
+    """
+    for name in chosen:
+        if name not in study.metrics:
+            raise ValueError(f"study {study.name}: {unknown('metric', name, study.metrics)}")
+    names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
+    trials, varied = study.trials, study.varied
+    for preset, ablated in study.provenance.get("ablated", {}).items():
+        trials = trials.assign(detail=details(study, preset).to_numpy())
+        switched = {name for group in ablated for name in group}
+        varied = [*(name for name in varied if name not in switched), "detail"]
+    rows = by_point(trials, varied, names, interval=interval, repeated=study.repeated)
+    return rows.assign(view=_views(study.name, trials)), names
+
+
+def _views(study: str, trials: pd.DataFrame) -> list[str]:
+    """The command that shows a trial of each point, in the order of `by_point`."""
+    done_first = trials.assign(later=trials["status"] != "done").sort_values("later", kind="stable")
+    shown = done_first.groupby("point")["trial_id"].first()
+    return [command("view", study, shown.get(point)) for point in trials["point"].unique()]
+
+
+def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
+    """The command that shows a stored trial: made from names that are checked, never read from a file."""
+    if not TRIAL_ID.fullmatch(str(trial)):
+        return "no command: the id of this trial is not 24 hexadecimal digits"
+    return f"sweep {verb} {study} {trial}"
+
+
+def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
+    """Print `rows` of `point_table` as means with their 95 % intervals, half widths where they are Student's."""
+    units = study.units
+    headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
+    varied = list(rows.columns[: list(rows.columns).index(names[0])])
+    table = Table(*varied, *headings, "n", title=study.name, caption=_caption(study, interval))
+    for _, row in rows.head(MOST_ROWS).iterrows():
+        found = [(name, row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names]
+        cells = [
+            _with_error(mean, high - mean) if interval == "t" or name in study.repeated else _within(mean, low, high)
+            for name, mean, low, high in found
+        ]
+        table.add_row(*(brief(row[name]) for name in varied), *cells, _count(row, names))
+    console().print(table)
+    if len(rows) > MOST_ROWS:
+        console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
+    for command in rows["view"].head(1):
+        console().print(f"a trial of the first point, and in --csv and --json of each: {command}", soft_wrap=True)
+
+
+def _caption(study: StoredStudy, interval: MeanKind) -> str:
+    """Which intervals a table shows; those of other metrics do not know that one of them chose n."""
+    if not study.repeated:
+        return INTERVALS[interval]
+    rule = study.provenance["until"]
+    return (
+        f"{rule['metric']}: mean ± half width of the repeated {100 * rule['confidence']:g} % interval, by which the "
+        f"number of trials of each point was chosen\nother metrics: {INTERVALS[interval]}, which takes that as given"
+    )
+
+
+def _count(row: "pd.Series[Any]", names: list[str]) -> str:
+    n = max((int(row[f"{name}_n"]) for name in names), default=0)
+    return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
+
+
+def _with_error(mean: float, half: float) -> str:
+    """The mean to the decimal place of the second figure of its half width."""
+    if math.isnan(mean):
+        return "-"
+    if math.isnan(half):
+        return f"{mean:.5g}"
+    places = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 3
+    return f"{mean:.{places}f} ± {half:.{places}f}"
+
+
+def _within(mean: float, low: float, high: float) -> str:
+    """The mean and both bounds, to the decimal place of the second figure of the smaller distance between them."""
+    if math.isnan(mean) or math.isnan(low):
+        return _with_error(mean, math.nan)
+    distances = [distance for distance in (mean - low, high - mean) if 0.0 < distance < math.inf]
+    places = max(0, 1 - math.floor(math.log10(min(distances)))) if distances else 3
+    return f"{mean:.{places}f} [{low:.{places}f}, {high:.{places}f}]"
+
+
+def brief(value: Any) -> str:
+    """A setting in few characters."""
+    return f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) or "-"
+
+
+def status_json(study: StoredStudy) -> str:
+    """Counts by status, as JSON."""
+    return json.dumps(
+        {
+            "study": study.name,
+            "trials": study.plan.num_rows,
+            "apart": study.apart(),
+            "statuses": study.statuses(),
+        }
+    )
+
+
+def _settled(study: StoredStudy) -> str:
+    """How many points have had the last of their trials, by why."""
+    counts = study.stopping["why"].value_counts()
+    settled = len(study.stopping) - int(counts.pop("not yet") if "not yet" in counts else 0)
+    reasons = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
+    return f"{settled:,} of {len(study.stopping):,} points{reasons}"
+
+
+def status_text(study: StoredStudy) -> str:
+    """Counts by status, what went wrong and how to see it again, where it comes from."""
+    statuses, origin = study.statuses(), study.provenance
+    lines = [
+        f"study     {study.name}",
+        f"folder    {study.store.folder}",
+        f"trials    {study.plan.num_rows:,}",
+    ]
+    lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
+    lines += [f"apart     {study.apart():,} stored trials of another spec or other kernels"] if study.apart() else []
+    lines += [f"settled   {_settled(study)}"] if study.repeated else []
+    lines.append(f"kernels   {origin['kernels_sha'][:16]}")
+    lines.append(
+        f"commit    {origin['git'].get('commit', 'unknown')}" + (" (modified)" if origin["git"].get("diff") else "")
+    )
+    if statuses.keys() - {"done", "missing"}:
+        troubled = study.trials[study.trials["status"] != "done"].head(5)
+        for _, row in troubled.iterrows():
+            error = last_line(str(row["error"] or ""))
+            again = command("replay", study.name, row["trial_id"])
+            lines.append(f"{row['status']}: {error}\n          {again}")
+    return "\n".join(lines)

@@ -1,0 +1,155 @@
+"""The design of experiments: from the axes of a study to its points."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sweep.design.consistency import check_consistency
+from sweep.design.points import Points, check_maps, fitted_to_map
+from sweep.spec.axes import Axis
+from sweep.spec.limits import (
+    MOST_CELLS,
+    MOST_OPERATIONS,
+    MOST_POINTS,
+    MOST_TRIALS,
+    beyond,
+)
+from sweep.spec.settings import Column, NotAllowedError, Value, preset_settings
+from sweep.spec.study import Study
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """How many points a condition under `require` rejected; each counts for the first that rejects it."""
+
+    expression: str
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The points of a study: `columns` has the fields that vary, shape (n_points,) each, `base` the others.
+
+    `rejected` tells what `require` left out; `duplicates` counts the rows of axes that repeated an earlier one
+    and were merged with it.
+    """
+
+    base: dict[str, Value]
+    columns: dict[str, Column]
+    n_points: int
+    rejected: tuple[Rejection, ...] = ()
+    duplicates: int = 0
+
+    def settings(self, point: int) -> dict[str, Value]:
+        """All settings of one point, as plain Python values."""
+        return self.base | {name: column.item(point) for name, column in self.columns.items()}
+
+
+def expand(study: Study) -> Design:
+    """The points of `study`: the product of its axes, the last one fastest, without those that are rejected.
+
+    Raises SpecError where there are none or too many of them, and where a value computed from others is not
+    allowed.
+    """
+    _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
+    points = fitted_to_map(study, Points(preset_settings(study.model, study.preset) | study.fixed, {}, 1))
+    for axis in study.axes:
+        points = _multiplied(study, points, axis)
+        if "map" in axis.columns:
+            points = fitted_to_map(study, points)
+    points, rejected = _derived(study, points)
+    check_maps(study, points)
+    check_consistency(study, points)
+    _check_trials(study, points)
+    duplicates = sum(axis.merged for axis in study.axes)
+    return Design(points.base, points.columns, points.count, rejected, duplicates)
+
+
+def _check_size(study: Study, n_points: int) -> None:
+    """Raise SpecError for a design of too many points, cells or computations."""
+    fields = len({*(name for axis in study.axes for name in axis.columns), *study.derive})
+    parts = sum(expression.operations for expression in study.expressions)
+    points = f"the study has {n_points:,} points"
+    for count, most, asked in (
+        (n_points, MOST_POINTS, points),
+        (
+            n_points * fields,
+            MOST_CELLS,
+            f"{points} with {fields} fields that vary, {n_points * fields:,} cells",
+        ),
+        (
+            n_points * parts,
+            MOST_OPERATIONS,
+            f"{points}, and its expressions {parts:,} parts that are computed at each, {n_points * parts:,} operations",
+        ),
+    ):
+        if count > most:
+            raise study.document.error(("sweep",), beyond(asked, most))
+
+
+def _check_trials(study: Study, points: Points) -> None:
+    """Raise SpecError for a plan of too many trials or cells."""
+    trials, fields = points.count * study.trials_per_point, len(points.columns)
+    asked = f"the study has {trials:,} trials"
+    place = ("replicates",) if study.seeds is None else ("seeds",)
+    if trials > MOST_TRIALS:
+        raise study.document.error(place, beyond(asked, MOST_TRIALS))
+    if trials * fields > MOST_CELLS:
+        asked += f" with {fields} fields that vary, {trials * fields:,} cells"
+        raise study.document.error(place, beyond(asked, MOST_CELLS))
+
+
+def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
+    """Every point times every row of the axis; once, with the base value, where its condition is false."""
+    applies = np.ones(points.count, dtype=np.bool_)
+    if axis.when:
+        applies = points.evaluate(study, axis.when, ("sweep", axis.name, "when"))
+    repeats = np.where(applies, len(axis), 1)
+    count = int(repeats.sum())
+    _check_size(study, count)
+    columns = {name: np.repeat(column, repeats) for name, column in points.columns.items()}
+    row = np.arange(count) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    outside = np.repeat(~applies, repeats)
+    whole = points.count == 1 and bool(applies[0])
+    for name, values in axis.columns.items():
+        # The first axis gives its own columns: copies would double a large sample.
+        columns[name] = values if whole else values[row]
+        columns[name][outside] = points.base[name]
+    return Points(points.base, columns, count)
+
+
+def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
+    """The points with their derived fields, less the rejected ones.
+
+    A condition is applied as soon as what it needs is known, so that nothing is derived for a rejected point.
+    """
+    rejected = [0] * len(study.require)
+    pending, unknown = list(range(len(study.require))), set(study.derive)
+    for name in (None, *study.derive):
+        if name is not None:
+            points = _with_derived(study, points, name)
+            unknown.discard(name)
+        for index in [index for index in pending if not study.require[index].names & unknown]:
+            keep = points.evaluate(study, study.require[index], ("require", index))
+            rejected[index] = points.count - int(keep.sum())
+            points = points.kept(keep)
+            pending.remove(index)
+    rejections = tuple(
+        Rejection(condition.text, count) for condition, count in zip(study.require, rejected, strict=True)
+    )
+    if points.count == 0:
+        reasons = ", ".join(f'"{rejection.expression}" rejects {rejection.count:,}' for rejection in rejections)
+        raise study.document.error(("require",), f"no point is left: {reasons}")
+    return points, rejections
+
+
+def _with_derived(study: Study, points: Points, name: str) -> Points:
+    expression = study.derive[name]
+    values = points.evaluate(study, expression, ("derive", name))
+    try:
+        column = study.fields[name].column(values)
+    except NotAllowedError as error:
+        where = points.describe(error.index, expression.names)
+        raise study.document.error(("derive", name), f'"{expression.text}": {error}{where}') from None
+    return Points(points.base, points.columns | {name: column}, points.count)

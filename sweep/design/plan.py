@@ -1,0 +1,107 @@
+"""What a spec would run, without running it."""
+
+import json
+from dataclasses import asdict, dataclass
+
+from sweep.design.cost import study_cost
+from sweep.design.design import Rejection, expand
+from sweep.spec.study import Study
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Counts and estimates; `notes` says what a user might not expect.
+
+    Where a rule adds trials until an interval is narrow enough, numbers and estimates are for the most of them.
+    """
+
+    study: str
+    model: str
+    preset: str
+    points: int
+    trials_per_point: int
+    trials: int
+    fewest_trials: int
+    varied: list[str]
+    rejected: tuple[Rejection, ...]
+    merged: int
+    cpu_seconds: float
+    wall_seconds: float
+    workers: int
+    result_bytes: float
+    notes: tuple[str, ...]
+    until: dict[str, object] | None = None
+    on_error: str = ""
+
+    def as_json(self) -> str:
+        """The plan as a JSON object."""
+        return json.dumps(asdict(self), indent=2)
+
+    def as_text(self) -> str:
+        """The plan for a reader."""
+        about = "at most about" if self.until else "about"
+        lines = [
+            f"study      {self.study}",
+            f"model      {self.model}, preset {self.preset}",
+            f"points     {self.points:,}" + (f" over {', '.join(self.varied)}" if self.varied else ""),
+            f"trials     {self._trials()}",
+        ]
+        lines += [f'rejected   {one.count:,} points by "{one.expression}"' for one in self.rejected]
+        lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
+        lines += [f"on error   {self.on_error}"] if self.on_error else []
+        lines += [
+            f"CPU time   {about} {duration(self.cpu_seconds)}",
+            f"wall time  {about} {duration(self.wall_seconds)} with {self.workers} workers",
+            f"results    {about} {size(self.result_bytes)}",
+        ]
+        return "\n".join(lines + [f"note       {note}" for note in self.notes])
+
+    def _trials(self) -> str:
+        until = self.until
+        if until is None:
+            return f"{self.trials:,} ({self.trials_per_point:,} a point)"
+        return (
+            f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to {until['max']:,} a point, "
+            f"until the half width of {until['metric']} is {until['half_width']:g})"
+        )
+
+
+def make_plan(study: Study, workers: int) -> Plan:
+    """The plan of `study`. Raises SpecError for a design that cannot be."""
+    design = expand(study)
+    seconds, size_bytes = study_cost(study, design)
+    return Plan(
+        study=study.name,
+        model=study.model,
+        preset=study.preset,
+        points=design.n_points,
+        trials_per_point=study.trials_per_point,
+        trials=design.n_points * study.trials_per_point,
+        fewest_trials=design.n_points * (study.until.least if study.until else study.trials_per_point),
+        varied=list(design.columns),
+        rejected=design.rejected,
+        merged=design.duplicates,
+        cpu_seconds=seconds,
+        wall_seconds=seconds / workers,
+        workers=workers,
+        result_bytes=size_bytes,
+        notes=tuple(note for axis in study.axes for note in axis.notes),
+        until=study.until.as_json() if study.until else None,
+        on_error=study.policy.in_words(design.n_points * study.trials_per_point),
+    )
+
+
+def duration(seconds: float) -> str:
+    """Seconds in words, to two figures or so."""
+    for length, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 1.5 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.1f} s"
+
+
+def size(count: float) -> str:
+    """Bytes in words."""
+    for length, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= length:
+            return f"{count / length:.1f} {unit}"
+    return f"{count:.0f} B"

@@ -1,0 +1,97 @@
+"""Points while a design is being built, and what maps ask of them: a size of the world, a unit of length."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.models import MODELS
+from kernels.worlds import MAPS
+from sweep.spec.document import Place
+from sweep.spec.evaluation import ExpressionError
+from sweep.spec.expressions import Expression
+from sweep.spec.settings import Column, Value
+from sweep.spec.study import Study
+
+SIDES = ("width", "height")
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points under construction: `columns` of shape (count,) and, for other fields, values in `base`."""
+
+    base: dict[str, Value]
+    columns: dict[str, Column]
+    count: int
+
+    def evaluate(self, study: Study, expression: Expression, place: Place) -> Column:
+        """The expression at every point.
+
+        Raises SpecError, which names the first point where it has no value.
+        """
+        try:
+            return expression.evaluate({**self.base, **self.columns}, self.count)
+        except ExpressionError as error:
+            where = self.describe(error.point, expression.names)
+            raise study.document.error(place, f"{error}{where}") from None
+
+    def describe(self, point: int, names: Iterable[str]) -> str:
+        """What the named fields are at a point, as ` where n = 50, map = empty`."""
+        values = {name: self.columns[name].item(point) if name in self.columns else self.base[name] for name in names}
+        return " where " + ", ".join(f"{name} = {values[name]}" for name in sorted(values)) if values else ""
+
+    def kept(self, keep: NDArray[np.bool_]) -> "Points":
+        """The points where `keep` is true."""
+        if keep.all():
+            return self
+        columns = {name: column[keep] for name, column in self.columns.items()}
+        return Points(self.base, columns, int(keep.sum()))
+
+
+def fitted_to_map(study: Study, points: Points) -> Points:
+    """The points with width and height of the map where it has its own and the study leaves them out."""
+    base, columns = dict(points.base), dict(points.columns)
+    for side, name in enumerate(SIDES):
+        if study.place_of(name):
+            continue
+        sizes = {map_name: size[side] for map_name, size in _sizes(study, points).items()}
+        if "map" not in columns:
+            base[name] = next(iter(sizes.values()), base[name])
+        elif any(size != base[name] for size in sizes.values()):
+            columns[name] = np.full(points.count, base[name])
+            for map_name, size in sizes.items():
+                columns[name][columns["map"] == map_name] = size
+    return Points(base, columns, points.count)
+
+
+def check_maps(study: Study, points: Points) -> None:
+    """Raise SpecError for a map in another unit than the model's, and for a width or height that is not the map's."""
+    length = MODELS[study.model].length
+    for name in _maps(points):
+        if name in MAPS and MAPS[name].unit not in ("", length):
+            fitting = ", ".join(other for other, map_ in MAPS.items() if map_.unit in ("", length))
+            raise study.document.error(
+                study.place_of("map") or ("model",),
+                f"map {name} is measured in {MAPS[name].unit}, and {study.model} in {length}; "
+                f'maps in {length}: {fitting}; or give shapes of your own under "maps"',
+            )
+    values = {**points.base, **points.columns}
+    for side, name in enumerate(SIDES):
+        place = study.place_of(name)
+        if place is None:
+            continue
+        for map_name, size in _sizes(study, points).items():
+            if np.any((values["map"] == map_name) & (values[name] != size[side])):
+                shown = " x ".join(f"{length:g}" for length in size)
+                raise study.document.error(place, f"map {map_name} is {shown} {length}: leave width and height out")
+
+
+def _maps(points: Points) -> list[str]:
+    return sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
+
+
+def _sizes(study: Study, points: Points) -> dict[str, tuple[float, float]]:
+    """Width and height of those maps of the points that have their own."""
+    sizes = {name: study.map_size(name) for name in _maps(points)}
+    return {name: size for name, size in sizes.items() if size is not None}

@@ -1,0 +1,66 @@
+"""Every error that a user can mend, so that any module can raise it without weight.
+
+    UserError              one sentence: what was given, what is allowed, the way out
+        SpecError          a spec says what cannot be
+        ChoiceError        what was asked of a study cannot be given
+        StoreError         results cannot be read or written
+            UnreachableError   the object store does not answer
+            TooLargeError      a table is larger than this machine's memory
+        OutputError        a file for the user cannot be written
+        WorkersError       no worker can be given a job
+        CacheError         no folder can keep compiled kernels
+        FailedTrialsError  more trials have failed than the spec allows
+
+A command ends with the `exit_code` of the error and its sentence on stderr.
+"""
+
+from typing import Any
+
+
+class UserError(Exception):
+    """What a user can mend: one sentence with what was given and what is allowed."""
+
+    exit_code = 2
+
+
+class SpecError(UserError):
+    """What is wrong with a spec, in one sentence that starts with its file and line."""
+
+
+class ChoiceError(UserError):
+    """What was asked of a study that cannot be: an unknown metric, point, kind of figure."""
+
+
+class StoreError(UserError):
+    """Results that cannot be read or written; the message names the file and the way out."""
+
+
+class UnreachableError(StoreError):
+    """The object store `server` does not answer now, and may do so later."""
+
+    def __init__(self, message: str, server: Any) -> None:
+        super().__init__(message)
+        self.server = server
+
+
+class TooLargeError(StoreError):
+    """A table that this machine cannot hold."""
+
+
+class OutputError(UserError):
+    """A file for the user that cannot be written, or may not be replaced."""
+
+
+class WorkersError(UserError):
+    """No worker process can be given a job, or watched: none stays alive, or `run` cannot
+    be sent to it."""
+
+
+class CacheError(UserError):
+    """A folder cannot keep compiled kernels; raised by `settle` where no folder can."""
+
+
+class FailedTrialsError(UserError):
+    """More trials have failed than the spec allows: the first error, and what to do."""
+
+    exit_code = 1

@@ -1,0 +1,288 @@
+"""What a document published, as `published.yaml` beside the specs of its study says it, read and checked at once.
+
+A publication brings the specs that test its claims, and its figures.py the figures and the functions that claims
+call. At the quick scale each spec is changed as the file says and stored under another name.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sweep.design.design import Design, expand
+from sweep.errors import SpecError
+from sweep.figures import NAME, Drawing
+from sweep.published.measures import Measure, MeasureReader, RankCorrelation
+from sweep.published.published_code import CODE, check_drawings, run_code
+from sweep.published.verdicts import Above, Below, Expectation, Value, Within
+from sweep.spec.document import Entry
+from sweep.spec.strict_yaml import read_document
+from sweep.spec.study import Study, parse_spec
+from sweep.text import unknown
+
+FILE = "published.yaml"
+NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
+QUICK = "quick"
+ABOUT_CLAIM = ("id", "where", "says")
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One published number or statement: where it stands, what it says, how it is measured and what is expected.
+
+    `untestable` is the reason why it cannot be tested; then there is neither measure nor expectation.
+    """
+
+    id: str
+    where: str
+    says: str
+    spec: str | None
+    figure: str | None
+    measure: Measure | None = None
+    expect: Expectation | None = None
+    untestable: str = ""
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Where a document contradicts itself or its own data."""
+
+    where: str
+    says: str
+
+
+@dataclass(frozen=True)
+class Publication:
+    """One document: the studies that test it by the names of their specs, claims, figures.
+
+    `tested` is the number of claims with a measure in the file. No code is run of one that
+    is not `asked` for: it has no figures, and its claims no measures.
+    """
+
+    folder: Path
+    title: str
+    source: str
+    studies: Mapping[str, Study]
+    claims: Sequence[Claim]
+    contradictions: Sequence[Contradiction]
+    drawings: Mapping[str, Drawing]
+    functions: Mapping[str, Callable[..., Any]]
+    tested: int
+    asked: bool
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return self.folder.name
+
+
+def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
+    """The files whose code `read_all` runs."""
+    files = [file.with_name(CODE) for file in _files(experiments, only)]
+    return [file for file in files if file.exists() and _is_asked(file, only)]
+
+
+def read_all(
+    experiments: Path,
+    *,
+    quick: bool,
+    only: Collection[str] = (),
+) -> list[Publication]:
+    """The publications of the folders in `experiments`, by name, at the full or the quick scale.
+
+    With `only`, no code of the others is run, and none of their claims is tested.
+
+    Raises one SpecError that lists the first mistake of every claim and every file, each with file and line.
+    """
+    publications, mistakes = [], []
+    for file in _files(experiments, only):
+        asked = _is_asked(file, only)
+        try:
+            publications.append(read_publication(file, quick=quick, asked=asked))
+        except SpecError as error:
+            mistakes += [f"{file.parent.name}/{line}" for line in str(error).splitlines()]
+    owners: dict[str, str] = {}
+    for publication in publications:
+        for spec, study in publication.studies.items():
+            place = f"{publication.name}/{spec}.yaml"
+            if study.name in owners:
+                mistakes.append(f'{place}: study "{study.name}" is that of {owners[study.name]} already')
+            owners[study.name] = place
+    if mistakes:
+        raise SpecError("\n".join(mistakes))
+    return publications
+
+
+def _files(experiments: Path, only: Collection[str]) -> list[Path]:
+    files = sorted(experiments.glob(f"*/{FILE}"))
+    if not files:
+        raise SpecError(f"{experiments}: no folder in it has a {FILE}")
+    for file in files:
+        for path in (*file.parent.glob("*.yaml"), file.with_name(CODE)):
+            if path.exists() and not path.is_file():  # a pipe would be waited for
+                raise SpecError(f"{path}: is no ordinary file")
+    names = [file.parent.name for file in files]
+    for name in only:
+        if name not in names:
+            raise SpecError(unknown("study folder", name, names))
+    return files
+
+
+def _is_asked(file: Path, only: Collection[str]) -> bool:
+    return not only or file.parent.name in only
+
+
+def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
+    """The publication of a `published.yaml`, its code run if asked. Raises SpecError."""
+    root = read_document(file)
+    root.keys(["title", "source", "specs", "claims", "contradictions"], required=["title", "source", "specs", "claims"])
+    designs = {spec: _designed(entry, file.parent, quick) for spec, entry in root.child("specs").mapping()}
+    studies = {spec: study for spec, (study, _) in designs.items()}
+    module = run_code(file.with_name(CODE)) if asked else {}
+    drawings = check_drawings(module, studies)
+    functions = {name: value for name, value in module.items() if callable(value) and not name.startswith("_")}
+    return Publication(
+        folder=file.parent,
+        title=root.child("title").text(),
+        source=root.child("source").text(),
+        studies=studies,
+        claims=_claims(root.child("claims"), designs, drawings, functions, asked),
+        contradictions=_contradictions(root.get("contradictions")),
+        drawings=drawings,
+        functions=functions,
+        tested=sum("measure" in one.value for one in root.child("claims").entries()),
+        asked=asked,
+    )
+
+
+def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
+    """The study of a spec and its design, at the quick scale with the changes under its name."""
+    if not isinstance(entry.value, dict):
+        raise entry.expected("a mapping, {} where the quick scale changes nothing")
+    file = folder / f"{entry.name}.yaml"
+    if not file.exists():
+        raise entry.error(
+            unknown("spec", entry.name, sorted(path.stem for path in folder.glob("*.yaml") if path.name != FILE))
+        )
+    root = read_document(file)
+    study = parse_spec(root.document.text, file)
+    if not quick:
+        return study, expand(study)
+    for path in entry.value:
+        _change(root.value, entry.child(path), path.split("."))
+    try:
+        changed = parse_spec(root.value | {"study": f"{QUICK}/{study.name}"}, file)
+        return changed, expand(changed)
+    except SpecError as error:
+        # Its line is one of the changed text, which nobody has.
+        message = str(error).split(": ", 1)[1]
+        raise entry.error(f"with these changes {file.name} is wrong: {message}") from None
+
+
+def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
+    """Put the value of `entry` into `spec`; what the last key stands in must be there."""
+    for key in path[:-1]:
+        inner = spec.get(key)
+        if not isinstance(inner, dict):
+            names = [name for name, value in spec.items() if isinstance(value, dict)]
+            raise entry.error(unknown("mapping in the spec", key, names))
+        spec = inner
+    spec[path[-1]] = entry.value
+
+
+def _claims(
+    root: Entry,
+    designs: Mapping[str, tuple[Study, Design]],
+    drawings: Mapping[str, Drawing],
+    functions: Mapping[str, Callable[..., Any]],
+    asked: bool,
+) -> list[Claim]:
+    """All claims. Raises one SpecError with the first mistake of each."""
+    reader, claims, mistakes = MeasureReader(designs, functions), [], []
+    lines: dict[str, int] = {}
+    for entry in root.entries():
+        try:
+            claim = _claim(entry, reader, drawings) if asked else _untested(entry)
+            if claim.id in lines:
+                raise entry.child("id").error(f'"{claim.id}" stands twice, first as number {lines[claim.id]}')
+            lines[claim.id] = len(lines) + 1
+            claims.append(claim)
+        except SpecError as error:
+            mistakes.append(str(error))
+    if mistakes:
+        raise SpecError("\n".join(mistakes))
+    return claims
+
+
+def _untested(entry: Entry) -> Claim:
+    """A claim of a publication that was not asked for."""
+    name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
+    reason = entry.get("untestable")
+    why = reason.text() if reason else NOT_ASKED
+    return Claim(name, where, says, None, None, untestable=why)
+
+
+def _claim(entry: Entry, reader: MeasureReader, drawings: Mapping[str, Drawing]) -> Claim:
+    entry.keys([*ABOUT_CLAIM, "spec", "figure", "measure", "expect", "untestable"], required=ABOUT_CLAIM)
+    if not NAME.fullmatch(entry.child("id").text()):
+        raise entry.child("id").expected('a name of letters, digits, "_", "-" and "."')
+    name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
+    spec, figure, reason = entry.get("spec"), entry.get("figure"), entry.get("untestable")
+    chosen = spec.one_of("spec", reader.designs) if spec else None
+    shown = figure.one_of("figure", drawings) if figure else None
+    if ("measure" in entry.value) != ("expect" in entry.value) or ("measure" in entry.value) == bool(reason):
+        raise entry.error('a claim needs either "measure" with "expect", or "untestable" with the reason')
+    if reason:
+        return Claim(name, where, says, chosen, shown, untestable=reason.text())
+    if chosen is None:
+        raise entry.error('missing key "spec": whose trials test the claim')
+    measure = reader.read(entry.child("measure"), chosen)
+    return Claim(name, where, says, chosen, shown, measure, _expectation(entry.child("expect"), measure))
+
+
+def _expectation(entry: Entry, measure: Measure) -> Expectation:
+    kinds = ("value", "above", "below", "within")
+    entry.keys([*kinds, "rounding", "trials", "tolerance", "because"])
+    given = [kind for kind in kinds if kind in entry.value]
+    if len(given) != 1:
+        raise entry.error(f"an expectation needs exactly one of {', '.join(kinds)}")
+    if given == ["value"]:
+        return _value(entry, measure)
+    entry.keys(given)
+    bound = entry.child(given[0])
+    if given != ["within"]:
+        return Above(bound.number()) if given == ["above"] else Below(bound.number())
+    numbers = [child.number() for child in bound.entries()]
+    if len(numbers) != 2 or numbers[0] >= numbers[1]:
+        raise bound.expected("a list of two numbers, the smaller one first")
+    return Within(*numbers)
+
+
+def _value(entry: Entry, measure: Measure) -> Value:
+    if ("tolerance" in entry.value) != ("because" in entry.value):
+        raise entry.error('"tolerance" and "because", its reason, go together')
+    trials, because = entry.get("trials"), entry.get("because")
+    if trials and isinstance(measure, RankCorrelation):
+        raise trials.error('"trials" has no meaning for a rank correlation')
+    return Value(
+        value=entry.child("value").number(),
+        rounding=_not_negative(entry.get("rounding")),
+        trials=trials.whole(1) if trials else None,
+        tolerance=_not_negative(entry.get("tolerance")),
+        because=because.text() if because else "",
+    )
+
+
+def _not_negative(entry: Entry | None) -> float:
+    number = entry.number() if entry else 0.0
+    if entry and number < 0:
+        raise entry.expected("a number from 0")
+    return number
+
+
+def _contradictions(entry: Entry | None) -> list[Contradiction]:
+    found = []
+    for child in entry.entries() if entry else []:
+        child.keys(["where", "says"], required=["where", "says"])
+        found.append(Contradiction(child.child("where").text(), child.child("says").text()))
+    return found

@@ -1,0 +1,207 @@
+"""What a claim measures in the trials of a study, read from `published.yaml` and checked against its design.
+
+Everything that can be wrong with a measure is found here, before any trial runs: settings, values that no point
+has, metrics and frames that are not recorded.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.analysis import Unit, agrees
+from sweep.design.design import Design
+from sweep.spec.document import Entry
+from sweep.spec.settings import Column, NotAllowedError, Value
+from sweep.spec.study import Study
+from sweep.text import SHORT_LIST, unknown
+
+KINDS = ("mean", "difference", "rank_correlation", "call")
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of a metric: of a column of the trials, or of the series over `frames`, both ends included.
+
+    `unit` says what counts as one independent value: a trial, the mean over a point's trials, or the mean over
+    the trials of a replicate.
+    """
+
+    spec: str
+    metric: str
+    frames: tuple[int, int] | None
+    settings: Mapping[str, Value]
+    unit: Unit
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A first mean minus a second."""
+
+    first: Mean
+    second: Mean
+
+
+@dataclass(frozen=True)
+class RankCorrelation:
+    """Spearman's correlation over points of a setting and a column averaged over each point's trials."""
+
+    spec: str
+    setting: str
+    column: str
+    settings: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Call:
+    """The independent values that a function of figures.py returns, or two arrays of them for a difference."""
+
+    function: str
+
+
+Measure = Mean | Difference | RankCorrelation | Call
+
+
+def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
+    """The specs whose trials a measure needs: for a function all of the publication, `specs`."""
+    if isinstance(measure, Call):
+        return list(specs)
+    if isinstance(measure, Difference):
+        return list(dict.fromkeys([measure.first.spec, measure.second.spec]))
+    return [measure.spec]
+
+
+class MeasureReader:
+    """Reads measures against the designs of the specs, by their names, and the functions of figures.py."""
+
+    def __init__(self, designs: Mapping[str, tuple[Study, Design]], functions: Collection[str]) -> None:
+        self.designs = designs
+        self.functions = functions
+
+    def read(self, entry: Entry, spec: str) -> Measure:
+        """The measure that `entry` writes; `spec` is that of its claim. Raises SpecError where it is none."""
+        entry.keys([*KINDS, "for", "unit", "frame", "frames"])
+        kinds = [kind for kind in KINDS if kind in entry.value]
+        if len(kinds) != 1:
+            raise entry.error(f"a measure needs exactly one of {', '.join(KINDS)}")
+        kind = entry.child(kinds[0])
+        if kinds == ["mean"]:
+            return self._mean(entry, spec)
+        if kinds == ["difference"]:
+            entry.keys(["difference"])
+            first, second = self._two(kind)
+            return Difference(self._side(first, spec), self._side(second, spec))
+        if kinds == ["rank_correlation"]:
+            return self._rank_correlation(entry, spec)
+        entry.keys(["call"])
+        return Call(kind.one_of("function of figures.py", self.functions))
+
+    def _two(self, entry: Entry) -> list[Entry]:
+        children = entry.entries()
+        if len(children) != 2:
+            raise entry.expected("a list of two")
+        return children
+
+    def _side(self, entry: Entry, spec: str) -> Mean:
+        entry.keys(["mean", "for", "unit", "frame", "frames", "spec"], required=["mean"])
+        named = entry.get("spec")
+        return self._mean(entry, named.one_of("spec", self.designs) if named else spec)
+
+    def _mean(self, entry: Entry, spec: str) -> Mean:
+        study, design = self.designs[spec]
+        settings = self._settings(entry.get("for"), study, design)
+        chosen = _chosen(design, settings)
+        frames, metric = self._frames(entry, study, design, chosen), entry.child("mean")
+        name = self._series(metric, study) if frames else self._column(metric, study)
+        return Mean(spec, name, frames, settings, self._unit(entry, int(chosen.sum())))
+
+    def _rank_correlation(self, entry: Entry, spec: str) -> RankCorrelation:
+        entry.keys(["rank_correlation", "for"])
+        study, design = self.designs[spec]
+        setting, column = self._two(entry.child("rank_correlation"))
+        numbers = [name for name, values in design.columns.items() if values.dtype.kind in "if"]
+        name = setting.one_of("varied number", numbers)
+        settings = self._settings(entry.get("for"), study, design)
+        return RankCorrelation(spec, name, self._column(column, study), settings)
+
+    def _column(self, entry: Entry, study: Study) -> str:
+        return entry.one_of("column", [name + end for name in study.record.metrics for end in ("", "_mean")])
+
+    def _series(self, entry: Entry, study: Study) -> str:
+        if not study.record.series:
+            raise entry.error(f"{study.name} records no series")
+        return entry.one_of("recorded series", study.record.series)
+
+    def _frames(self, entry: Entry, study: Study, design: Design, chosen: NDArray[np.bool_]) -> tuple[int, int] | None:
+        frame, frames = entry.get("frame"), entry.get("frames")
+        if frame and frames:
+            raise frame.error('give either "frame" or "frames"')
+        if frame:
+            first = last = frame.whole(0)
+        elif frames:
+            first, last = (child.whole(0) for child in self._two(frames))
+        else:
+            return None
+        for steps in np.unique(_values(design, "steps")[chosen]):
+            if not _recorded(first, last, int(steps), study.record.every):
+                where = cast(Entry, frame or frames)
+                raise where.error(
+                    f"no frame is recorded there: frames are 0, {study.record.every}, ... and the last, {steps}"
+                )
+        return first, last
+
+    def _settings(self, entry: Entry | None, study: Study, design: Design) -> dict[str, Value]:
+        """The settings under `for`. Raises SpecError where no point has them, naming the values that exist."""
+        if entry is None:
+            return {}
+        settings: dict[str, Value] = {}
+        for name, child in entry.mapping():
+            if name not in study.fields:
+                raise child.error(unknown("setting", name, study.fields))
+            try:
+                settings[name] = study.fields[name].coerce(child.value)
+            except NotAllowedError as error:
+                raise child.error(str(error)) from None
+            values = _values(design, name)
+            if not agrees(values, settings[name]).any():
+                raise child.error(f"no point has {name} = {child.value}; {_listed(name, values)}")
+        if not _chosen(design, settings).any():
+            raise entry.error("no point has all of these settings")
+        return settings
+
+    def _unit(self, entry: Entry, points: int) -> Unit:
+        unit = entry.get("unit")
+        if points == 1 and unit:
+            raise unit.error('only one point is left: "unit" has no meaning')
+        if points > 1 and not unit:
+            raise entry.error(
+                f'{points:,} points are left: "unit" must say what counts as one independent value '
+                "(trial, point or replicate)"
+            )
+        return cast(Unit, unit.one_of("unit", get_args(Unit))) if unit else "trial"
+
+
+def _recorded(first: int, last: int, steps: int, every: int) -> bool:
+    """Whether frame 0, `every`, 2 `every`, ... or `steps` lies from `first` to `last`."""
+    next_frame = -(-first // every) * every
+    return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
+
+
+def _values(design: Design, name: str) -> Column:
+    column = design.columns.get(name)
+    return np.full(design.n_points, design.base[name]) if column is None else column
+
+
+def _chosen(design: Design, settings: Mapping[str, Value]) -> NDArray[np.bool_]:
+    chosen = np.ones(design.n_points, np.bool_)
+    for name, value in settings.items():
+        chosen &= agrees(_values(design, name), value)
+    return chosen
+
+
+def _listed(name: str, values: Column) -> str:
+    distinct = list(dict.fromkeys(values.tolist()))
+    listed = ", ".join(f"{value}" for value in distinct[:SHORT_LIST])
+    return f"values of {name}: {listed}" + (", ..." if len(distinct) > SHORT_LIST else "")

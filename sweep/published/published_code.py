@@ -1,0 +1,68 @@
+"""The code of a publication, figures.py beside its specs: figures, and functions for claims.
+
+No other code that a folder brings along is ever run. `sweep reproduce` says which it runs.
+"""
+
+import sys
+from collections.abc import Mapping
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from traceback import extract_tb
+from types import CodeType
+from typing import Any
+
+from sweep.errors import SpecError
+from sweep.figures import NAME, Drawing
+from sweep.spec.study import Study
+from sweep.text import unknown
+
+CODE = "figures.py"
+
+
+class _Readable(SourceFileLoader):
+    """Runs what a user can read, never the bytecode that lies beside it."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
+
+
+def run_code(file: Path) -> dict[str, Any]:
+    """The names that a figures.py defines; none where there is no such file.
+
+    Raises SpecError, with the line, for one that cannot be run.
+    """
+    if not file.exists():
+        return {}
+    name = f"_figures_of_{file.parent.name}"
+    loader = _Readable(name, str(file))
+    spec = spec_from_file_location(name, file, loader=loader)
+    assert spec is not None
+    module = module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        loader.exec_module(module)
+    except Exception as error:
+        lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
+        line = f":{lines[-1]}" if lines else ""
+        raise SpecError(f"{file.name}{line}: cannot be loaded: {type(error).__name__}: {error}") from error
+    return vars(module)
+
+
+def check_drawings(module: Mapping[str, Any], studies: Mapping[str, Study]) -> dict[str, Drawing]:
+    """The drawings of a module, whose specs must be among `studies`. Raises SpecError."""
+    drawings = module.get("FIGURES", {})
+    if not isinstance(drawings, dict):
+        raise SpecError(f"figures.py: FIGURES must be a dict of drawings by name, not {type(drawings).__name__}")
+    for name, drawing in drawings.items():
+        if not isinstance(name, str):
+            raise SpecError(f'figures.py: figure "{name}" must be named by a text')
+        if not NAME.fullmatch(name):
+            raise SpecError(f'figures.py: figure "{name}" is not a name of letters, digits, "_" and "-"')
+        if not isinstance(drawing, Drawing) or not callable(drawing.draw) or not isinstance(drawing.specs, tuple):
+            raise SpecError(f'figures.py: figure "{name}" must be Drawing(function, (names of specs,), text)')
+        for spec in map(str, drawing.specs):
+            if spec not in studies:
+                raise SpecError(f'figures.py: figure "{name}": {unknown("spec", spec, studies)}')
+    return drawings

@@ -1,1 +1,0 @@
-"""Trials in worker processes, here or on a cluster: none lost, none twice."""

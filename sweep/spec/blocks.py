@@ -1,0 +1,125 @@
+"""Samples whose points count only together: Saltelli's blocks for Sobol indices, Morris's trajectories.
+
+SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an optional extra. Both are
+samples of the unit cube; every distribution of `sweep.spec.sampling` stretches its sides.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from sweep.spec.document import Entry
+from sweep.spec.limits import MOST_POINTS, check_cells
+from sweep.spec.sampling import Unit, generator
+
+Problem = dict[str, Any]
+"""The fields as SALib has them: `num_vars`, `names` and `bounds`."""
+
+OPTIONS = {"saltelli": "second_order", "morris": "levels"}
+"""The samplers of this kind, and the key that only they know."""
+
+LEVELS = 4
+MOST_LEVELS = 1000
+TAIL = 0.005
+"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5 and the 99.5 % quantile."""
+
+INSTALL = 'pip install ".[sensitivity]"'
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """`count` blocks of `size` points. `levels` is the number of values of a field in Morris's grid, else None."""
+
+    sampler: str
+    count: int
+    size: int
+    levels: int | None = None
+
+    def note(self, axis: str) -> str:
+        """How many points there are and why, for the plan."""
+        kinds = {"saltelli": "blocks", "morris": "trajectories"}
+        points = self.count * self.size
+        return f"{axis}: {self.count:,} {kinds[self.sampler]} of {self.size} points each are {points:,} points"
+
+
+def read_blocks(entry: Entry, sampler: str, fields: int) -> Blocks:
+    """The blocks that an axis over so many `fields` asks for: `points` is their number, the base sample.
+
+    Raises SpecError where `points`, `second_order` or `levels` is not allowed, where there are too many points, and
+    where SALib is not installed.
+    """
+    if "when" in entry.value:
+        raise entry.child("when").error(f"a {sampler} sample cannot have a when: it needs all of its points")
+    count, levels, formula = entry.child("points").whole(2, MOST_POINTS), None, "D + 1"
+    if sampler == "saltelli":
+        second = entry.get("second_order")
+        formula = "D + 2" if second and not second.truth() else "2 D + 2"
+    else:
+        levels = _levels(entry.get("levels"))
+    size = {"D + 1": fields + 1, "D + 2": fields + 2, "2 D + 2": 2 * fields + 2}[formula]
+    if count * size > MOST_POINTS:
+        raise entry.child("points").error(
+            f"{count:,} times {formula} for D = {fields} fields makes {count * size:,} points; "
+            f"at most {MOST_POINTS:,} are allowed"
+        )
+    check_cells(entry.child("points"), count * size, fields)
+    _check_installed(entry.child("sample"), sampler)
+    return Blocks(sampler, count, size, levels)
+
+
+def _levels(entry: Entry | None) -> int:
+    if entry is None:
+        return LEVELS
+    levels = entry.whole(2, MOST_LEVELS)
+    if levels % 2:
+        raise entry.expected("an even number, so that all levels are equally likely")
+    return levels
+
+
+def _check_installed(entry: Entry, sampler: str) -> None:
+    if find_spec("SALib") is None:
+        raise entry.error(f"sample: {sampler} needs the package SALib, which is not installed: {INSTALL}")
+
+
+def sample_blocks(blocks: Blocks, distributions: Mapping[str, str], axis: str, seed: int) -> list[Unit]:
+    """The sample of the fields with these distributions, block after block, one array a field.
+
+    More blocks continue it, another field makes it another.
+    """
+    fields = len(distributions)
+    problem = {"num_vars": fields, "names": list(distributions), "bounds": [[0.0, 1.0]] * fields}
+    if blocks.levels is None:
+        return _saltelli(blocks, problem, generator(seed, axis))
+    units = _morris(blocks, blocks.levels, problem, generator(seed, axis))
+    return [
+        TAIL + (1.0 - 2.0 * TAIL) * unit if distribution == "normal" else unit
+        for distribution, unit in zip(distributions.values(), units, strict=True)
+    ]
+
+
+def _saltelli(blocks: Blocks, problem: Problem, rng: Generator) -> list[Unit]:
+    """A block is A, A with a field of B each, for pairs B with a field of A each, and B.
+
+    A and B are halves of a point of the scrambled Sobol sequence.
+    """
+    from SALib.sample import sobol
+
+    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    power = 2 ** math.ceil(math.log2(blocks.count))
+    second_order = blocks.size == 2 * problem["num_vars"] + 2
+    sample = sobol.sample(problem, power, calc_second_order=second_order, seed=rng)
+    return list(sample[: blocks.count * blocks.size].T)
+
+
+def _morris(blocks: Blocks, levels: int, problem: Problem, rng: Generator) -> list[Unit]:
+    """A block is a trajectory, of which each step changes one field by half of its levels."""
+    from SALib.sample import morris
+
+    sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)
+    # The same level is reached by different sums: rounding makes equal points equal.
+    return list(np.rint(sample.T * (levels - 1)) / (levels - 1))

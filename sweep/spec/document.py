@@ -1,0 +1,134 @@
+"""Values that know in which line of a spec they stand, and errors that say so."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sweep.errors import SpecError
+from sweep.text import abridged, shortened, unknown
+
+Place = tuple[str | int, ...]
+
+INTEGER_BOUND = 2**63
+"""Whole numbers are smaller, so that a column of them is one of int64."""
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML text, and the line of every value in it by its place: the keys and indices that lead to it."""
+
+    path: Path
+    text: str
+    lines: dict[Place, int] = field(default_factory=dict, repr=False)
+
+    def error(self, place: Place, message: str) -> SpecError:
+        """The SpecError that says `message` with the line of `place`, or of the nearest part above it."""
+        while place and place not in self.lines:
+            place = place[:-1]
+        return self.error_in_line(self.lines.get(place, 1), message)
+
+    def error_in_line(self, line: int, message: str) -> SpecError:
+        """The SpecError that says `message` with this line."""
+        return SpecError(f"{self.path.name}:{line}: {abridged(message)}")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One value of a document and its place. What reads it raises SpecError where it is something else."""
+
+    document: Document
+    place: Place
+    value: Any
+
+    @property
+    def name(self) -> str:
+        """The last key on the way to this value; of the whole document the name of its file."""
+        return next((part for part in reversed(self.place) if isinstance(part, str)), self.document.path.name)
+
+    def error(self, message: str) -> SpecError:
+        """The SpecError that says `message` with the line of this value."""
+        return self.document.error(self.place, message)
+
+    def expected(self, what: str) -> SpecError:
+        """The SpecError for a value that is not `what`."""
+        return self.error(f'"{self.name}" must be {what}, not {_in_words(self.value)}')
+
+    def child(self, key: str | int) -> "Entry":
+        """The value below this one at `key`, which must be there."""
+        return Entry(self.document, (*self.place, key), self.value[key])
+
+    def get(self, key: str) -> "Entry | None":
+        """The value below this mapping at `key`, or None."""
+        return self.child(key) if key in self.value else None
+
+    def mapping(self) -> Iterator[tuple[str, "Entry"]]:
+        """Keys and values of this mapping, which may not be empty."""
+        if not isinstance(self.value, dict) or not self.value:
+            raise self.expected("a mapping with at least one entry")
+        return ((key, self.child(key)) for key in self.value)
+
+    def keys(self, allowed: Iterable[str], required: Iterable[str] = ()) -> None:
+        """Raise SpecError unless this is a mapping with these keys only, and with the required ones."""
+        for key, entry in self.mapping():
+            if key not in allowed:
+                raise entry.error(unknown("key", key, allowed))
+        for key in required:
+            if key not in self.value:
+                raise self.error(f'missing key "{key}"' + (f' in "{self.name}"' if self.place else ""))
+
+    def entries(self) -> list["Entry"]:
+        """The values of this list, which may not be empty."""
+        if not isinstance(self.value, list) or not self.value:
+            raise self.expected("a list with at least one value")
+        return self.items()
+
+    def items(self) -> list["Entry"]:
+        """The values of this list, of which there may be none."""
+        if not isinstance(self.value, list):
+            raise self.expected("a list")
+        return [self.child(index) for index in range(len(self.value))]
+
+    def text(self) -> str:
+        """This text."""
+        if not isinstance(self.value, str):
+            raise self.expected("a text")
+        return self.value
+
+    def truth(self) -> bool:
+        """This truth value."""
+        if not isinstance(self.value, bool):
+            raise self.expected("true or false")
+        return self.value
+
+    def number(self) -> float:
+        """This finite number."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
+            raise self.expected("a number")
+        if not abs(self.value) < float("inf"):
+            raise self.expected("a finite number")
+        return float(self.value)
+
+    def whole(self, low: int, high: int = INTEGER_BOUND - 1) -> int:
+        """This whole number, at least `low` and at most `high`."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or not low <= self.value <= high:
+            limit = f" to {high}" if high < INTEGER_BOUND - 1 else ""
+            raise self.expected(f"a whole number from {low}{limit}")
+        return self.value
+
+    def one_of(self, kind: str, allowed: Iterable[str]) -> str:
+        """This name of a `kind` of thing, one of those allowed."""
+        name = self.text()
+        if name not in allowed:
+            raise self.error(unknown(kind, name, allowed))
+        return name
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, dict):
+        return "a mapping" if value else "an empty mapping"
+    if isinstance(value, list):
+        return "a list" if value else "an empty list"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "nothing" if value is None else f'"{shortened(value)}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,172 @@
+"""Expressions over the settings of a model, for `derive`, `when` and `require`.
+
+An expression is parsed and checked against the kinds of the settings; Python's eval never sees it. It may
+hold numbers, texts, names of settings, + - * / // % **, comparisons, `and`, `or`, `not`, `a if condition else
+b`, functions and pi.
+"""
+
+import ast
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sweep.spec.evaluation import ARITHMETIC, CONSTANTS, EQUALITY, FUNCTIONS, ORDER, ExpressionError, evaluate
+from sweep.spec.settings import Column, Field, Value
+from sweep.text import unknown
+
+NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
+KINDS = {"float": NUMBER, "int": NUMBER, "bool": CONDITION, "choice": TEXT}
+MOST_CHARACTERS = 1000
+MOST_LEVELS = 60
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A checked expression: what it yields, and the settings it needs.
+
+    It yields a number, a condition or a text. `operations` is the number of its parts,
+    each of which is computed once at a point, at most.
+    """
+
+    text: str
+    kind: str
+    names: frozenset[str]
+    operations: int
+    tree: ast.expr = field(repr=False, compare=False)
+
+    def evaluate(self, columns: Mapping[str, Column | Value], n_points: int) -> Column:
+        """Its value at every point, shape (n_points,): float64, bool, or object holding texts.
+
+        `columns` gives every setting it needs, as an array of that shape or as one value for all points.
+        Raises ExpressionError, with the first such point, where a result is not a finite number.
+        """
+        needed = {name: np.broadcast_to(_array(columns[name]), n_points) for name in self.names}
+        return evaluate(self.tree, needed, n_points)
+
+
+def _array(values: Column | Value) -> Column:
+    return np.asarray(values, dtype=np.object_ if isinstance(values, str) else None)
+
+
+def parse(text: str, known: Mapping[str, Field]) -> Expression:
+    """The expression that `text` writes over the settings in `known`.
+
+    Raises ExpressionError where it is none.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise ExpressionError(f"an expression has at most {MOST_CHARACTERS} characters")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ExpressionError(f'"{text}" is not an expression') from None
+    if _depth(tree) > MOST_LEVELS:
+        raise ExpressionError("the expression is nested too deeply")
+    checker = _Checker(known)
+    kind = checker.kind(tree)
+    return Expression(text, kind, frozenset(checker.names), checker.parts, tree)
+
+
+def _depth(tree: ast.AST) -> int:
+    depth, nodes = 0, [tree]
+    while nodes:
+        depth, nodes = depth + 1, [child for node in nodes for child in ast.iter_child_nodes(node)]
+    return depth
+
+
+class _Checker:
+    """Finds the kind of every part, and raises ExpressionError for whatever is not allowed."""
+
+    def __init__(self, known: Mapping[str, Field]) -> None:
+        self.known = known
+        self.names: set[str] = set()
+        self.parts = 0
+
+    def kind(self, node: ast.expr) -> str:
+        self.parts += 1
+        match node:
+            case ast.Constant(value=bool()):
+                return CONDITION
+            case ast.Constant(value=str()):
+                return TEXT
+            case ast.Constant(value=int() | float() as number):
+                return self._literal(number)
+            case ast.Name(id=name):
+                return self._name(name)
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return self._all(CONDITION, [operand], "not")
+            case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+                return self._all(NUMBER, [operand], "a sign")
+            case ast.BinOp(left=left, op=operator, right=right) if type(operator) in ARITHMETIC:
+                return self._all(NUMBER, [left, right], "arithmetic")
+            case ast.BoolOp(op=operator, values=conditions):
+                return self._all(CONDITION, conditions, "and" if isinstance(operator, ast.And) else "or")
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                self._all(CONDITION, [test], "if")
+                return self._all(self.kind(body), [orelse], '"{}" before "if"', body)
+            case ast.Compare(left=left, ops=operators, comparators=others):
+                return self._comparison(operators, [left, *others])
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+                return self._call(name, arguments)
+        raise ExpressionError(f'"{ast.unparse(node)}" is not allowed in an expression')
+
+    def _literal(self, number: float) -> str:
+        if not abs(number) < 1e300:
+            raise ExpressionError("the expression holds a number that is too large")
+        return NUMBER
+
+    def _name(self, name: str) -> str:
+        if name in CONSTANTS:
+            return CONDITION if isinstance(CONSTANTS[name], bool) else NUMBER
+        if name not in self.known:
+            raise ExpressionError(unknown("name", name, [*self.known, *CONSTANTS]))
+        self.names.add(name)
+        return KINDS[self.known[name].kind]
+
+    def _all(
+        self,
+        wanted: str,
+        nodes: list[ast.expr],
+        where: str,
+        first: ast.expr | None = None,
+    ) -> str:
+        """The kind that all nodes must have; `first` is named for the {} in `where`."""
+        for node in nodes:
+            found = self.kind(node)
+            if found != wanted:
+                # Unparsed only here: nested expressions would be, at each level.
+                place = where.format(first and ast.unparse(first))
+                given = f'"{ast.unparse(node)}" is {found}'
+                raise ExpressionError(f"{place} needs {wanted}, but {given}")
+        return wanted
+
+    def _comparison(self, operators: list[ast.cmpop], terms: list[ast.expr]) -> str:
+        wanted = self.kind(terms[0])
+        self._all(wanted, terms[1:], 'comparison with "{}"', terms[0])
+        allowed = EQUALITY | ORDER if wanted == NUMBER else EQUALITY
+        if any(type(operator) not in allowed for operator in operators):
+            signs = "==, !=, <, <=, > and >=" if wanted == NUMBER else "== and !="
+            raise ExpressionError(f"{wanted} can only be compared by {signs}")
+        self._choices(terms)
+        return CONDITION
+
+    def _choices(self, terms: list[ast.expr]) -> None:
+        """A setting of named choices is compared only with choices that it has."""
+        fields = [self.known[term.id] for term in terms if isinstance(term, ast.Name) and term.id in self.known]
+        texts = [term.value for term in terms if isinstance(term, ast.Constant) and isinstance(term.value, str)]
+        for setting in fields:
+            for text in texts:
+                if text not in setting.choices:
+                    raise ExpressionError(unknown(setting.name, text, setting.choices))
+
+    def _call(self, name: str, arguments: list[ast.expr]) -> str:
+        if name not in FUNCTIONS:
+            raise ExpressionError(unknown("function", name, FUNCTIONS))
+        _, least, most = FUNCTIONS[name]
+        if not least <= len(arguments) <= most:
+            takes = f"{least} to {most} arguments" if most > least else "1 argument"
+            raise ExpressionError(f"{name} takes {takes}, not {len(arguments)}")
+        return self._all(NUMBER, arguments, name)

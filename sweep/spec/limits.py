@@ -1,0 +1,29 @@
+"""How large a study may be: what is asked for is compared before memory is taken.
+
+Measured, in bytes: a point takes 190 in a launch, a trial 90, a cell 16 to 24, and 34
+while some samplers draw it. A plan at all of these limits takes at most some 4 GB.
+"""
+
+from sweep.spec.document import Entry
+
+MOST_POINTS = 10_000_000
+MOST_TRIALS = 20_000_000
+MOST_CELLS = 100_000_000
+"""Points, or trials, times the fields that vary."""
+MOST_SEARCHED = 1_000_000
+"""Trials of a search, its repetitions and held-out seeds: it keeps 3 kB of each."""
+MOST_OPERATIONS = 2_000_000_000
+"""Points times the parts of all expressions: ten seconds, or minutes of powers."""
+
+
+def beyond(asked: str, most: int) -> str:
+    """The sentence that refuses what is `asked` for, of which `most` are allowed."""
+    return f"{asked}; at most {most:,} are allowed: split the study into several, by seeds or by an axis"
+
+
+def check_cells(entry: Entry, points: int, fields: int) -> None:
+    """Raise SpecError, with the line of `entry`, for too many cells."""
+    cells = points * fields
+    if cells > MOST_CELLS:
+        asked = f"{points:,} points of {fields} fields make {cells:,} cells"
+        raise entry.error(beyond(asked, MOST_CELLS))

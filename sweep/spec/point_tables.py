@@ -1,0 +1,187 @@
+"""Points read from a table, CSV or parquet.
+
+Files may come from anyone. A small parquet file can hold a huge table, and a line of commas a million columns: how much
+there is of all is asked before anything is read.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from sweep.spec.document import Entry
+from sweep.spec.limits import MOST_POINTS, check_cells
+from sweep.spec.pages import PagesError, check_footer, unpacked
+from sweep.spec.settings import Column, Field, NotAllowedError
+from sweep.text import unknown
+
+MOST_BYTES = 1_000_000_000
+MOST_COLUMNS = 10_000
+MOST_HEAD = 1_000_000
+"""Bytes of the line that names the columns of a CSV file."""
+MOST_TEXT = 1000
+"""Characters of a cell."""
+BLOCK = 2**20
+
+T = TypeVar("T")
+Reader = Callable[[list[str]], Any]
+"""Reads some columns of a table."""
+
+
+def read_table(axis: Entry, fields: dict[str, Field], folder: Path) -> dict[str, Column]:
+    """The columns that a `sample: table` axis names, by field. A path is relative to `folder`.
+
+    Raises SpecError where there is no such file or column, and where a cell is empty or not allowed.
+    """
+    file = axis.child("file")
+    names, read = _open(file, folder / file.text())
+    sources: dict[str, str] = {}
+    for field, column, entry in _wanted(axis, names):
+        if field not in fields:
+            raise entry.error(unknown("field", field, fields))
+        if column not in names:
+            raise entry.error(unknown(f"column of {file.value}", column, names))
+        if field in sources:
+            raise entry.error(f'"{field}" is read from two columns')
+        sources[field] = column
+    table = _read(file, read, list(dict.fromkeys(sources.values())))
+    return {field: _column(file, fields[field], column, table[column].to_pylist()) for field, column in sources.items()}
+
+
+def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
+    """Field, column and where it is said, of every column to read: those listed or mapped, else all."""
+    columns = axis.get("columns")
+    if columns is None:
+        return [(name, name, axis.child("file")) for name in names]
+    if isinstance(columns.value, list):
+        return [(entry.text(), entry.text(), entry) for entry in columns.entries()]
+    return [(field, entry.text(), entry) for field, entry in columns.mapping()]
+
+
+def _open(file: Entry, path: Path) -> tuple[list[str], Reader]:
+    """The names of the columns in the file, and what reads some of them."""
+    openers = {".csv": _open_csv, ".parquet": _open_parquet}
+    if path.suffix not in openers:
+        raise file.error(f'"{file.value}" is neither a .csv nor a .parquet file')
+    if not _legibly(file, path.is_file):
+        raise file.error(f'there is no file "{file.value}" in {path.parent}')
+    if path.stat().st_size > MOST_BYTES:
+        raise file.error(f'"{file.value}" is larger than {MOST_BYTES:,} bytes')
+    return _legibly(file, lambda: openers[path.suffix](file, path))
+
+
+def _read(file: Entry, read: Reader, columns: list[str]) -> Any:
+    table = _legibly(file, lambda: read(columns))
+    if len(table) == 0:
+        raise file.error(f'"{file.value}" has no rows')
+    return table
+
+
+def _legibly(file: Entry, look: Callable[[], T]) -> T:
+    """What `look` gives; SpecError for a file that cannot be read."""
+    import pyarrow as pa
+
+    try:
+        return look()
+    except PagesError as error:
+        raise file.error(f'"{file.value}" {error}') from None
+    except UnicodeDecodeError:
+        raise file.error(f'"{file.value}" is not a text in UTF-8') from None
+    except (OSError, pa.ArrowException) as error:
+        raise file.error(f'"{file.value}" cannot be read: {str(error).splitlines()[0]}') from None
+
+
+def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
+    from pyarrow import csv
+
+    with path.open("rb") as stream:
+        head = stream.readline(MOST_HEAD + 1)
+        if len(head) > MOST_HEAD or head.count(b",") >= MOST_COLUMNS:
+            raise file.error(f'"{file.value}" has a first line that is too long; at most {MOST_COLUMNS:,} columns')
+        lines = 0
+        while block := stream.read(BLOCK):
+            # Either sign ends a line.
+            lines += max(block.count(b"\n"), block.count(b"\r"))
+        _check_rows(file, lines)
+        stream.seek(0)
+        names = csv.open_csv(stream).schema.names
+
+    def read(columns: list[str]) -> Any:
+        check_cells(file, lines, len(columns))
+        # Cells of one sign each would take eight times the file.
+        wanted = csv.ConvertOptions(include_columns=columns)
+        with path.open("rb") as stream:
+            table = csv.read_csv(stream, convert_options=wanted)
+        _check_rows(file, len(table))
+        return table
+
+    return names, read
+
+
+def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
+    from pyarrow import parquet
+
+    # The footer is as long as its list of columns: a short one must not make a long list.
+    limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
+    check_footer(path)
+    with parquet.ParquetFile(path, **limits) as opened:
+        about, schema = opened.metadata, opened.schema_arrow
+    if about.num_columns > MOST_COLUMNS:
+        raise file.error(f'"{file.value}" has {about.num_columns:,} columns; at most {MOST_COLUMNS:,} are allowed')
+    groups = [about.row_group(index) for index in range(about.num_row_groups)]
+    rows = max(about.num_rows, sum(group.num_rows for group in groups))
+    _check_rows(file, rows)
+
+    def read(columns: list[str]) -> Any:
+        check_cells(file, rows, len(columns))
+        texts = _checked_columns(file, columns, schema)
+        if unpacked(path, about, columns).size > MOST_BYTES:
+            raise file.error(f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes')
+        # Equal texts are kept once, or ten million times a long one would be too much.
+        with parquet.ParquetFile(path, read_dictionary=texts, **limits) as again:
+            table = again.read(columns)
+        _check_texts(file, table, texts)
+        return table
+
+    return list(schema.names), read
+
+
+def _check_rows(file: Entry, rows: int) -> None:
+    if rows > MOST_POINTS:
+        raise file.error(f'"{file.value}" has {rows:,} rows; at most {MOST_POINTS:,} are allowed')
+
+
+def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
+    """Those of the columns that hold texts; SpecError where one holds neither those nor numbers nor truths."""
+    import pyarrow as pa
+
+    texts = []
+    for name in columns:
+        kind = schema.field(name).type
+        kind = kind.value_type if pa.types.is_dictionary(kind) else kind
+        if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+            texts.append(name)
+        elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
+            raise file.error(
+                f'"{file.value}", column "{name}" holds {kind}; allowed are numbers, texts, true and false'
+            )
+    return texts
+
+
+def _check_texts(file: Entry, table: Any, texts: list[str]) -> None:
+    import pyarrow.compute as pc
+
+    for name in texts:
+        for chunk in table[name].chunks:
+            longest = pc.max(pc.binary_length(chunk.dictionary)).as_py() or 0
+            if longest > MOST_TEXT:
+                raise file.error(f'"{file.value}", column "{name}" has a text of more than {MOST_TEXT:,} characters')
+
+
+def _column(file: Entry, field: Field, column: str, values: list[Any]) -> Column:
+    if None in values:
+        raise file.error(f'"{file.value}" has an empty cell: column "{column}", row {values.index(None) + 1}')
+    try:
+        return field.column(values)
+    except NotAllowedError as error:
+        place = f'"{file.value}", column "{column}", row {error.index + 1}'
+        raise file.error(f"{place}: {error}") from None

@@ -1,0 +1,153 @@
+"""What a spec says about trials that fail: whether they are tried again, how many may, what memory a worker has."""
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal, cast, get_args
+
+from sweep.errors import SpecError
+from sweep.spec.document import Entry
+from sweep.text import unknown
+
+OnError = Literal["record", "retry", "stop"]
+
+KEYS = ("on_error", "retries", "failure_budget", "memory_limit")
+RETRIES = 2
+UNITS = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+LEAST_MEMORY = 400 * 2**20
+"""What a worker may always hold: the interpreter, its libraries and the compiled kernels take about half of it."""
+MOST_MEMORY = 2**50
+NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
+SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
+SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What becomes of trials that fail, by an exception, a dead worker, too much time or memory; not by divergence.
+
+    A failed trial is tried `retries` times more. The launch ends when more have failed than `budget` says: that many
+    trials, or a Fraction of all trials of the study; None for no end. `memory` is what a worker may hold, in bytes.
+    """
+
+    on_error: OnError = "record"
+    retries: int = 0
+    budget: int | Fraction | None = None
+    memory: int | None = None
+
+    def allowed(self, trials: int) -> int | None:
+        """How many of so many trials may fail before the launch ends; None for all of them."""
+        if self.on_error == "stop":
+            return 0
+        return math.floor(self.budget * trials) if isinstance(self.budget, Fraction) else self.budget
+
+    def in_words(self, trials: int) -> str:
+        """What holds for a study of so many trials; nothing where that is the default."""
+        allowed, words = self.allowed(trials), []
+        if self.retries:
+            words.append(f"tried again, at most {self.retries:,} {'time' if self.retries == 1 else 'times'}")
+        if self.on_error == "stop":
+            words.append("the launch ends at the first")
+        elif allowed is not None:
+            words.append(f"the launch ends when more than {allowed:,} of {trials:,} trials have failed")
+        if self.memory is not None:
+            words.append(f"a trial fails whose worker holds more than {self.memory / 2**20:,.0f} MiB")
+        return "; ".join(words)
+
+
+def read_policy(root: Entry) -> Policy:
+    """What the spec says about trials that fail. Raises SpecError."""
+    chosen, retries = root.get("on_error"), root.get("retries")
+    budget, memory = root.get("failure_budget"), root.get("memory_limit")
+    on_error = cast(OnError, chosen.one_of("on_error", get_args(OnError))) if chosen else "record"
+    if retries and on_error != "retry":
+        raise retries.error(
+            f'"retries" is for "on_error: retry", and on_error is {on_error}: change it or leave it out'
+        )
+    if budget and on_error == "stop":
+        raise budget.error(
+            '"failure_budget" is for "on_error: record" or "retry": with "on_error: stop" a launch ends at the first '
+            "failed trial anyway"
+        )
+    return Policy(
+        on_error=on_error,
+        retries=(retries.whole(1) if retries else RETRIES) if on_error == "retry" else 0,
+        budget=_budget(budget) if budget else None,
+        memory=_memory(memory) if memory else None,
+    )
+
+
+def _budget(entry: Entry) -> int | Fraction:
+    if isinstance(entry.value, int) and not isinstance(entry.value, bool):
+        return entry.whole(0)
+    found = SHARE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+    if found is None:
+        raise _no_budget(entry)
+    return Fraction(found[1]) / 100
+
+
+def _no_budget(entry: Entry) -> SpecError:
+    wrong = entry.expected("a number of trials from 0, or a share of them from 0% to 100%")
+    if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
+        return SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
+    return wrong
+
+
+def _memory(entry: Entry) -> int:
+    found = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+    if found is None:
+        raise entry.expected('a size with its unit, as "2 GiB" or "1500 MB"')
+    number, unit = found.groups()
+    if unit not in UNITS:
+        raise entry.error(_unknown_unit(unit))
+    size = math.floor(Fraction(number) * UNITS[unit])
+    if size < LEAST_MEMORY:
+        raise entry.error(
+            f'"memory_limit" is {entry.value}, and must be at least {LEAST_MEMORY // 2**20} MiB: a worker holds about '
+            "half of that before its first trial"
+        )
+    if size > MOST_MEMORY:
+        raise entry.error(f'"memory_limit" is {entry.value}, more than any machine has')
+    return size
+
+
+def _unknown_unit(unit: str) -> str:
+    """Upper and lower case are what is most often wrong, and what no comparison of letters finds."""
+    close = next((known for known in UNITS if known.lower() == unit.lower()), None)
+    if close is None:
+        return unknown("unit of memory", unit, UNITS)
+    return f'unknown unit of memory "{unit}"; did you mean "{close}"? Allowed: {", ".join(UNITS)}'
+
+
+def policy_schema() -> dict[str, Any]:
+    """The JSON Schemas of KEYS."""
+    share = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
+    return {
+        "on_error": {
+            "enum": list(get_args(OnError)),
+            "description": "record: a failed trial is a row that says so; retry: it is tried again first; "
+            "stop: the launch ends at the first",
+        },
+        "retries": {
+            "type": "integer",
+            "minimum": 1,
+            "description": f"how often more a failed trial is tried, by default {RETRIES}; only with on_error: retry",
+        },
+        "failure_budget": {
+            "anyOf": [{"type": "integer", "minimum": 0}, share],
+            "description": "the launch ends when more trials have failed: a number, or a share of all as 5%",
+        },
+        "memory_limit": {
+            "type": "string",
+            "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$",
+            "description": f"what a worker may hold, as 2 GiB; at least {LEAST_MEMORY // 2**20} MiB",
+        },
+    }
+
+
+def policy_rules() -> dict[str, Any]:
+    """The JSON Schema of a spec that says which of KEYS go together."""
+    retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
+    not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
+    return {"dependentSchemas": {"retries": retried, "failure_budget": not_stopped}}

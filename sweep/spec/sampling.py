@@ -1,0 +1,162 @@
+"""Samples of parameter space: samplers fill the unit cube, distributions stretch its sides.
+
+To add one, write a function and enter it in SAMPLERS or DISTRIBUTIONS.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator, default_rng
+from numpy.typing import NDArray
+
+from sweep.spec.seeds import address, words
+from sweep.spec.settings import Column, Field, NotAllowedError
+
+Unit = NDArray[np.float64]
+"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of them."""
+
+LEAST = 2.0**-54
+"""Stands for 0 where the inverse of a distribution is infinite."""
+
+MOST = 1e100
+"""Bound of the arguments of continuous distributions, far from where arithmetic overflows."""
+
+
+def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
+    """Independent draws; each field has its own stream, so another field or more points change no value."""
+    return [generator(seed, axis, name).random(points) for name in names]
+
+
+def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
+    """One draw in each of `points` equal intervals of every field.
+
+    More points are other points altogether.
+    """
+    # As scipy's LatinHypercube, which holds the sample four times: it spawns its generator.
+    (rng,) = generator(seed, axis).spawn(1)
+    sample = rng.uniform(size=(points, len(names)))
+    for column in sample.T:
+        interval = np.arange(1, points + 1)
+        rng.shuffle(interval)
+        column[:] = (interval - column) / points
+    return list(sample.T)
+
+
+def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
+    """The scrambled Sobol sequence: more points continue it, another field makes it another."""
+    from scipy.stats.qmc import Sobol
+
+    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(math.ceil(math.log2(points)))
+    return list(sample[:points].T)
+
+
+def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
+    """The scrambled Halton sequence: more points continue it, another field makes it another."""
+    from scipy.stats.qmc import Halton
+
+    return list(Halton(d=len(names), seed=generator(seed, axis)).random(points).T)
+
+
+SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
+    "random": random,
+    "lhs": latin_hypercube,
+    "sobol": sobol,
+    "halton": halton,
+}
+
+
+def generator(seed: int, *names: str) -> Generator:
+    """The random numbers of an axis, or of one of its fields."""
+    return default_rng(address(seed, "design", *(word for name in names for word in words(name))))
+
+
+def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+    """Uniform between two numbers."""
+    low, high = _bounds(field, arguments)
+    values: Column = low + unit * (high - low)
+    return values.clip(low, high)
+
+
+def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+    """The logarithm is uniform between those of two positive numbers."""
+    low, high = _bounds(field, arguments)
+    if low <= 0:
+        raise NotAllowedError("needs numbers above 0")
+    values: Column = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
+    return values.clip(low, high)
+
+
+def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+    """Normal with a mean and a standard deviation, truncated to the range of the field."""
+    from scipy.special import ndtr, ndtri
+
+    mean, deviation = _pair(arguments, "[mean, standard deviation]")
+    _continuous(field, mean, deviation)
+    field.coerce(mean)
+    if deviation <= 0:
+        raise NotAllowedError("the standard deviation must be above 0")
+    low, high = ndtr((field.low - mean) / deviation), ndtr((field.high - mean) / deviation)
+    truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
+    values: Column = mean + deviation * ndtri(truncated)
+    return values.clip(field.low, field.high)
+
+
+def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+    """Whole numbers from the first to the last, both included, equally likely."""
+    first, last = _pair(arguments, "[first, last]")
+    for bound in (first, last):
+        field.coerce(bound)
+    if not all(abs(bound) < 2**53 and bound % 1 == 0 for bound in (first, last)):
+        raise NotAllowedError("needs whole numbers")
+    if first > last:
+        raise NotAllowedError(f"needs the smaller number first, not [{first}, {last}]")
+    return np.minimum(np.floor(first + unit * (last - first + 1)), last)
+
+
+def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+    """Any of the listed values, equally likely."""
+    values = field.column(arguments)
+    if len(set(values.tolist())) < len(values):
+        raise NotAllowedError("lists a value twice")
+    return values[np.minimum((unit * len(values)).astype(np.intp), len(values) - 1)]
+
+
+DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Column]] = {
+    "uniform": uniform,
+    "loguniform": loguniform,
+    "normal": normal,
+    "integers": integers,
+    "choice": choice,
+}
+"""From unit draws to values of a field, all by the inverse of the distribution, so that they suit every
+sampler.
+
+Each raises NotAllowedError where its arguments or what it could draw are not allowed for the field.
+"""
+
+
+def _pair(arguments: Sequence[Any], meaning: str) -> tuple[float, float]:
+    numbers = [value for value in arguments if isinstance(value, int | float) and not isinstance(value, bool)]
+    if len(arguments) != 2 or len(numbers) != 2:
+        raise NotAllowedError(f"needs two numbers: {meaning}")
+    return numbers[0], numbers[1]
+
+
+def _bounds(field: Field, arguments: Sequence[Any]) -> tuple[float, float]:
+    low, high = _pair(arguments, "[low, high]")
+    _continuous(field, low, high)
+    for bound in (low, high):
+        field.coerce(bound)
+    if low > high:
+        raise NotAllowedError(f"needs the smaller number first, not [{low}, {high}]")
+    return low, high
+
+
+def _continuous(field: Field, *numbers: float) -> None:
+    if field.kind != "float":
+        raise NotAllowedError(f"{field.name} is {field.allowed()}: use integers or choice")
+    if not all(abs(number) <= MOST for number in numbers):
+        raise NotAllowedError(f"needs numbers of at most {MOST:g}")

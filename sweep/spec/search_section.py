@@ -1,0 +1,201 @@
+"""Reading the `search` section of a spec.
+
+All functions raise SpecError, with file and line, for what is not allowed.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from kernels.settings import Model
+from sweep.spec.axes import Axis, AxisReader
+from sweep.spec.document import Entry, Place
+from sweep.spec.limits import MOST_SEARCHED
+from sweep.spec.objectives import Constraint, Objective, Statistic
+from sweep.spec.recorded import read_column
+from sweep.spec.sampling import DISTRIBUTIONS
+from sweep.spec.search import HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES, HeldOut, Parameter, Search
+from sweep.spec.search_checks import check_search
+from sweep.spec.settings import Field, NotAllowedError, Value
+from sweep.spec.values import read_axes
+from sweep.text import unknown
+
+FORMS = ("uniform", "loguniform", "integers", "choice")
+"""The distributions that have bounds, which a search needs."""
+
+SAMPLERS = ("random", "qmc", "tpe", "cmaes", "gp", "nsga2", "nsga3")
+REQUIRED = ("parameters", "objectives", "budget")
+KEYS = (*REQUIRED, "constraints", "sampler", "batch", "racing", "over", "held_out", "references")
+
+BATCH = 12
+LEVEL = 0.1
+MOST_BATCH, MOST_REFERENCES = 10_000, 1000
+
+
+def read_search(entry: Entry, reader: AxisReader, model: Model, given: Mapping[str, Place]) -> Search:
+    """The section that `entry` writes; `given` are the places of the fields with a value elsewhere in the spec."""
+    entry.keys(KEYS, required=REQUIRED)
+    parameters = _parameters(entry.child("parameters"), reader.fields)
+    names = [parameter.name for parameter in parameters]
+    over = _over(entry.get("over"), reader, [*given, *names])
+    _check_once(entry, names, over, given)
+    search = Search(
+        parameters=parameters,
+        objectives=_objectives(entry.child("objectives"), model),
+        constraints=_constraints(entry.get("constraints"), model),
+        budget=entry.child("budget").whole(1, MOST_SEARCHED),
+        sampler=_sampler(entry),
+        batch=_whole(entry.get("batch"), BATCH, MOST_BATCH),
+        level=_level(entry.get("racing")),
+        over=over,
+        held_out=_held_out(entry.get("held_out")),
+        references=_references(entry.get("references"), reader.fields, names),
+    )
+    check_search(entry, search)
+    return search
+
+
+def _parameters(entry: Entry, fields: dict[str, Field]) -> tuple[Parameter, ...]:
+    return tuple(_parameter(name, child, fields) for name, child in entry.mapping())
+
+
+def _parameter(name: str, entry: Entry, fields: dict[str, Field]) -> Parameter:
+    if name not in fields:
+        raise entry.error(unknown("field", name, fields))
+    if isinstance(entry.value, dict) and "normal" in entry.value:
+        raise entry.error(f'"{name}" cannot be normal: a search needs bounds, as {", ".join(FORMS)} have')
+    entry.keys(FORMS)
+    if len(entry.value) > 1:
+        raise entry.error(f'"{name}" needs one of {", ".join(entry.value)}, not all of them')
+    (form,) = entry.value
+    values = [child.value for child in entry.child(form).entries()]
+    try:
+        DISTRIBUTIONS[form](np.array([0.0, 0.5]), fields[name], values)
+        return Parameter(name, form, tuple(fields[name].coerce(value) for value in values))
+    except NotAllowedError as error:
+        raise entry.child(form).error(f"{form}: {error}") from None
+
+
+def _over(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> tuple[Axis, ...]:
+    """The axes of the scenarios, which are the same for every candidate."""
+    axes = read_axes(entry, reader, given)
+    for axis in axes:
+        assert entry is not None
+        if axis.when:
+            raise (entry.child(axis.name).child("when").error("over takes no when: a scenario is for all candidates"))
+        if axis.blocks:
+            raise entry.child(axis.name).error(f"over takes no {axis.sampler} sample: it is no analysis of sensitivity")
+    return axes
+
+
+def _check_once(entry: Entry, names: list[str], over: tuple[Axis, ...], given: Mapping[str, Place]) -> None:
+    taken = dict(given)
+    for axis in over:
+        for field in axis.columns:
+            if field in taken:
+                raise entry.document.error((*entry.place, "over", axis.name), _has_a_value(field, taken[field]))
+            taken[field] = ("search", "over", axis.name)
+    for name in names:
+        if name in taken:
+            raise entry.child("parameters").child(name).error(_has_a_value(name, taken[name]))
+
+
+def _has_a_value(field: str, place: Place) -> str:
+    return f'"{field}" has a value already, under {".".join(str(part) for part in place)}'
+
+
+def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
+    found = []
+    for _, child in entry.mapping():
+        column = read_column(child, model)
+        child.keys(["minimize", "maximize"])
+        if len(child.value) > 1:
+            raise child.error(f'"{column}" needs minimize or maximize, not both')
+        (direction,) = child.value
+        found.append(Objective(column, direction == "maximize", _statistic(child.child(direction))))
+    return tuple(found)
+
+
+def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
+    found = []
+    for _, child in entry.mapping() if entry else ():
+        column = read_column(child, model)
+        child.keys(["at_most", "at_least", "statistic"])
+        bounds = [key for key in ("at_most", "at_least") if key in child.value]
+        if len(bounds) != 1:
+            raise child.error(f'"{column}" needs at_most or at_least' + (", not both" if bounds else ""))
+        statistic = child.get("statistic")
+        kind = _statistic(statistic) if statistic else Statistic("mean")
+        found.append(Constraint(column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind))
+    return tuple(found)
+
+
+def _statistic(entry: Entry) -> Statistic:
+    if not isinstance(entry.value, dict):
+        kind = entry.one_of("statistic", ["mean", "worst", "quantile", "cvar"])
+        if kind in ("quantile", "cvar"):
+            raise entry.error(f"{kind} needs its share, as in {{{kind}: 0.1}}")
+        return Statistic(kind)
+    entry.keys(["quantile", "cvar"])
+    if len(entry.value) > 1:
+        raise entry.error(f'"{entry.name}" needs quantile or cvar, not both')
+    (kind,) = entry.value
+    share = entry.child(kind).number()
+    if not 0 < share < 1:
+        raise entry.child(kind).expected("a number above 0 and below 1")
+    return Statistic(kind, share)
+
+
+def _sampler(entry: Entry) -> str:
+    given = entry.get("sampler")
+    if given:
+        return given.one_of("sampler", SAMPLERS)
+    return "tpe" if len(entry.value["objectives"]) == 1 else "nsga2"
+
+
+def _whole(entry: Entry | None, default: int, most: int) -> int:
+    return entry.whole(1, most) if entry else default
+
+
+def _level(entry: Entry | None) -> float | None:
+    if entry is None or entry.value is True:
+        return LEVEL
+    if entry.value is False:
+        return None
+    if not isinstance(entry.value, dict):
+        raise entry.expected("true, false or {level: a number}")
+    entry.keys(["level"])
+    level = entry.child("level").number()
+    if not 0 < level < 0.5:
+        raise entry.child("level").expected("a number above 0 and below 0.5")
+    return level
+
+
+def _held_out(entry: Entry | None) -> HeldOut:
+    if entry is None:
+        return HeldOut()
+    entry.keys(["candidates", "replicates"])
+    return HeldOut(
+        _whole(entry.get("candidates"), HELD_OUT_CANDIDATES, MOST_SEARCHED),
+        _whole(entry.get("replicates"), HELD_OUT_REPLICATES, MOST_SEARCHED),
+    )
+
+
+def _references(entry: Entry | None, fields: dict[str, Field], names: list[str]) -> dict[str, dict[str, Value]]:
+    references: dict[str, dict[str, Value]] = {}
+    if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
+        raise entry.error(f'"references" are at most {MOST_REFERENCES:,}')
+    for reference, child in entry.mapping() if entry else ():
+        for name, value in child.mapping():
+            if name not in names:
+                raise value.error(unknown("parameter", name, names))
+        child.keys(names, required=names)
+        references[reference] = {name: _coerced(fields[name], child.child(name)) for name in names}
+    return references
+
+
+def _coerced(field: Field, entry: Entry) -> Value:
+    try:
+        return field.coerce(entry.value)
+    except NotAllowedError as error:
+        raise entry.error(str(error)) from None

@@ -1,0 +1,53 @@
+"""How much a stored table may unpack to, asked of its footer before memory is taken.
+
+A parquet file of a megabyte can hold billions of equal rows. Plans, and the trials of a
+part, have an id in each row, of 24 hexadecimal digits of a hash. No compression brings
+those below 12 bytes. So the size of the file bounds the number of its rows, whatever the
+size of the study. Series, heatmaps and trajectories of quiet swarms may be small by
+right: they are bounded by the memory of this machine, which could not hold more anyway.
+"""
+
+import os
+from typing import Any
+
+from sweep.spec.layout import ASKED, PLAN
+
+ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
+"""The least bytes of a row of files with ids; in the last a trial may stand often."""
+FREE_ROWS = 100_000
+"""Rows that a file of any size may have."""
+CELL_BYTES = 8
+
+
+def excess_rows(name: str, metadata: Any, size: int) -> str:
+    """Why nobody has stored a table so, in a few words; empty where a launch may have.
+
+    It lies in a file of this name and size in bytes; `metadata` is that in its footer.
+    """
+    rows = _rows(metadata)
+    if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
+        return f"{rows:,} rows with an id each cannot lie in {size:,} bytes"
+    return ""
+
+
+def excess_bytes(metadata: Any) -> str:
+    """Why this machine cannot hold a table, in a few words; empty where it can."""
+    groups, rows = _groups(metadata), _rows(metadata)
+    packed = sum(group.total_byte_size for group in groups)
+    unpacked, room = max(packed, CELL_BYTES * rows * metadata.num_columns), _memory()
+    if unpacked > room:
+        return f"it unpacks to {unpacked:,} bytes, this machine has {room:,}"
+    return ""
+
+
+def _groups(metadata: Any) -> list[Any]:
+    return [metadata.row_group(index) for index in range(metadata.num_row_groups)]
+
+
+def _rows(metadata: Any) -> int:
+    return max(int(metadata.num_rows), sum(int(group.num_rows) for group in _groups(metadata)))
+
+
+def _memory() -> int:
+    """The bytes of memory of this machine."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

@@ -1,0 +1,124 @@
+"""Where claims on a study stand: each in a file that its owner alone writes, and touches as a sign of life."""
+
+import os
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
+from typing import Protocol
+
+from sweep.store.locations import Location
+from sweep.store.new_files import create
+from sweep.store.regular import open_regular, read_whole
+
+MOST_CLAIM = 100_000
+"""Bytes of a claim that are read; one of ours has a hundredth of it."""
+
+
+class Claims(Protocol):
+    """What `lock.py` asks of a place, with claims by their token. Raises OSError or StoreError if that fails."""
+
+    def create(self, token: str, text: str) -> None:
+        """Put a claim there, whole; whoever lists the claims from now on sees it."""
+
+    def tokens(self) -> list[str]:
+        """All claims."""
+
+    def text(self, token: str) -> str | None:
+        """What a claim says; None where it is gone."""
+
+    def update(self, token: str, text: str) -> bool:
+        """Change what one's own claim says, to a text as long; False where somebody has taken it away."""
+
+    def touch(self, token: str) -> bool:
+        """Give one's own claim the time of now; False where somebody has taken it away."""
+
+    def touched(self, token: str) -> int | None:
+        """When a claim was last touched, in ns by the clock of the place; None where it is gone."""
+
+    def evict(self, token: str) -> None:
+        """Take a dead owner's claim away."""
+
+    def withdraw(self, token: str) -> None:
+        """Take one's own claim away."""
+
+
+def claim_text(path: Location) -> str | None:
+    """What a claim says; None where it is gone, "" where it is none of ours."""
+    try:
+        return read_whole(path, MOST_CLAIM).decode(errors="replace")
+    except FileNotFoundError:
+        return None
+    except OSError:
+        return ""
+
+
+class LockFiles:
+    """Claims as files of a folder. One is never made again by its owner once it was deleted."""
+
+    def __init__(self, folder: Path, staging: Callable[[str], AbstractContextManager[Path]]) -> None:
+        self._folder = folder
+        self._staging = staging
+
+    def _file(self, token: str) -> Path:
+        return self._folder / f"{token}.json"
+
+    def create(self, token: str, text: str) -> None:
+        """By a rename, so that it is never seen half written."""
+        with self._staging(f"lock-{token}") as staging:
+            new = staging / self._file(token).name
+            with create(new) as file:
+                file.write(text.encode())
+            while new.exists():
+                self._folder.mkdir(exist_ok=True)
+                with suppress(FileNotFoundError):  # whoever was the last to leave has just removed the folder
+                    new.rename(self._file(token))
+
+    def tokens(self) -> list[str]:
+        """In the order of their tokens."""
+        try:
+            return sorted(file.stem for file in self._folder.iterdir() if file.suffix == ".json")
+        except FileNotFoundError:
+            return []
+
+    def text(self, token: str) -> str | None:
+        """None where the file is gone."""
+        return claim_text(self._file(token))
+
+    def update(self, token: str, text: str) -> bool:
+        """Written into the file as it is: a rename could bring back one that has been deleted."""
+        try:
+            with open_regular(self._file(token), os.O_RDWR) as file:
+                file.write(text.encode())
+        except FileNotFoundError:
+            return False
+        return self._file(token).exists()
+
+    def touch(self, token: str) -> bool:
+        """Whoever has deleted the file has taken the study over."""
+        try:
+            os.utime(self._file(token))
+        except FileNotFoundError:
+            return False
+        return True
+
+    def touched(self, token: str) -> int | None:
+        """The file is opened for that, as network file systems remember old times else."""
+        try:
+            with open_regular(self._file(token)) as file:
+                return os.fstat(file.fileno()).st_mtime_ns
+        except FileNotFoundError:
+            return None
+        except OSError:  # no file of ours
+            with suppress(FileNotFoundError):
+                return self._file(token).lstat().st_mtime_ns
+            return None
+
+    def evict(self, token: str) -> None:
+        """By its own name, and so never the claim of somebody who was quicker."""
+        self._file(token).unlink(missing_ok=True)
+
+    def withdraw(self, token: str) -> None:
+        """The last to leave removes the folder."""
+        with suppress(OSError):
+            self._file(token).unlink(missing_ok=True)
+            self._folder.rmdir()

@@ -1,0 +1,220 @@
+"""What a part consists of, written with it: a part that lost a file, or a bit of one, is known by its manifest.
+
+    manifest.json     {"trials": 12, "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}}
+
+Parquet's own checksums cover the pages of a file and not its footer; those here cover every byte, and are checked ten
+times as fast as the file is decoded. Parts of version 0.2.0 have none: they are decoded.
+
+An object store keeps what it was given, with checksums of its own, so there only sizes are compared, as they are
+listed; the bytes of an object are fetched and compared where it was written over after its manifest.
+"""
+
+import errno
+import json
+import re
+import zlib
+from pathlib import Path
+from typing import TypedDict
+
+import pyarrow as pa
+
+from sweep.errors import StoreError, TooLargeError
+from sweep.store.locations import Location
+from sweep.store.new_files import create
+from sweep.store.origin import part_provenance
+from sweep.store.parquet import load_table, opened, remedy_for
+from sweep.store.regular import ForeignError, open_stored, read_json
+
+MANIFEST, REPLACES, MERGED_MARK = "manifest.json", "replaces.json", "+"
+MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
+"""Bytes of a manifest of a few tables, and of a list of up to 100,000 merged parts."""
+NAME, TABLE = re.compile(r"[a-z_]+\.(parquet|json)"), re.compile(r"[a-z_]+\.parquet")
+SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
+BLOCK_BYTES = 2**20
+
+
+class FileAbout(TypedDict):
+    """What a file was when it was written."""
+
+    bytes: int
+    crc32: int
+
+
+class Manifest(TypedDict):
+    """The number of trials of a part, and its files by name."""
+
+    trials: int
+    files: dict[str, FileAbout]
+
+
+def seal(folder: Path) -> None:
+    """Write the manifest of a part that has all its files."""
+    files = {file.name: _about(file) for file in sorted(folder.iterdir())}
+    with opened(folder / "trials.parquet") as file:
+        manifest: Manifest = {"trials": file.metadata.num_rows, "files": files}
+    with create(folder / MANIFEST) as new:
+        new.write(json.dumps(manifest).encode())
+
+
+def damage(part: Location) -> str:
+    """What is wrong with a part, in a few words; empty where every byte is as it was written.
+
+    Raises StoreError where it cannot be read here and now, which is no damage.
+    """
+    try:
+        manifest, sealed = _read(part), (part / MANIFEST).stat().st_mtime_ns
+    except FileNotFoundError:
+        return _undecodable(part)
+    except ValueError:
+        return f"{MANIFEST} cannot be read"
+    except OSError as error:
+        return _what_damages(part / MANIFEST, error)
+    for name, about in manifest["files"].items():
+        try:
+            found = _now(part / name, about, sealed)
+        except FileNotFoundError:
+            return f"{name} is missing"
+        except OSError as error:
+            return _what_damages(part / name, error)
+        if found["bytes"] != about["bytes"]:
+            return f"{name} has {found['bytes']:,} bytes of {about['bytes']:,}"
+        if found != about:
+            return f"{name} has other bytes than were written"
+    return _made_up(part, manifest) if isinstance(part, Path) else ""
+
+
+def _what_damages(file: Location, error: OSError) -> str:
+    """In a few words what is wrong with a file, where it is the file. Raises StoreError where it is not."""
+    if isinstance(error, ForeignError) or error.errno == errno.EIO:
+        return f"{file.name} cannot be read ({error})"
+    way_out = "nothing was set aside: mend that, or move the part away"
+    raise StoreError(f"{file}: cannot be read ({error}); {way_out}") from error
+
+
+def trials_of(part: Location) -> int | None:
+    """How many trials a part holds, or held before it was damaged; None where that cannot be known."""
+    try:
+        return _read(part)["trials"]
+    except (OSError, ValueError):
+        pass
+    try:
+        with opened(part / "trials.parquet") as file:
+            return int(file.metadata.num_rows)
+    except StoreError:
+        return None
+
+
+def table_names(part: Location) -> list[str]:
+    """The tables of a part, by its manifest: whatever else lies there is none.
+
+    Raises StoreError where the manifest cannot be read.
+    """
+    try:
+        files = [*_read(part)["files"]]
+    except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
+        files = _listed(part)
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}") from error
+    return sorted(name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name))
+
+
+def _listed(part: Location) -> list[str]:
+    try:
+        return [file.name for file in part.iterdir()]
+    except FileNotFoundError:
+        return []
+
+
+def replaced_by(part: Location) -> list[str]:
+    """The names of the parts that a merged one replaces.
+
+    Raises FileNotFoundError where it does not say, StoreError where nobody can read it.
+    """
+    try:
+        names: list[str] = read_json(part / REPLACES, MOST_REPLACES, [str])
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
+    return names
+
+
+def _read(part: Location) -> Manifest:
+    """The manifest of a part. Raises OSError, and ValueError where it is none."""
+    manifest: Manifest = read_json(part / MANIFEST, MOST_MANIFEST, SHAPE)
+    if odd := [name for name in manifest["files"] if not NAME.fullmatch(name)]:
+        raise ValueError(f"{odd[0]} is no name of a file in a part")
+    return manifest
+
+
+def _now(file: Location, about: FileAbout, sealed: int) -> FileAbout:
+    """What a file is now. Its bytes are read only where their number is right.
+
+    Those of an object as old as the manifest, of the time `sealed`, are as they were.
+    """
+    found = file.stat()
+    whole = found.st_size == about["bytes"]
+    if not whole or (not isinstance(file, Path) and found.st_mtime_ns <= sealed):
+        return {"bytes": found.st_size, "crc32": about["crc32"]}
+    return _about(file)
+
+
+def _about(file: Location) -> FileAbout:
+    size, crc = 0, 0
+    with open_stored(file) as content:
+        while block := content.read(BLOCK_BYTES):
+            size, crc = size + len(block), zlib.crc32(block, crc)
+    return {"bytes": size, "crc32": crc}
+
+
+def _made_up(part: Path, manifest: Manifest) -> str:
+    """What is wrong with a part whose files are as its manifest says: one made up."""
+    try:
+        with opened(part / "trials.parquet") as file:
+            rows, schema = file.metadata.num_rows, file.schema_arrow
+        part_provenance(schema, part / "trials.parquet")
+        if MERGED_MARK in part.name:
+            replaced_by(part)
+    except TooLargeError:
+        raise
+    except StoreError as error:
+        return str(error).removeprefix(f"{part}/").partition("; ")[0]
+    except FileNotFoundError as error:
+        return f"{Path(error.filename).name} is missing"
+    if rows != manifest["trials"]:
+        return f"trials.parquet has {rows:,} rows of {manifest['trials']:,}"
+    kinds = dict(zip(schema.names, schema.types, strict=True))
+    for name in ("trial_id", "status"):
+        if kinds.get(name) != pa.string():
+            return f"trials.parquet has no column {name} of texts"
+    return ""
+
+
+def _undecodable(part: Location) -> str:
+    """The same for a part without a manifest, as far as decoding shows."""
+    present, missing = {*table_names(part)}, set[str]()
+    for name in sorted({"trials"} | present):
+        try:
+            table = load_table(part, name)
+            if name == "trials":
+                missing = _recorded(table.schema, part / "trials.parquet") - present
+        except TooLargeError:
+            raise
+        except StoreError:
+            return f"{name}.parquet cannot be read"
+    return f"{min(missing)}.parquet is missing" if missing else ""
+
+
+def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
+    """The tables beside trials that a launch of the spec in `schema` has stored."""
+    from sweep.errors import SpecError
+    from sweep.spec.strict_yaml import parse_document
+
+    try:
+        text = part_provenance(schema, trials)["spec"]
+        spec = parse_document(text, Path("stored spec")).value
+    except SpecError as error:
+        raise StoreError(f"{trials}: {error}") from error
+    record = spec.get("record") if isinstance(spec, dict) else None
+    kept = ("series", "heatmaps", "trajectories")
+    return {name for name in kept if isinstance(record, dict) and record.get(name)}

@@ -1,0 +1,73 @@
+"""What stored tables say of where they come from, read as what anyone may have written.
+
+Each table has it in its metadata, as JSON. What is missing there, or is of another kind
+than we write, is a StoreError that names the file. Further entries are left alone. Some
+of plans came with later versions: those of LATER together, those of ALONE one by one.
+"""
+
+from typing import Any
+
+import pyarrow as pa
+
+from sweep.errors import StoreError
+from sweep.store.locations import Location
+from sweep.store.parquet import remedy_for
+from sweep.store.regular import fits, parsed
+
+PROVENANCE = b"boidsweep"
+"""The key of the provenance, as JSON, in the schema metadata of every file."""
+
+NUMBER = int | float
+PART = {
+    "spec": str,
+    "kernels_sha": str,
+    "git": {},
+    "versions": {"python": str, "numpy": str, "numba": str, "llvmlite": str},
+    "platform": str,
+    "cpu": str,
+}
+PLAN = PART | {"varied": [str], "record": [str]}
+LATER = {
+    "model": str,
+    "preset": str,
+    "maps": {},
+    "ablated": {str: [[str]]},
+}
+NUMBERS = ("half_width", "confidence", "nominal_confidence")
+ALONE = {
+    "axes": {str: {"fields": [str], "sampler": str | None}},
+    "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
+}
+LAUNCH_AGAIN = "delete it and launch the study again"
+
+
+def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
+    """Where the trials in a file of a part come from. Raises StoreError."""
+    return metadata(schema, PROVENANCE, PART, file, remedy_for(file.parent))
+
+
+def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
+    """Where a plan comes from. It has the columns that it speaks of. Raises StoreError."""
+    about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
+    later = LATER if LATER.keys() & about.keys() else {}
+    alone = {name: shape for name, shape in ALONE.items() if name in about}
+    if not fits(about, later | alone):
+        raise _unknown(file, LAUNCH_AGAIN)
+    fields = [name for axis in about.get("axes", {}).values() for name in axis["fields"]]
+    for name in ("trial_id", "point", *about["varied"], *fields):
+        if name not in plan.column_names:
+            raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
+    return about
+
+
+def metadata(schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str) -> dict[str, Any]:
+    """What the metadata of a table say under `key`, of that shape. Raises StoreError."""
+    try:
+        about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
+    except ValueError as error:
+        raise _unknown(file, remedy) from error
+    return about
+
+
+def _unknown(file: Location, remedy: str) -> StoreError:
+    return StoreError(f"{file}: does not say, or not rightly, where it comes from; {remedy}")

@@ -1,0 +1,109 @@
+"""How stored files are read: ordinary ones only, not through links, and to a bound.
+
+A store may come from anyone. A pipe in the place of a file would be waited for, a
+device has no end, and a link leads out of the study.
+"""
+
+import errno
+import json
+import os
+import stat
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from sweep.store.locations import Location
+
+# A pipe that is opened so is not waited for; ordinary files are opened as ever.
+QUIETLY = os.O_NOFOLLOW | os.O_NONBLOCK
+
+
+class ForeignError(OSError):
+    """What lies there is nothing that we write: no ordinary file, or one too large."""
+
+
+def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
+    """An ordinary file, open for reading, with other `flags` for writing too.
+
+    Raises OSError for anything else, and for writing where the file has a second name.
+    """
+    try:
+        descriptor = os.open(path, flags | QUIETLY, 0o666)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise _link() from None
+        raise
+    about = os.fstat(descriptor)
+    if not stat.S_ISREG(about.st_mode):
+        os.close(descriptor)
+        raise ForeignError("is no ordinary file")
+    if flags != os.O_RDONLY and about.st_nlink > 1:
+        os.close(descriptor)
+        raise ForeignError("has a second name (a hard link): put a copy in its place")
+    return os.fdopen(descriptor, "rb" if flags == os.O_RDONLY else "r+b")
+
+
+def regular_size(path: Path) -> int:
+    """The bytes of an ordinary file, for those who open it by its path. Raises OSError for anything else."""
+    about = path.lstat()
+    if stat.S_ISLNK(about.st_mode):
+        raise _link()
+    if not stat.S_ISREG(about.st_mode):
+        raise ForeignError("is no ordinary file")
+    return about.st_size
+
+
+def _link() -> OSError:
+    return OSError("is a symbolic link, which is not followed: put the file itself there")
+
+
+def open_stored(path: Location) -> Any:
+    """A stored file, or object, open for reading. Raises OSError as `open_regular`."""
+    return open_regular(path) if isinstance(path, Path) else path.open()
+
+
+def read_whole(path: Location, most: int) -> bytes:
+    """The content of a small file, or object.
+
+    Raises OSError, also where it has more than `most` bytes.
+    """
+    if isinstance(path, Path):
+        with open_regular(path) as file:
+            content = file.read(most + 1)
+    else:
+        content = path.head(most + 1)
+    if len(content) > most:
+        raise ForeignError(f"is larger than {most:,} bytes")
+    return content
+
+
+def read_json(path: Location, most: int, shape: Any) -> Any:
+    """What a small file, or object, says in JSON. Raises OSError and ValueError."""
+    return parsed(read_whole(path, most), shape)
+
+
+def parsed(content: bytes, shape: Any) -> Any:
+    """The value of a text in JSON. Raises ValueError for another shape: see `fits`."""
+    try:
+        value = json.loads(content)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+    if not fits(value, shape):
+        raise ValueError("it does not have the entries that it should")
+    return value
+
+
+def fits(value: object, shape: Any) -> bool:
+    """Whether a value from JSON has a shape.
+
+    That is a type, [shape] for a list, {str: shape} for a mapping, or
+    {name: shape, ...} for a mapping that has these names, and may have others.
+    """
+    if isinstance(shape, list):
+        return isinstance(value, list) and all(fits(one, shape[0]) for one in value)
+    if not isinstance(shape, dict):
+        return isinstance(value, shape)
+    if not isinstance(value, dict):
+        return False
+    if str in shape:
+        return all(fits(one, shape[str]) for one in value.values())
+    return all(name in value and fits(value[name], inner) for name, inner in shape.items())

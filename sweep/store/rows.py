@@ -1,0 +1,208 @@
+"""From results to the tables of a part, with units in the columns' metadata and provenance in the file's."""
+
+import json
+from collections.abc import Sequence
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from kernels.metrics import METRICS
+from sweep.design.jobs import Job
+from sweep.spec.settings import Field, fields, spelled
+from sweep.spec.study import Study
+from sweep.store.origin import PROVENANCE
+from sweep.trial.result import Result
+
+BODIES = pa.list_(pa.float64())
+ARROW = {"float": pa.float64(), "int": pa.int64(), "bool": pa.bool_(), "choice": pa.string()}
+
+ABOUT_TRIAL = (
+    ("trial_id", pa.string(), "", "hash of all that determines the trial and of what it records"),
+    ("point", pa.string(), "", "hash of the model, the preset and the settings that differ from it"),
+    ("replicate", pa.int64(), "", "number of the trial among those of its point"),
+    ("seed", pa.int64(), "", "seed of the study, or the listed seed"),
+    ("seed_listed", pa.bool_(), "", "whether the seed is a listed one, which stands for the replicate too"),
+    ("streams", pa.string(), "", "which random streams are common to all points"),
+    ("model", pa.string(), "", "model"),
+    ("preset", pa.string(), "", "preset that gives the settings not named in the spec"),
+    ("every", pa.int64(), "step", "steps between recorded frames, over which means are taken"),
+    ("status", pa.string(), "", "done, failed, diverged or timeout"),
+    ("error", pa.string(), "", "what went wrong"),
+    ("replay", pa.string(), "", "command that runs the trial again"),
+    ("last_step", pa.int64(), "step", "last step taken"),
+    ("seconds", pa.float64(), "s", "wall time in the worker"),
+)
+
+
+def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
+    """One row a trial: what it is, every setting by name, every metric at the last frame and as `<metric>_mean`."""
+    columns = [_column(*about) for about in ABOUT_TRIAL]
+    columns += [_setting(field) for field in fields(study.model).values()]
+    for name in study.record.metrics:
+        metric = METRICS[name]
+        unit = spelled(metric.unit, study.model)
+        columns.append(_column(name, pa.float64(), unit, f"{metric.text}, at the last frame"))
+        mean = f"{metric.text}, mean over the frames of the last half"
+        columns.append(_column(f"{name}_mean", pa.float64(), unit, mean))
+    return pa.schema(columns, _metadata(provenance))
+
+
+def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
+    """One row a recorded frame: the steps done (`frame`) and the series metrics."""
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("frame", pa.int64(), "step", "steps done"),
+    ]
+    for name in study.record.series:
+        unit = spelled(METRICS[name].unit, study.model)
+        columns.append(_column(name, pa.float64(), unit, METRICS[name].text))
+    return pa.schema(columns, _metadata(provenance))
+
+
+def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
+    """One row a trial: visit counts row after row, -1 in obstacles."""
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("rows", pa.int32(), "px", "height of the map"),
+        _column("columns", pa.int32(), "px", "width of the map"),
+        _column("visits", pa.list_(pa.int32()), "", "visits a pixel, row after row, -1 in obstacles"),
+    ]
+    return pa.schema(columns, _metadata(provenance))
+
+
+def trajectories_schema(model: str, provenance: dict[str, Any]) -> pa.Schema:
+    """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all boids in the order of theirs."""
+    length, speed = spelled("length", model), spelled("length/time", model)
+    columns = [
+        _column("trial_id", pa.string(), "", "trial"),
+        _column("frame", pa.int64(), "step", "steps done"),
+        _column("x", BODIES, length, "positions"),
+        _column("y", BODIES, length, "positions"),
+        _column("vx", BODIES, speed, "velocities"),
+        _column("vy", BODIES, speed, "velocities"),
+    ]
+    return pa.schema(columns, _metadata(provenance))
+
+
+class Tables:
+    """Builds the tables of a part from results; the schemas are those of one launch."""
+
+    def __init__(self, study: Study, provenance: dict[str, Any]) -> None:
+        self.study = study
+        self.trials = trials_schema(study, provenance)
+        self.series = series_schema(study, provenance)
+        self.heatmaps = heatmaps_schema(provenance)
+        self.trajectories = trajectories_schema(study.model, provenance)
+
+    def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
+        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records them."""
+        tables = {"trials": self._trials(results)}
+        if self.study.record.series:
+            tables["series"] = self._series([result for result in results if result.frames is not None])
+        if self.study.record.heatmaps:
+            tables["heatmaps"] = self._heatmaps([result for result in results if result.heatmap is not None])
+        if self.study.record.trajectories:
+            tables["trajectories"] = self._trajectories([one for one in results if one.trajectory is not None])
+        return tables
+
+    def _trials(self, results: Sequence[Result]) -> pa.Table:
+        nulls, cells = dict.fromkeys(self.trials.names), itemgetter(*self.trials.names)
+        rows = (cells(nulls | trial_row(self.study.name, result)) for result in results)
+        columns = [
+            pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), self.trials.types, strict=True)
+        ]
+        return pa.Table.from_arrays(columns, schema=self.trials)
+
+    def _series(self, results: Sequence[Result]) -> pa.Table:
+        columns = _ids_and_frames(results)
+        for name in self.study.record.series:
+            columns.append(_joined([result.series[name] for result in results], pa.float64()))
+        return pa.Table.from_arrays(columns, schema=self.series)
+
+    def _trajectories(self, results: Sequence[Result]) -> pa.Table:
+        flights = [result.trajectory for result in results if result.trajectory is not None]
+        sizes = np.concatenate([[0], *(np.full(len(flight), flight.shape[2]) for flight in flights)])
+        offsets = pa.array(np.cumsum(sizes), pa.int32())
+        columns = _ids_and_frames(results)
+        for row in range(4):
+            numbers = _joined([flight[:, row].ravel() for flight in flights], pa.float64())
+            columns.append(pa.ListArray.from_arrays(offsets, numbers))
+        return pa.Table.from_arrays(columns, schema=self.trajectories)
+
+    def _heatmaps(self, results: Sequence[Result]) -> pa.Table:
+        maps = [result.heatmap for result in results if result.heatmap is not None]
+        rows = [
+            {
+                "trial_id": result.job.trial_id,
+                "rows": visits.shape[0],
+                "columns": visits.shape[1],
+                "visits": visits.ravel(),
+            }
+            for result, visits in zip(results, maps, strict=True)
+        ]
+        return pa.Table.from_pylist(rows, self.heatmaps)
+
+
+def trial_row(study: str, result: Result) -> dict[str, Any]:
+    """The row of one trial; metrics are null unless it is done."""
+    job = result.job
+    return {
+        "trial_id": job.trial_id,
+        "point": job.point,
+        "replicate": job.replicate,
+        "seed": job.seed,
+        "seed_listed": job.literal,
+        "streams": _streams(job),
+        "model": job.model,
+        "preset": job.preset,
+        "every": job.record.every,
+        "status": result.status,
+        "error": result.error,
+        "replay": f"sweep replay {study} {job.trial_id}",
+        "last_step": result.step,
+        "seconds": result.seconds,
+        **job.settings,
+        **trial_metrics(result),
+    }
+
+
+def trial_metrics(result: Result) -> dict[str, float]:
+    """The metrics of a trial by the names of their columns; none unless it is done."""
+    return result.last | {f"{name}_mean": value for name, value in result.mean.items()}
+
+
+def _streams(job: Job) -> str:
+    streams = job.streams
+    return f"start={streams.start} world={streams.world} noise={streams.noise}"
+
+
+def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:
+    """The columns `trial_id` and `frame` of a table with one row a frame."""
+    lengths = [len(_frames(result)) for result in results]
+    which = pa.array(np.repeat(np.arange(len(results), dtype=np.int32), lengths))
+    ids = pa.array([result.job.trial_id for result in results], pa.string())
+    trials = pa.DictionaryArray.from_arrays(which, ids).cast(pa.string())
+    return [trials, _joined([_frames(result) for result in results], pa.int64())]
+
+
+def _frames(result: Result) -> np.ndarray[Any, np.dtype[np.int64]]:
+    assert result.frames is not None
+    return result.frames
+
+
+def _joined(arrays: Sequence[np.ndarray[Any, Any]], kind: pa.DataType) -> pa.Array:
+    return pa.array(np.concatenate(arrays) if arrays else [], kind)
+
+
+def _column(name: str, kind: pa.DataType, unit: str, text: str) -> pa.Field:
+    return pa.field(name, kind, metadata={"unit": unit, "text": text})
+
+
+def _setting(field: Field) -> pa.Field:
+    return _column(field.name, ARROW[field.kind], field.unit, field.text)
+
+
+def _metadata(provenance: dict[str, Any]) -> dict[bytes, bytes]:
+    return {PROVENANCE: json.dumps(provenance, sort_keys=True).encode()}

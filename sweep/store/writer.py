@@ -1,0 +1,75 @@
+"""Between the drive loop and the store: results are held for a moment, then stored together."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from types import TracebackType
+from typing import Generic, TypeVar
+
+import pyarrow as pa
+
+from sweep.errors import StoreError
+from sweep.store.store import Store
+
+R = TypeVar("R")
+
+MOST_BYTES = 256 * 2**20
+
+
+class Writer(Generic[R]):
+    """Collects the drive loop's results and stores a part now and then; a context manager.
+
+    A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are held, when `seconds` have passed
+    since the last one, and on leaving the context, for whatever reason. Results stay held until their part is stored;
+    how many could not be is said with the error. Where many small parts have come together they are merged.
+    `build` makes the tables of a non-empty list of results; `stored` is told of those whose part the disk holds.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        build: Callable[[list[R]], Mapping[str, pa.Table]],
+        *,
+        size: Callable[[R], int] = lambda _result: 0,
+        stored: Callable[[list[R]], None] = lambda _results: None,
+        rows: int = 1000,
+        seconds: float = 5.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._store = store
+        self._build = build
+        self._size = size
+        self._stored = stored
+        self._rows = rows
+        self._seconds = seconds
+        self._clock = clock
+        self._held: list[R] = []
+        self._flushed = clock()
+
+    def __enter__(self) -> "Writer[R]":
+        self._flushed = self._clock()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.flush()
+
+    def add(self, results: Iterable[R]) -> None:
+        """Hold results, storing a part if it is time."""
+        self._held.extend(results)
+        full = len(self._held) >= self._rows or sum(map(self._size, self._held)) >= MOST_BYTES
+        if full or self._clock() - self._flushed >= self._seconds:
+            self.flush()
+
+    def flush(self) -> None:
+        """Store what is held now."""
+        if self._held:
+            try:
+                self._store.append(self._build(self._held))
+            except StoreError as error:
+                lost = f"results that could not be stored: {len(self._held):,}; launch again to run them"
+                raise StoreError(f"{error}; {lost}") from error
+            self._stored(self._held)
+            self._held = []
+            self._store.gather()
+        self._flushed = self._clock()

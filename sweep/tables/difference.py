@@ -1,0 +1,164 @@
+"""What a change of a spec does: points and trials that it adds, keeps and drops, exactly, without running any."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from kernels import KERNELS_SHA
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.spec.document import Document
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study
+from sweep.store.locations import Location
+from sweep.store.store import Store
+from sweep.tables.stored_study import StoredStudy
+
+MOST_SHOWN = 60
+
+
+class Side(NamedTuple):
+    """One of the two that are compared: its spec as plain values, its kernels, its trials and points.
+
+    `at_most` where it has so many trials at most, as it adds them until an interval is narrow.
+    """
+
+    label: str
+    name: str
+    at_most: bool
+    spec: dict[str, Any]
+    kernels: str
+    trials: pa.Array
+    points: pa.Array
+
+
+@dataclass(frozen=True)
+class Change:
+    """A key of the spec, as `fixed.steps`, with its value before and after; None where it has none."""
+
+    key: str
+    before: Any
+    after: Any
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """How many are in the second only, in both, in the first only."""
+
+    added: int
+    kept: int
+    dropped: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What turns `first` into `second`; `stored` counts the trials of the second that are stored already."""
+
+    first: str
+    second: str
+    points: Overlap
+    trials: Overlap
+    stored: int
+    to_run: int
+    changes: tuple[Change, ...]
+    notes: tuple[str, ...]
+
+    def as_json(self) -> str:
+        """The comparison as a JSON object."""
+        return json.dumps(asdict(self), indent=2)
+
+    def as_text(self) -> str:
+        """The comparison for a reader."""
+        lines = [f"from       {self.first}", f"to         {self.second}"]
+        for what, overlap in (("points", self.points), ("trials", self.trials)):
+            lines.append(f"{what:10} {overlap.added:,} added, {overlap.kept:,} kept, {overlap.dropped:,} dropped")
+        lines.append(f"stored     {self.stored:,} of the trials it would have, {self.to_run:,} to run")
+        lines += [f"changed    {one.key}: {_brief(one.before)} -> {_brief(one.after)}" for one in self.changes]
+        return "\n".join(lines + [f"note       {note}" for note in self.notes])
+
+
+def compare(first: Study | StoredStudy, second: Study, results: Location) -> Comparison:
+    """What a launch of `second` into `results` would change, where `first` is another spec or a stored study.
+
+    Raises SpecError for a design that cannot be, and StoreError for a damaged store.
+    """
+    before, after = _side(first), _side(second)
+    stored = pa.array(Store(results / second.name, results).trial_ids(), pa.string())
+    there = _among(after.trials, stored)
+    return Comparison(
+        first=before.label,
+        second=after.label,
+        points=_overlap(pc.unique(before.points), pc.unique(after.points)),
+        trials=_overlap(before.trials, after.trials),
+        stored=there,
+        to_run=len(after.trials) - there,
+        changes=tuple(_changes(before.spec, after.spec)),
+        notes=tuple(_notes(before, after)),
+    )
+
+
+def _side(one: Study | StoredStudy) -> Side:
+    if isinstance(one, StoredStudy):
+        spec = parse_document(one.spec, Path("stored spec")).value
+        trials, points = (one.plan[name].combine_chunks() for name in ("trial_id", "point"))
+        return Side(
+            f"{one.name}, as last launched", one.name, False, spec, one.provenance["kernels_sha"], trials, points
+        )
+    if one.search:
+        message = "a search asks for its trials as it goes: what it would add is not known before"
+        raise one.document.error(("search",), message)
+    table = Jobs(one, expand(one), KERNELS_SHA).table()
+    trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
+    return Side(str(one.path), one.name, one.until is not None, _values(one.document), KERNELS_SHA, trials, points)
+
+
+def _values(document: Document) -> dict[str, Any]:
+    values: dict[str, Any] = parse_document(document.text, document.path).value
+    return values
+
+
+def _overlap(before: pa.Array, after: pa.Array) -> Overlap:
+    kept = _among(after, before)
+    return Overlap(len(after) - kept, kept, len(before) - kept)
+
+
+def _among(some: pa.Array, others: pa.Array) -> int:
+    return int(pc.sum(pc.is_in(some, value_set=others), min_count=0).as_py())
+
+
+def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
+    """Mappings are followed key by key; any other value counts as a whole."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for name in dict.fromkeys([*before, *after]):
+            place = f"{key}.{name}" if key else name
+            yield from _changes(before.get(name), after.get(name), place)
+    elif json.dumps(before) != json.dumps(after):
+        yield Change(key, before, after)
+
+
+def _notes(before: Side, after: Side) -> Iterator[str]:
+    same = before.kernels == after.kernels
+    if not same:
+        yield f"the kernels have changed ({before.kernels[:16]} -> {after.kernels[:16]}): every trial is another one"
+    if before.name != after.name:
+        yield f"these are two studies: {after.name} has a folder of its own and takes no trial from {before.name}"
+    for side in (before, after):
+        if side.at_most:
+            yield f"{side.label}: its trials are counted at their most; it stops before, where an interval is narrow"
+    if (
+        same
+        and not after.at_most
+        and before.spec == after.spec
+        and _among(after.trials, before.trials) < len(after.trials)
+    ):
+        yield "the specs are the same: a table or an image has changed, or the first was not run to its end"
+
+
+def _brief(value: Any) -> str:
+    text = "-" if value is None else value if isinstance(value, str) else json.dumps(value)
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]} ..."

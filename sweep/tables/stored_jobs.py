@@ -1,0 +1,45 @@
+"""The job of a stored trial, from its row."""
+
+from collections.abc import Mapping
+
+from kernels.worlds import MAPS
+from sweep.design.jobs import Job, point_id
+from sweep.errors import StoreError
+from sweep.spec.maps import OwnMap
+from sweep.tables.stored_spec import accepted
+from sweep.tables.stored_trials import StoredTrial
+
+
+def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> Job:
+    """The job that runs a stored trial of `study` again; `maps` are those that its plan brings.
+
+    Its point is that of the settings in the row.
+
+    Raises StoreError where the row is none that a launch can have written, see `accepted`, and
+    where the spec as last launched has another map of that name.
+    """
+    row, name = stored.row, str(stored.row.get("map"))
+    if name not in MAPS and name not in maps:
+        raise _without_map(study, name)
+    once, settings = accepted(study, stored, maps)
+    point = point_id(once.model, once.preset, settings, maps)
+    if name in maps and row["point"] != point:
+        raise _without_map(study, name)
+    return Job(
+        trial_id=row["trial_id"],
+        point=point,
+        replicate=row["replicate"],
+        seed=once.seed,
+        literal=once.seeds is not None,
+        model=once.model,
+        preset=once.preset,
+        settings=settings,
+        record=once.record,
+        streams=once.streams,
+        time_limit=None,
+        obstacles=maps[name].obstacles if name in maps else None,
+    )
+
+
+def _without_map(study: str, name: object) -> StoreError:
+    return StoreError(f"study {study}: the spec as last launched does not have the map {name} of this trial")

@@ -1,0 +1,92 @@
+"""What a stored plan says of its study is what a spec could have said: it may come from anyone.
+
+Its shape has been checked where it was read (`storing/origin.py`); here it is what the names
+mean and which numbers go together.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from kernels.models import MODELS
+from sweep.errors import SpecError, StoreError
+from sweep.spec.blocks import OPTIONS
+from sweep.spec.document import Document, Entry
+from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.replication import read_replication
+from sweep.spec.settings import fields
+
+MOST_BEFORE = 10**9
+"""Up to version 0.4.0 a study could have so many trials."""
+
+
+def check_plan(study: str, about: dict[str, Any]) -> None:
+    """Raise StoreError where `about`, the provenance of a plan, is not what a launch writes."""
+    try:
+        _check(about)
+    except ValueError as error:
+        raise StoreError(f"study {study}: its plan is not what a launch writes: {error}") from None
+
+
+def _check(about: dict[str, Any]) -> None:
+    known = _settings(about)
+    _check_names("setting", about["varied"], known)
+    _check_names("metric", about["record"], set(about["record"]) - known)
+    if not about["record"]:
+        raise ValueError("it records nothing")
+    for preset, groups in about.get("ablated", {}).items():
+        if preset not in MODELS[about["model"]].presets:
+            raise ValueError(f'there is no preset "{preset}"')
+        if not groups or not all(groups):
+            raise ValueError(f'"{preset}" ablates nothing')
+        _check_names("setting", [name for group in groups for name in group], known)
+    for name, axis in about.get("axes", {}).items():
+        _check_names("setting", axis["fields"], known)
+        if not axis["fields"]:
+            raise ValueError(f'axis "{name}" has no fields')
+        if axis["sampler"] in OPTIONS:
+            _check_blocks(name, axis)
+    if "until" in about:
+        _check_until(about["until"], tuple(about["record"]))
+
+
+def _settings(about: dict[str, Any]) -> set[str]:
+    """The names of all settings of the model, where a plan does not say which, of any."""
+    if "model" not in about:
+        return {name for model in MODELS for name in fields(model)}
+    if about["model"] not in MODELS or about["preset"] not in MODELS[about["model"]].presets:
+        raise ValueError(f'there is no preset "{about["preset"]}" of "{about["model"]}"')
+    return set(fields(about["model"]))
+
+
+def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise ValueError(f'there is no {what} "{name}"')
+    if len(names) > len(set(names)):
+        raise ValueError(f"a {what} stands twice")
+
+
+def _check_blocks(name: str, axis: dict[str, Any]) -> None:
+    """A saltelli or morris sample is read in blocks, of which `rows` says where each point is."""
+    count, size, levels = len(axis["fields"]), axis.get("size", 0), axis.get("levels")
+    sizes = (count + 1,) if axis["sampler"] == "morris" else (count + 2, 2 * count + 2)
+    rows = axis.get("rows", [])
+    whole = isinstance(rows, list) and all(type(row) is int and row >= 0 for row in rows)
+    if size not in sizes or not whole or len(rows) % size:
+        raise ValueError(f'axis "{name}" has no blocks of the size of a {axis["sampler"]} sample')
+    if axis["sampler"] == "morris" and not (type(levels) is int and levels >= 2):
+        raise ValueError(f'axis "{name}" has no levels')
+
+
+def _check_until(rule: dict[str, Any], recorded: tuple[str, ...]) -> None:
+    """The rule passes the checks of `replicates` in a spec."""
+    asked = {name: rule[name] for name in ("metric", "half_width", "confidence")}
+    most = MOST_TRIALS if MOST_TRIALS < rule["max"] <= MOST_BEFORE else rule["max"]
+    spec = {"replicates": {"until": asked, "min": rule["min"], "max": most}}
+    try:
+        read_replication(Entry(Document(Path("plan.parquet"), ""), (), spec), recorded)
+    except SpecError as error:
+        raise ValueError(f"{error}") from None
+    if not 0.0 < rule["nominal_confidence"] < 1.0:
+        raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")

@@ -1,0 +1,83 @@
+"""A stored trial, read as a spec: its row may come from anyone, so that it passes the same checks
+before a kernel meets it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from sweep.design.design import expand
+from sweep.design.jobs import TRIAL_ID
+from sweep.errors import SpecError, StoreError
+from sweep.spec.document import Document, Entry
+from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.maps import OwnMap
+from sweep.spec.settings import Value, fields, study_fields
+from sweep.spec.study import Study, read_study
+from sweep.spec.values import read_fixed
+from sweep.tables.stored_trials import StoredTrial
+
+
+@dataclass(frozen=True)
+class _Row(Document):
+    """A row in the place of a YAML text: it has no lines that an error could name."""
+
+    def error_in_line(self, _line: int, message: str) -> SpecError:
+        return SpecError(message)
+
+
+def accepted(study: str, stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, dict[str, Value]]:
+    """The study of one point that launches a stored trial of `study`, and all settings of it.
+
+    `maps` are those that the plan brings. Values are those of the row, to the last bit. Raises
+    StoreError, which names the trial, the column, its value and what is allowed, for a row that
+    no launch can have written.
+    """
+    try:
+        return _accepted(stored, maps)
+    except SpecError as error:
+        trial = stored.row["trial_id"]
+        message = "cannot be run again, as no launch accepts what is stored of it"
+        raise StoreError(f"study {study}: trial {trial} {message}: {error}") from None
+
+
+def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, dict[str, Value]]:
+    row, document = stored.row, _Row(Path("trials.parquet"), "")
+
+    def cell(name: str) -> Entry:
+        return Entry(document, (name,), row.get(name))
+
+    if not TRIAL_ID.fullmatch(cell("trial_id").text()):
+        raise cell("trial_id").expected("24 hexadecimal digits")
+    cell("status").text()
+    if row.get("error"):
+        cell("error").text()
+    study = read_study(Entry(document, (), _spec(stored, cell)))
+    known = study_fields(study.model, maps)
+    settings = Entry(document, (), {name: row.get(name) for name in fields(study.model)})
+    study = replace(study, maps=dict(maps), fixed=read_fixed(settings, known))
+    return study, expand(study).settings(0)
+
+
+def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
+    """The spec of a row without its settings and maps."""
+    seed = cell("seed").whole(0)
+    replicate, every = cell("replicate").whole(0, MOST_TRIALS - 1), cell("every").whole(1)
+    words = cell("streams").text().split()
+    record = stored.record
+    return {
+        "study": "stored",
+        "model": cell("model").text(),
+        "preset": cell("preset").text(),
+        "seed": seed,
+        **({"seeds": [seed]} if cell("seed_listed").truth() else {"replicates": replicate + 1}),
+        "streams": dict(word.partition("=")[::2] for word in words),
+        "record": {
+            "metrics": list(record.metrics),
+            **({"series": list(record.series)} if record.series else {}),
+            "every": every,
+            "heatmaps": record.heatmaps,
+            "trajectories": record.trajectories,
+        },
+    }

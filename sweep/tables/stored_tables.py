@@ -1,0 +1,152 @@
+"""Stored tables hold what a launch writes into them, or they are refused: they may come from anyone.
+
+What is checked is what arrays are made of: the types of columns, that no cell is empty where none
+ever is, and that lists are as long as they say.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from kernels.models import MODELS
+from sweep.design.consistency import MOST_PIXELS
+from sweep.errors import StoreError
+from sweep.spec.settings import fields
+from sweep.store.locations import Location
+from sweep.store.rows import ABOUT_TRIAL, ARROW
+from sweep.text import shortened
+
+NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+BODIES = ("x", "y", "vx", "vy")
+FULL = {
+    "trials": ("trial_id", "point", "model", "preset", "status"),
+    "series": ("trial_id", "frame"),
+    "heatmaps": ("trial_id", "rows", "columns", "visits"),
+    "trajectories": ("trial_id", "frame", *BODIES),
+}
+"""Columns that each table has, and in which no cell is empty."""
+
+
+def checked(study: str, name: str, table: pa.Table, columns: Iterable[str] = ()) -> pa.Table:
+    """`table`, the rows of one or more parts in a table of `study`, which has these columns too.
+
+    Raises StoreError, which names the study, the table and the column, where no launch writes it.
+    """
+    if table.num_rows == 0:
+        return table
+    for column in (*FULL[name], *columns):
+        if column not in table.column_names:
+            raise StoreError(f"study {study}: its stored {name} have no column {column}; launch it again")
+    try:
+        _check_names(table)
+        _check_full(table, FULL[name])
+        CHECKS[name](table)
+    except ValueError as error:
+        raise StoreError(f"study {study}: the stored {name} are not what a launch writes: {error}") from None
+    return table
+
+
+def checked_numbers(folder: Location, table: pa.Table, columns: Iterable[str]) -> pa.Table:
+    """`table`, trials of whichever launches into `folder`: ids and statuses are texts, `columns` numbers.
+
+    Raises StoreError where they are not.
+    """
+    kinds = dict.fromkeys(columns, pa.float64()) | {"trial_id": pa.string(), "status": pa.string()}
+    try:
+        _check_types(table, {name: kind for name, kind in kinds.items() if name in table.column_names})
+    except ValueError as error:
+        raise StoreError(f"{folder}: the stored trials are not what a launch writes: {error}") from None
+    return table
+
+
+def _check_names(table: pa.Table) -> None:
+    names = table.column_names
+    for name in names:
+        if not NAME.fullmatch(name):
+            raise ValueError(f"no column is called {shortened(ascii(name))}")
+    if len(names) > len(set(names)):
+        raise ValueError("a column stands twice")
+
+
+def _check_trials(table: pa.Table) -> None:
+    _check_types(table, {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names})
+    models = pc.unique(table["model"]).to_pylist()
+    if len(models) > 1 or models[0] not in MODELS:
+        raise ValueError(f"they are of the models {', '.join(models[:5])}")
+    known = fields(models[0])
+    settings = {name: ARROW[known[name].kind] for name in known if name in table.column_names}
+    _check_types(table, settings)
+    named = {"trial_id", *(name for name, *_ in ABOUT_TRIAL), *known}
+    _check_numbers(table, set(table.column_names) - named)
+
+
+def _check_series(table: pa.Table) -> None:
+    _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
+    _check_numbers(table, set(table.column_names) - {"trial_id", "frame"})
+
+
+def _check_heatmaps(table: pa.Table) -> None:
+    _check_types(table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()})
+    found, rows, columns = _lengths(table, "visits", pa.int32()), *map(_whole(table), ("rows", "columns"))
+    if not ((rows > 0) & (columns > 0) & (rows * columns == found) & (found <= MOST_PIXELS)).all():
+        raise ValueError("visits are not as many as rows times columns")
+
+
+def _check_trajectories(table: pa.Table) -> None:
+    _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
+    boids = _lengths(table, "x", pa.float64())
+    if boids.min() < 1 or not all((_lengths(table, name, pa.float64()) == boids).all() for name in BODIES):
+        raise ValueError("x, y, vx and vy are not of the same boids")
+    for name in BODIES:
+        if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
+            raise ValueError(f"{name} has values that are not finite")
+    frames, trials = _whole(table)("frame"), table["trial_id"].combine_chunks().dictionary_encode().indices.to_numpy()
+    same = trials[1:] == trials[:-1]
+    if int((~same).sum()) + 1 != len(np.unique(trials)) or not (np.diff(frames)[same] > 0).all():
+        raise ValueError("frames are not in their order")
+    if not (np.diff(boids)[same] == 0).all():
+        raise ValueError("the number of boids changes from one frame to another")
+
+
+def _check_full(table: pa.Table, names: Iterable[str]) -> None:
+    for name in names:
+        if table[name].null_count:
+            raise ValueError(f'column "{name}" has empty cells')
+
+
+def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
+    for name, kind in kinds.items():
+        found = table.schema.field(name).type
+        if found not in (kind, pa.null()):
+            raise ValueError(f'column "{name}" holds {found}, not {kind}')
+
+
+def _check_numbers(table: pa.Table, names: Iterable[str]) -> None:
+    _check_types(table, dict.fromkeys(sorted(names), pa.float64()))
+
+
+def _whole(table: pa.Table) -> Callable[[str], NDArray[np.int64]]:
+    return lambda name: table[name].to_numpy().astype(np.int64)
+
+
+def _lengths(table: pa.Table, name: str, kind: pa.DataType) -> NDArray[np.int64]:
+    """How long the lists of a column are."""
+    found = table.schema.field(name).type
+    if not pa.types.is_list(found) or found.value_type != kind:
+        raise ValueError(f'column "{name}" holds {found}, not lists of {kind}')
+    if pc.list_flatten(table[name]).null_count:
+        raise ValueError(f'column "{name}" has lists with empty places')
+    lengths: NDArray[np.int64] = pc.list_value_length(table[name]).to_numpy().astype(np.int64)
+    return lengths
+
+
+CHECKS: dict[str, Callable[[pa.Table], None]] = {
+    "trials": _check_trials,
+    "series": _check_series,
+    "heatmaps": _check_heatmaps,
+    "trajectories": _check_trajectories,
+}

@@ -1,0 +1,67 @@
+"""What a trial gave, as plain values."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.design.jobs import Job
+
+FAILED = ("failed", "timeout")
+"""The statuses of trials that did not get to an end; a diverged one did, and that is what the model gives."""
+
+
+ENDINGS = {
+    "diverged": "a position or velocity was not a finite number after step {step}",
+    "timeout": "time limit of {limit} s reached after step {step}",
+}
+"""Why a trial ended before its time, by its status."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a trial gave.
+
+    `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
+    metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
+    (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
+    holds visit counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid in them.
+    """
+
+    job: Job
+    status: str
+    seconds: float
+    step: int = 0
+    error: str = ""
+    last: dict[str, float] = field(default_factory=dict)
+    mean: dict[str, float] = field(default_factory=dict)
+    frames: NDArray[np.int64] | None = None
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    heatmap: NDArray[np.int32] | None = None
+    trajectory: NDArray[np.float64] | None = None
+
+    @property
+    def has_failed(self) -> bool:
+        return self.status in FAILED
+
+
+def failed(job: Job, error: str) -> Result:
+    """The result of a job that never returned one."""
+    return Result(job, "failed", 0.0, error=error)
+
+
+def overdue(job: Job, error: str) -> Result:
+    """The result of a job that was ended because it did not return in time."""
+    return Result(job, "timeout", 0.0, error=error)
+
+
+def after(attempts: int, result: Result) -> Result:
+    """The result of a trial that was tried so often; the error of one that failed again says so."""
+    if attempts == 1 or not result.has_failed:
+        return result
+    return replace(result, error=f"after {attempts} attempts: {result.error}")
+
+
+def result_bytes(result: Result) -> int:
+    """The bytes of the arrays that can be large."""
+    return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)

@@ -1,0 +1,61 @@
+"""Frames in a few bytes a boid; sweep.web.protocol says which."""
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+FLOCKS, ACCELERATIONS, COVERAGE = 1, 2, 4
+MAGIC = b"BSF1"
+HEAD = struct.Struct("<4s3I4f")
+SPAN, TURN = 65535, 256
+ALONE = 65535
+BLOCKED, MOST_VISITS = 255, 254
+
+
+def frame(step: int, bodies: Floats, size: tuple[float, float], sections: Sequence[tuple[int, bytes]] = ()) -> bytes:
+    """One frame of `bodies` (4, N), x, y, vx and vy, in a world of width and height `size`, with its sections."""
+    x, y, vx, vy = bodies
+    (left, right), (top, bottom) = _span(x, size[0]), _span(y, size[1])
+    flags = sum(flag for flag, _ in sections)
+    head = HEAD.pack(MAGIC, flags, step, x.size, left, top, right, bottom)
+    heading = np.round(np.arctan2(vy, vx) * (TURN / (2 * np.pi))).astype(np.int64) % TURN
+    parts = [_quantised(x, left, right), _quantised(y, top, bottom), heading.astype(np.uint8).tobytes()]
+    return head + padded(b"".join(parts)) + b"".join(section for _, section in sections)
+
+
+def _span(coordinate: Floats, length: float) -> tuple[float, float]:
+    """From 0 to `length`, and as far beyond as there are boids, but no further than `length`; as the page reads it."""
+    low, high = max(-length, min(0.0, coordinate.min())), min(2 * length, max(length, coordinate.max()))
+    return float(np.float32(low)), float(np.float32(high))
+
+
+def _quantised(coordinate: Floats, low: float, high: float) -> bytes:
+    places = np.clip((coordinate - low) * (SPAN / (high - low)), 0, SPAN)
+    return np.round(places).astype("<u2").tobytes()
+
+
+def padded(content: bytes) -> bytes:
+    """The bytes and as many zeros as make a multiple of 4."""
+    return content + bytes(-len(content) % 4)
+
+
+def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:
+    """The section of flocks; `labels` (N,) has the same number for all boids of a flock."""
+    _, first, members, sizes = np.unique(labels, return_index=True, return_inverse=True, return_counts=True)
+    shown = np.where(sizes > 1, first % ALONE, ALONE)
+    return FLOCKS, padded(shown[members].astype("<u2").tobytes())
+
+
+def accelerations(by_rule: Floats) -> tuple[int, bytes]:
+    """The section of accelerations (rules, 2, N)."""
+    return ACCELERATIONS, struct.pack("<I", len(by_rule)) + by_rule.astype("<f4").tobytes()
+
+
+def coverage(visits: NDArray[np.int32]) -> tuple[int, bytes]:
+    """The section of visits (rows, columns), which are negative in obstacles."""
+    shown = np.where(visits < 0, BLOCKED, np.minimum(visits, MOST_VISITS)).astype(np.uint8)
+    return COVERAGE, struct.pack("<2I", *shown.shape) + padded(shown.tobytes())

@@ -1,0 +1,65 @@
+"""A run with its frames in memory, to be scrubbed through and written into files."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.design.jobs import Job
+from sweep.replays.flight import Report, frames
+
+MOST_BYTES = 256 * 2**20
+"""The most that the frames of a run may take; of a larger one every second or third frame is kept, and so on."""
+
+
+class Flight(NamedTuple):
+    """The frames 0, `every`, 2 `every`, ... and the last of a run of `job`, a trial of `study`.
+
+    `steps` (F,) are the steps done, `bodies` (F, 4, N) x, y, vx and vy, and `values` has (F,) of each metric.
+    """
+
+    study: str
+    job: Job
+    every: int
+    steps: NDArray[np.int64]
+    bodies: NDArray[np.float64]
+    values: dict[str, NDArray[np.float64]]
+
+    def place(self, step: int) -> int:
+        """The index of the latest frame that is not after `step`."""
+        return max(0, int(np.searchsorted(self.steps, step, side="right")) - 1)
+
+
+def silent(_done: int, _whole: int) -> None:
+    """Reports no progress."""
+
+
+def fly(
+    study: str,
+    job: Job,
+    metrics: tuple[str, ...] = (),
+    *,
+    every: int = 0,
+    until: int | None = None,
+    report: Report = silent,
+) -> Flight:
+    """Run a trial and keep its frames, up to the step `until`; `every` 0 keeps as many as MOST_BYTES hold.
+
+    An exception of the trial is raised as it is. One that diverges ends with its last finite frame.
+    """
+    every = every or _every(job, len(metrics))
+    blocks = []
+    for taken in frames(job, every, report, metrics):
+        blocks.append(taken)
+        if until is not None and len(taken.steps) and taken.steps[-1] >= until:
+            break
+    steps, values, bodies = (list(parts) for parts in zip(*blocks, strict=True))
+    joined = np.concatenate(steps)
+    count = len(joined) if until is None else int(np.searchsorted(joined, until, side="right"))
+    series = dict(zip(metrics, np.hstack(values)[:, :count], strict=True))
+    return Flight(study, job, every, joined[:count], np.concatenate(bodies)[:count], series)
+
+
+def _every(job: Job, metrics: int) -> int:
+    frame = 8 * (4 * int(job.settings["n"]) + metrics + 1)
+    return max(1, -(-int(job.settings["steps"]) * frame // MOST_BYTES))

@@ -1,0 +1,161 @@
+"""A live run as a Show: the words that a page and a Session exchange."""
+
+import time
+from collections.abc import Callable
+
+from sweep.errors import SpecError
+from sweep.spec.settings import fields
+from sweep.web import encoding, messages, overlays
+from sweep.web.controls import controls
+from sweep.web.filing import Order, filed
+from sweep.web.history import Cursor
+from sweep.web.messages import Message
+from sweep.web.protocol import Reply, plain
+from sweep.web.session import Session
+from sweep.web.state import Range
+
+COVERAGE_PERIOD = 0.25
+"""Seconds between two pictures of the coverage while it runs."""
+
+
+class Live(Session):
+    """The Show of a Session."""
+
+    covered = 0.0
+
+    def greeting(self) -> list[Reply]:
+        """Controls, scene and, as whoever sees it must have both, the state at the end."""
+        own = (str(self.state.settings["map"]),) if self.state.own else ()
+        return [controls(self.state.model, self.state.preset, own), self.scene(), self.status()]
+
+    def handle(self, message: Message) -> list[Reply]:
+        """Do what the page asks: the scene, where the world may have changed, and the state; or what was asked for."""
+        if isinstance(message, messages.Spec):
+            return [{"type": "spec", "yaml": self.state.as_text(), "exact": self.exact, "note": self.note}]
+        before, own = self.simulation, self.state.own
+        _do(self, message)
+        if isinstance(message, messages.Model) or (own is None) != (self.state.own is None):
+            return self.greeting()
+        return [*([] if self.simulation is before else [self.scene()]), self.status()]
+
+    def export(self, kind: str) -> Callable[[], Reply]:
+        """What makes a file: a picture of this frame, or the run up to it, which a changed one has no more."""
+        study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
+        refused = "" if self.exact else f"an animation shows the run that the spec gives, but {self.note}"
+        order = Order(study, self.state.job, self.step, self.bodies, self.state.plots, self.step, refused)
+        return filed(order, kind, self.greeting(), self.state.as_text())
+
+    def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
+        """Metrics since the cursor, whom the selected boid sees, the rules of the accelerations."""
+        metrics, cursor = self.history.since(cursor)
+        replies: list[Reply] = [metrics] if metrics else []
+        replies.append(self.selection())
+        if "accelerations" in self.overlays:
+            replies.append({"type": "rules", "names": overlays.rules(self.simulation)})
+        return replies, cursor
+
+    def picture(self) -> bytes:
+        """The frame with the overlays that are wanted."""
+        simulation, sections = self.simulation, []
+        if "flocks" in self.overlays:
+            sections.append(encoding.flocks(overlays.flocks(simulation)))
+        if "accelerations" in self.overlays:
+            sections.append(encoding.accelerations(overlays.accelerations(simulation)))
+        if "coverage" in self.overlays and (not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD):
+            self.covered = time.monotonic()
+            sections.append(encoding.coverage(overlays.coverage(simulation)))
+        world = simulation.world
+        return encoding.frame(self.step, self.bodies, (world.width, world.height), sections)
+
+    def status(self) -> Reply:
+        """The state message."""
+        state = self.state
+        return {
+            "type": "state",
+            "model": state.model,
+            "preset": state.preset,
+            "settings": {name: plain(value) for name, value in state.settings.items()},
+            "changed": list(state.fixed),
+            "shapes": state.shapes,
+            "seed": state.seed,
+            "running": self.running,
+            "speed": self.speed,
+            "step": self.step,
+            "steps": self.simulation.schedule.steps,
+            "exact": self.exact,
+            "note": self.note,
+            "sweeps": {name: range_._asdict() for name, range_ in state.sweeps.items()},
+            "selected": self.selected,
+            "overlays": list(self.overlays),
+            "plots": list(state.plots),
+            "replay": None,
+        }
+
+    def scene(self) -> Reply:
+        """The scene message."""
+        simulation = self.simulation
+        world, model = simulation.world, simulation.model
+        columns = (world.obstacle_x, world.obstacle_y, world.half_width, world.half_height, world.is_round)
+        drawn = any("goal" in field.text for field in fields(model.name).values() if field.group == "parameters")
+        goal = [world.goal_x, world.goal_y, simulation.observation.goal_radius] if drawn else None
+        return {
+            "type": "scene",
+            "width": world.width,
+            "height": world.height,
+            "borders": str(self.state.settings["borders"]),
+            "length": model.length,
+            "time": model.time,
+            "downwards": model.length == "px",
+            "obstacles": [list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)],
+            "goal": goal,
+        }
+
+    def selection(self) -> Reply:
+        """Whom the selected boid sees."""
+        boid = self.selected
+        if boid is None:
+            return {"type": "selection", "boid": None}
+        seen, flock = overlays.view(self.simulation, boid), self.simulation.flock
+        place = {"x": float(flock.x[boid]), "y": float(flock.y[boid])}
+        return {"type": "selection", "boid": boid, **place, **seen._asdict(), "range": plain(seen.range)}
+
+
+def _do(session: Session, message: Message) -> None:
+    """Do what a message asks. Raises SpecError for what is refused."""
+    match message:
+        case messages.Set(name, value):
+            session.change({name: value})
+        case messages.Goal(x, y):
+            session.change({"goal_x": x, "goal_y": y})
+        case messages.Shapes(shapes):
+            session.place(shapes)
+        case messages.Model(model, preset):
+            session.choose(model, preset)
+        case messages.Metrics(names):
+            session.follow(names)
+        case messages.Overlays(names):
+            session.draw(names)
+        case messages.Sweep(name, low, high, points, off):
+            session.sweep(name, None if off else Range(low, high, points))
+        case messages.Select(boid):
+            session.select(boid)
+        case messages.Speed(steps_per_second):
+            session.hurry(steps_per_second)
+        case messages.Step(count):
+            session.take_steps(count)
+        case _:
+            _steer(session, message)
+
+
+def _steer(session: Session, message: Message) -> None:
+    match message:
+        case messages.Run():
+            session.run()
+        case messages.Pause():
+            session.pause()
+        case messages.Reset():
+            session.reset()
+        case messages.Continue():
+            session.extend()
+        case messages.Seek():
+            raise SpecError("only a stored trial can be scrubbed; this is a live run")

@@ -1,0 +1,58 @@
+"""What is on its way to a page, in the order in which it happened; nobody who works has to wait for the line."""
+
+import asyncio
+from typing import Protocol
+
+from sweep.web.protocol import Reply
+
+MOST_WAITING = 64
+"""Messages on their way, with more of which the page is not listened to."""
+
+
+class Line(Protocol):
+    """The way to a page. All methods raise ConnectionError when it is gone."""
+
+    async def hear(self) -> str:
+        """The next message of the page."""
+
+    async def tell(self, reply: Reply) -> None:
+        """Send a message."""
+
+    async def show(self, frame: bytes) -> None:
+        """Send a frame."""
+
+
+class Outbox:
+    """Sends to a line what is put into it, as soon as the line takes it. To be made in a running event loop."""
+
+    def __init__(self, line: Line) -> None:
+        self.line = line
+        self._loop = asyncio.get_running_loop()
+        self._items: asyncio.Queue[Reply | bytes] = asyncio.Queue()
+        self._room = asyncio.Event()
+        self._room.set()
+
+    def put(self, *items: Reply | bytes) -> None:
+        """Messages and frames to be sent, from any thread."""
+        for item in items:
+            self._loop.call_soon_threadsafe(self._put, item)
+
+    def _put(self, item: Reply | bytes) -> None:
+        self._items.put_nowait(item)
+        if self._items.qsize() >= MOST_WAITING:
+            self._room.clear()
+
+    async def room(self) -> None:
+        """Wait until fewer than MOST_WAITING items are on their way."""
+        await self._room.wait()
+
+    async def send(self) -> None:
+        """Send whatever comes, for ever. Raises ConnectionError when the line is gone."""
+        while True:
+            item = await self._items.get()
+            if self._items.qsize() < MOST_WAITING:
+                self._room.set()
+            if isinstance(item, bytes):
+                await self.line.show(item)
+            else:
+                await self.line.tell(item)

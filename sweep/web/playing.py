@@ -1,0 +1,221 @@
+"""A Show played to a page: steps at the wanted pace, and a frame whenever the page is ready for one.
+
+Stepping never waits for drawing. A page that is slow gets fewer frames, always the latest, and never a queue of them.
+"""
+
+import asyncio
+import logging
+import re
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import NoReturn, TypeVar
+
+from sweep.errors import SpecError, StoreError
+from sweep.web.history import Cursor
+from sweep.web.messages import Export, Hello, Ready
+from sweep.web.outbox import Line, Outbox
+from sweep.web.protocol import MessageError, Reply, parse
+from sweep.web.show import Show
+
+CALL_SECONDS = 0.005
+"""How long steps are taken at a time: what the page asks waits no longer for them, unless one step takes longer."""
+ROUNDS = 3
+"""Of the event loop between two such times, so that what has been asked is done and the frame is sent."""
+SHORTEST_WAIT, LONGEST_WAIT = 1 / 120, 0.1
+LONGEST_DEBT = 0.25
+"""Seconds of steps that are made up for; a machine that is slower than the wanted pace does not try."""
+
+IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
+"""The page's spec has no lines that anybody has seen."""
+
+R = TypeVar("R")
+log = logging.getLogger("sweep")
+
+
+class Pace:
+    """How many steps are due, by the clock; begun anew whenever a run goes on."""
+
+    def __init__(self) -> None:
+        self.owed, self.last = 1.0, time.monotonic()
+        self.most = 1
+
+    def due(self, show: Show) -> tuple[int, float]:
+        """How many steps to take now, and how many seconds to wait afterwards."""
+        before, self.last = self.last, time.monotonic()
+        if show.speed == 0 or not show.running:
+            return self.most, 0.0
+        self.owed = min(self.owed + (self.last - before) * show.speed, max(1.0, show.speed * LONGEST_DEBT))
+        steps = min(int(self.owed), self.most)
+        self.owed -= steps
+        wait = max(SHORTEST_WAIT, (1 - self.owed) / show.speed)
+        return steps, 0.0 if self.owed >= 1 else min(wait, LONGEST_WAIT)
+
+    def took(self, steps: int, seconds: float) -> None:
+        """So many steps took so long: the next are fewer or up to twice as many."""
+        self.most = max(1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6))))
+
+
+class Player:
+    """Plays one Show to whoever is on the line, one line at a time. Between two lines it stands still."""
+
+    def __init__(self, show: Show) -> None:
+        self.show = show
+        self.turn, self.filing = asyncio.Lock(), asyncio.Lock()
+        self.asked, self.changed, self.ready = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        self.cursor, self.told = Cursor(), dict[str, Reply]()
+        self.task: asyncio.Task[None] | None = None
+        self.left = time.monotonic()
+
+    async def play(self, line: Line) -> bool:
+        """Play to this line until it is gone, or another one takes over; whether that was so."""
+        if self.task:
+            self.task.cancel()
+        task = self.task = asyncio.create_task(self._play(line))
+        try:
+            await asyncio.wait({task})
+        finally:
+            task.cancel()
+            if self.task is task:
+                self.task, self.left = None, time.monotonic()
+        if not task.cancelled() and (error := task.exception()):
+            log.error("the simulator failed", exc_info=error)
+        return task.cancelled()
+
+    async def _play(self, line: Line) -> None:
+        outbox = Outbox(line)
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(outbox.send())
+                await self._greet(outbox)
+                tasks.create_task(self._step(outbox))
+                tasks.create_task(self._paint(outbox))
+                tasks.create_task(self._listen(line, outbox, tasks))
+        except* ConnectionError:
+            pass
+
+    async def in_turn(self, work: Callable[[], R]) -> R:
+        """What `work` with the show returns, which may take long: in a thread, alone, and to its end in any case."""
+
+        async def alone() -> R:
+            async with self.turn:
+                return await asyncio.to_thread(work)
+
+        return await asyncio.shield(asyncio.create_task(alone()))
+
+    async def _greet(self, outbox: Outbox) -> None:
+        self.cursor, self.told = Cursor(), {}
+        await self.in_turn(lambda: outbox.put(*self.show.greeting()))
+        for event in (self.ready, self.changed, self.asked):
+            event.set()
+
+    async def _listen(self, line: Line, outbox: Outbox, tasks: asyncio.TaskGroup) -> None:
+        while True:
+            await outbox.room()
+            text = await line.hear()
+            try:
+                message = parse(text)
+            except MessageError as error:
+                await self._answer(outbox, error.id, partial(_refuse, error))
+                continue
+            if isinstance(message, Ready):
+                self.ready.set()
+            elif isinstance(message, Hello):
+                await self._greet(outbox)
+            elif isinstance(message, Export):
+                await self._answer(outbox, message.id, list)
+                tasks.create_task(self._export(outbox, message.kind))
+            else:
+                await self._answer(outbox, message.id, partial(self.show.handle, message))
+
+    async def _answer(self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]) -> None:
+        """Tell what `work` returns or, where it is refused, why; and what holds now, which answers what was asked."""
+
+        def answer() -> None:
+            try:
+                replies = work()
+            except Exception as error:
+                replies = [_error(_reason(error)) | {"answers": asked}]
+            if all(reply["type"] != "state" for reply in replies):
+                replies.append(self.show.status())
+            outbox.put(*(reply | {"answers": asked} if reply["type"] == "state" else reply for reply in replies))
+
+        await self.in_turn(answer)
+        self.asked.set()
+        self.changed.set()
+
+    async def _export(self, outbox: Outbox, kind: str) -> None:
+        """Make a file while the show goes on, and tell it. One at a time."""
+        if self.filing.locked():
+            outbox.put(_error("a file is being made already; wait for it"))
+            return
+        async with self.filing:
+            try:
+                make = await self.in_turn(lambda: self.show.export(kind))
+                outbox.put(await asyncio.to_thread(make))
+            except Exception as error:
+                outbox.put(_error(_reason(error)))
+
+    async def _step(self, outbox: Outbox) -> None:
+        """Advance the show while it is going, and tell when it stands still."""
+        while True:
+            self.asked.clear()
+            if not self.show.going:
+                await self.asked.wait()
+            pace = Pace()
+            while self.show.going:
+                steps, wait = pace.due(self.show)
+                if steps:
+                    pace.took(steps, await self._advance(outbox, steps))
+                for _ in range(ROUNDS if wait == 0.0 else 1):
+                    await asyncio.sleep(wait)
+
+    async def _advance(self, outbox: Outbox, steps: int) -> float:
+        """Take steps, unless somebody was faster and it stands still, and return the seconds that they took.
+
+        Kernels let no other thread run: in a thread of their own they would only make the others wait for their turn.
+        """
+        async with self.turn:
+            began = time.perf_counter()
+            if self.show.going:
+                self.show.advance(steps)
+                self.changed.set()
+            seconds = time.perf_counter() - began
+            if not self.show.going:
+                outbox.put(self.show.status())
+        return seconds
+
+    async def _paint(self, outbox: Outbox) -> None:
+        """Send the latest frame, and what belongs to it, whenever it is another one and the page is ready."""
+        version = -1
+        while True:
+            await self.ready.wait()
+            await self.changed.wait()
+            self.changed.clear()
+            if self.show.version == version:
+                continue
+            self.ready.clear()
+            async with self.turn:
+                version = self.show.version
+                replies, self.cursor = self.show.news(self.cursor)
+                for reply in replies:
+                    if self.told.get(reply["type"]) != reply:
+                        self.told[reply["type"]] = reply
+                        outbox.put(reply)
+                outbox.put(self.show.picture())
+
+
+def _refuse(error: MessageError) -> NoReturn:
+    raise error
+
+
+def _error(message: str) -> Reply:
+    return {"type": "error", "message": message}
+
+
+def _reason(error: Exception) -> str:
+    """What the page is told of an error; what is not the user's is logged in full."""
+    if isinstance(error, SpecError | StoreError | MessageError):
+        return IN_SPEC.sub("", str(error))
+    log.error("the simulator failed", exc_info=error)
+    return f"the simulator failed: {type(error).__name__}; it goes on, and its terminal says more"

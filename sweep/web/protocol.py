@@ -1,0 +1,185 @@
+"""The messages between the page and the session behind it: JSON texts both ways, and binary frames to the page.
+
+From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready,
+and the error that refuses it, has its `id` under `answers`: so a page knows which state is older than what it asked:
+
+    hello page                      first; answered by controls, scene, state, metrics and a frame
+    set name value                  a setting, or `seed`; an infinite number is the text "inf"
+    model model preset              another model, from its first step
+    run, pause, reset, continue     continue makes a run that has ended twice as long
+    step count
+    speed steps_per_second          0 is as fast as it goes
+    shapes shapes                   replaces all obstacles, as a spec writes them; [] is an empty world
+    goal x y
+    select boid                     null for none
+    overlays names                  of flocks, coverage, accelerations
+    metrics names                   which are plotted
+    sweep name low high points      a setting that the copied spec sweeps; with off: true no longer
+    spec                            answered by spec: yaml, exact, note
+    export kind                     png, svg, gif, mp4 or html, answered by file: name, mime, data (base64)
+    ready                           the last frame is drawn and another one may come
+    seek frame                      of a stored trial
+
+To the page:
+
+    controls model models groups maps metrics overlays, see sweep.web.controls
+    state model preset settings changed shapes seed running speed step steps exact note sweeps selected overlays plots
+          replay answers; settings that are infinite are the text "inf", replay is null or {study, trial, frames, equal}
+    scene width height borders length time downwards obstacles goal
+          obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in maps too; goal [x, y, radius]
+    metrics steps values reset      batches, thinned where they are long; with reset: true they begin anew; null is NaN
+    selection boid x y range fov heading neighbours
+          heading in radians from +x towards +y, null where the boid sees all round; boid null where none is selected
+    rules names                     of the accelerations in the frames that follow
+    spec, file                      as above
+    error message answers, info message
+
+A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1, y1, the box that 16 bits span: the
+world, enlarged where boids are outside, on each side by at most its own size; those beyond stand on its border. Then
+u16 x[n], u16 y[n], u8 heading[n] (256 a full turn, 0 along +x, towards +y), and padding to 4 bytes. What follows is
+said by flags, in this order, each padded to 4 bytes:
+
+    1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo 65535; 65535 for one alone
+    2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
+    4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle, 254 as many or more; at most
+                     a few times a second: where a frame has none, the last one stays
+"""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import MISSING
+from dataclasses import fields as members
+from typing import Any, get_type_hints
+
+from sweep.spec.settings import Value
+from sweep.text import unknown
+from sweep.web.messages import MESSAGES, Message, Names, Whole
+from sweep.web.state import Shape
+
+MOST_BYTES = 2**20
+"""Of one message from the page."""
+MOST_CHARACTERS = 200
+OVERLAYS = ("flocks", "coverage", "accelerations")
+
+Reply = dict[str, Any]
+
+
+class MessageError(ValueError):
+    """What is wrong with a message, in a sentence for the one who sent it; `id` is that of the message."""
+
+    id = ""
+
+
+def parse(text: str) -> Message:
+    """The message of a JSON text from anyone. Raises MessageError where it is none."""
+    try:
+        content = json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        raise MessageError("a message must be JSON") from None
+    if not isinstance(content, dict) or not isinstance(content.get("type"), str):
+        raise MessageError('a message must be an object with a "type"')
+    try:
+        return _message(content.pop("type"), content)
+    except MessageError as error:
+        asked = content.get("id")
+        error.id = asked if isinstance(asked, str) else ""
+        raise
+
+
+def _message(name: str, content: dict[str, Any]) -> Message:
+    if name not in MESSAGES:
+        raise MessageError(unknown("message", name, MESSAGES))
+    kind = MESSAGES[name]
+    hints = get_type_hints(kind, include_extras=True)
+    for key in content:
+        if key not in hints:
+            raise MessageError(unknown(f"key of {name}", key, hints))
+    for member in members(kind):
+        if member.name not in content and member.default is MISSING:
+            raise MessageError(f'{name}: missing key "{member.name}"')
+    return kind(**{key: _read(f"{name}: {key}", hints[key], value) for key, value in content.items()})
+
+
+def write(reply: Reply) -> str:
+    """The JSON text of a reply. Infinite settings are texts in it already, and what is not a number is null."""
+    return json.dumps(reply, allow_nan=False, separators=(",", ":"))
+
+
+def plain(value: Value) -> Value:
+    """A setting as JSON has it: an infinite number as the text inf."""
+    return "inf" if isinstance(value, float) and math.isinf(value) else value
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(constant)
+
+
+def _read(where: str, hint: Any, value: Any) -> Any:
+    try:
+        return READERS[hint](value)
+    except (TypeError, ValueError) as error:
+        raise MessageError(f"{where} must be {error}") from None
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or len(value) > MOST_CHARACTERS:
+        raise ValueError(f"a text of at most {MOST_CHARACTERS} characters")
+    return value
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e300:
+        raise ValueError("a finite number")
+    return float(value)
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
+        raise ValueError("a whole number from 0")
+    return value
+
+
+def _whole_or_none(value: Any) -> int | None:
+    return None if value is None else _whole(value)
+
+
+def _truth(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
+def _value(value: Any) -> Value:
+    if isinstance(value, str) and value != "inf":
+        return _text(value)
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int) and abs(value) < 2**63:
+        return value
+    return math.inf if value == "inf" else _number(value)
+
+
+def _names(value: Any) -> Names:
+    if not isinstance(value, list) or len(value) > MOST_CHARACTERS:
+        raise ValueError("a list of names")
+    return tuple(dict.fromkeys(map(_text, value)))
+
+
+def _shapes(value: Any) -> list[Shape]:
+    """What the shapes are is asked where they are placed."""
+    if not isinstance(value, list):
+        raise ValueError("a list of shapes")
+    return value
+
+
+READERS: dict[Any, Callable[[Any], Any]] = {
+    str: _text,
+    float: _number,
+    bool: _truth,
+    Whole: _whole,
+    Whole | None: _whole_or_none,
+    Value: _value,
+    Names: _names,
+    list[Shape]: _shapes,
+}

@@ -1,0 +1,131 @@
+"""A run as one page of HTML that opens from disk: the page's own script and style, and its frames in base64.
+
+A boid takes five bytes a frame, of which base64 makes seven. The page may load nothing and speak to nobody.
+"""
+
+import base64
+import hashlib
+import json
+import math
+from collections.abc import Iterable
+from html import escape
+from typing import Any
+
+from sweep.design.jobs import Job
+from sweep.errors import StoreError
+from sweep.web.encoding import frame
+from sweep.web.export import MIME, File, about, file_name, thinned
+from sweep.web.flight import Flight
+from sweep.web.page import STATIC, script, style
+
+MOST_BYTES = 16 * 2**20
+"""Of the frames in a page: what can be mailed, and is drawn at once."""
+FEWEST_FRAMES = 100
+"""A run of which the page cannot hold so many is refused."""
+AS_LAUNCHED = "The spec gives these very frames, bit for bit."
+START = """
+const recording = JSON.parse(document.getElementById("recording").textContent);
+mount(document.querySelector("main"), recorded(recording), { shortcuts: document });
+"""
+
+Message = dict[str, Any]
+
+
+def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
+    """The page that plays a run; `greeting` has the messages controls, state and scene that a session begins with.
+
+    With more frames than it has room for it has every second, third, ... of them. `spec` is the YAML that it hands out.
+    Raises StoreError where too few frames would be left.
+    """
+    few = thinned(flight, _room(flight.job, len(flight.steps)))
+    size = float(few.job.settings["width"]), float(few.job.settings["height"])
+    frames = b"".join(frame(int(step), one, size) for step, one in zip(few.steps, few.bodies, strict=True))
+    said = {message["type"]: message for message in greeting}
+    recording = {
+        "controls": said["controls"] | {"overlays": []},
+        "state": _state(few, said["state"]),
+        "scene": said["scene"],
+        "spec": spec,
+        "steps": few.steps.tolist(),
+        "metrics": {name: [_number(value) for value in series.tolist()] for name, series in few.values.items()},
+        "about": about(flight.study, flight.job),
+        "frames": base64.b64encode(frames).decode(),
+    }
+    content = _document(recording).encode()
+    return File(file_name(flight.study, flight.job, "html"), MIME["html"], content)
+
+
+def check_page(job: Job, every: int) -> None:
+    """Raise StoreError where a page has no room for a trial with a frame every `every` steps; 0 stands for 1."""
+    _room(job, int(job.settings["steps"]) // (every or 1) + 1)
+
+
+def _room(job: Job, frames: int) -> int:
+    """How many frames of a trial a page has room for; StoreError where that is too little for one of so many frames."""
+    n = int(job.settings["n"])
+    bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
+    room = MOST_BYTES // bytes_a_frame
+    if room < min(FEWEST_FRAMES, frames):
+        raise StoreError(
+            f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for "
+            f"{MOST_BYTES:,}, which are {room} frames: it would jump; export an animation instead"
+        )
+    return room
+
+
+def _state(flight: Flight, state: Message) -> Message:
+    """The session's state as it is at the beginning of its recording."""
+    first, last = int(flight.steps[0]), int(flight.steps[-1])
+    live = {"study": flight.study, "trial": flight.job.trial_id, "equal": True, "words": AS_LAUNCHED}
+    replay = state["replay"] or live
+    replay = replay | {"frames": [first, last, flight.every], "recorded": True}
+    plots = [name for name in state["plots"] if name in flight.values]
+    return state | {
+        "replay": replay,
+        "running": False,
+        "step": first,
+        "selected": None,
+        "overlays": [],
+        "sweeps": {},
+        "plots": plots,
+    }
+
+
+def _number(value: float) -> float | None:
+    """A value of a metric as JSON has it: null is no number."""
+    return value if math.isfinite(value) else None
+
+
+def _document(recording: Message) -> str:
+    said = recording["about"]
+    title = f"{said['Study']}, trial {said['Trial']}"
+    program = "\n".join([script(), (STATIC / "recording.js").read_text(encoding="utf-8"), START])
+    rules = style()
+    policy = f"default-src 'none'; script-src {_source(program)}; style-src {_source(rules)}; img-src blob: data:"
+    # "<" could end the element that it stands in.
+    data = json.dumps(recording, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    where = "; ".join(f"{key}: {value}" for key, value in said.items())
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">
+<meta name="description" content="{escape(where)}">
+<title>{escape(title)}</title>
+<style>{rules}</style>
+</head>
+<body class="boidsweep-page">
+<main></main>
+<noscript>{escape(title)}: {escape(where)}. The recording needs JavaScript to play.</noscript>
+<script type="application/json" id="recording">{data}</script>
+<script type="module">{program}</script>
+</body>
+</html>
+"""
+
+
+def _source(text: str) -> str:
+    """What the policy of a page calls an element with this text."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -1,0 +1,63 @@
+"""Simulations for looking at: made so that any metric can be plotted, and changed while they run."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from kernels.metrics import METRICS
+from sweep.design.jobs import Job
+from sweep.spec.settings import preset_settings
+from sweep.spec.study import Record, Streams
+from sweep.trial.simulation import Simulation, warm
+
+MOST_PIXELS = 4_000_000
+"""Of a world whose visits are counted in any case."""
+
+
+def simulation_of(job: Job) -> Simulation:
+    """The simulation of `job` that counts what any metric may need, and keeps every frame with all bodies.
+
+    What is counted and kept changes nothing of the flight. Where there are very many pixels, visits are only counted
+    for the metrics of the job.
+    """
+    _compile(job.model, job.preset)
+    wanted = [name for name, metric in METRICS.items() if metric.counts or metric.pairs or metric.covers]
+    if not _can_cover(job):
+        wanted = [name for name in wanted if not METRICS[name].covers or name in job.record.metrics]
+    simulation = Simulation(replace(job, record=Record(tuple(wanted), trajectories=True)))
+    simulation.job = replace(job, record=Record(job.record.series, trajectories=True))
+    return simulation
+
+
+@cache
+def _compile(model: str, preset: str) -> None:
+    """Compile what runs of a model need, so that none of it is left for the first step."""
+    settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
+    warm(Job("", "", 0, 0, False, model, preset, settings, Record(()), Streams(), None))
+
+
+def _can_cover(job: Job) -> bool:
+    width, height, pixel = (float(job.settings[name]) for name in ("width", "height", "pixel"))
+    return pixel <= min(width, height) and width / pixel * (height / pixel) <= MOST_PIXELS
+
+
+def changed(earlier: Simulation, job: Job) -> Simulation:
+    """The simulation of `job` in the place of `earlier`, which has as many boids: its flock, generator and counts.
+
+    Visits are kept where the same pixels can be visited.
+    """
+    simulation = simulation_of(job)
+    simulation.noise.state, simulation.step = earlier.noise.state, earlier.step
+    simulation.record.progress[:] = earlier.record.progress
+    watches = zip(simulation.record.watch, earlier.record.watch, strict=True)
+    for mine, theirs in (*zip(simulation.flock, earlier.flock, strict=True), *watches):
+        if isinstance(mine, np.ndarray):
+            mine[:] = theirs
+    simulation.work.heading_x[:] = earlier.work.heading_x
+    simulation.work.heading_y[:] = earlier.work.heading_y
+    simulation.rebuild_grid(0)
+    ground, before = simulation.record.coverage, earlier.record.coverage
+    if np.array_equal(ground.visits < 0, before.visits < 0):
+        ground.visits[:], ground.sums[:] = before.visits, before.sums
+    return simulation

@@ -1,0 +1,197 @@
+"""One live run: what is on the screen, the simulation that it stands for, and what the page asks of both.
+
+Nothing here waits or draws. As long as nothing is changed on the way, the frames of a session are those of a launch of
+its spec, bit by bit, whoever looks at them and how often.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.metrics import METRICS
+from kernels.settings import StartSettings
+from sweep.errors import SpecError
+from sweep.spec.study import Record
+from sweep.text import unknown
+from sweep.trial.state import Taken
+from sweep.web.history import History
+from sweep.web.protocol import OVERLAYS
+from sweep.web.running import changed, simulation_of
+from sweep.web.state import COMMON, Range, Shape, ViewState, begin
+
+START = {"n", "map", "seed", *StartSettings._fields}
+"""What a run begins anew with."""
+SPEED, FASTEST = 60.0, 1e6
+
+
+class Session:
+    """The run of a ViewState: `simulation`, and `bodies` (4, N), x, y, vx and vy, of its last frame.
+
+    `exact` says whether the frames so far are those of the copied spec, `note` why not. `version` grows with whatever
+    may change what is drawn. Methods raise SpecError for what is not allowed, and then nothing has changed.
+    """
+
+    def __init__(self, state: ViewState) -> None:
+        self.history = History()
+        self.version = 0
+        self.speed = SPEED
+        self.selected: int | None = None
+        self.overlays: tuple[str, ...] = ()
+        self._begin(state)
+
+    def _begin(self, state: ViewState) -> None:
+        """Show a state at its first step, standing still."""
+        self.simulation = simulation_of(state.job)
+        self.running, self.aim = False, 0
+        self.exact, self.note, self.diverged = True, "", False
+        self.altered: set[str] = set()
+        self._follow(state)
+        self._take()
+        if self.selected is not None and self.selected >= self.n:
+            self.selected = None
+
+    def _follow(self, state: ViewState) -> None:
+        """Show a state whose metrics are plotted from here on."""
+        self._show(state)
+        self.history.begin(state.plots)
+
+    def _show(self, state: ViewState) -> None:
+        self.state = state
+        self.simulation.job = replace(state.job, record=Record(state.plots, trajectories=True))
+
+    def _take(self) -> Taken:
+        taken = self.simulation.take_frames()
+        if len(taken.steps):
+            self.bodies: NDArray[np.float64] = taken.bodies[-1]
+            self.history.add(taken.steps, taken.values)
+        self.version += 1
+        return taken
+
+    @property
+    def n(self) -> int:
+        """The number of boids."""
+        return self.simulation.schedule.n
+
+    @property
+    def step(self) -> int:
+        """The steps done."""
+        return self.simulation.step
+
+    @property
+    def going(self) -> bool:
+        """Whether steps are to be taken: because it runs, or because some were asked for."""
+        return self.running or self.step < self.aim
+
+    def advance(self, steps: int) -> Taken:
+        """Take up to `steps` steps, no more than there is room for frames, and return the frames.
+
+        The run pauses where it has gone as far as was asked for, at its end, and where a state is not finite.
+        """
+        most = self.simulation.steps_left if self.running else self.aim - self.step
+        if not self.simulation.advance(min(steps, most)):
+            self.diverged = True
+            self.note = f"diverged at step {self.step:,}: a position or velocity was not a finite number"
+        if self.diverged or self.simulation.steps_left <= 0:
+            self.pause()
+        return self._take()
+
+    def run(self) -> None:
+        """Go on by itself."""
+        self._check_going()
+        self.running = True
+
+    def pause(self) -> None:
+        """Stand still."""
+        self.running, self.aim = False, 0
+
+    def take_steps(self, count: int) -> None:
+        """Let so many more steps be taken than were asked for."""
+        self._check_going()
+        self.running, self.aim = False, min(max(self.aim, self.step) + count, self.step + self.simulation.steps_left)
+
+    def _check_going(self) -> None:
+        if self.diverged:
+            raise SpecError(f"the run {self.note}; reset begins again")
+        if self.simulation.steps_left <= 0:
+            raise SpecError(
+                f"the run has ended after {self.step:,} steps; continue makes it longer, reset begins again"
+            )
+
+    def reset(self) -> None:
+        """Go back to the start, with the settings as they are."""
+        self._again(self.state)
+
+    def _again(self, state: ViewState) -> None:
+        """Begin with a state, and go on by itself as before."""
+        running = self.running
+        self._begin(state)
+        self.running = running
+
+    def extend(self) -> None:
+        """Make the run twice as long, and go on."""
+        self.change({"steps": 2 * self.simulation.schedule.steps})
+        self.run()
+
+    def choose(self, model: str, preset: str) -> None:
+        """Show another model or preset, with the same seed."""
+        self._begin(begin(model, preset, self.state.seed))
+
+    def change(self, changes: Mapping[str, object]) -> None:
+        """Change settings, or the seed."""
+        self._become(self.state.with_settings(changes), set(changes))
+
+    def place(self, shapes: list[Shape]) -> None:
+        """Change all obstacles; where boids are stays as it is."""
+        self._become(self.state.place(shapes), {"obstacles"})
+
+    def _become(self, state: ViewState, names: set[str]) -> None:
+        """Show a state that differs in what is named: from the start where that must be, else from here on."""
+        if self.step == 0 or self.diverged or START & names or int(state.settings["steps"]) < self.step:
+            self._again(state)
+            return
+        self.simulation = changed(self.simulation, state.job)
+        self._show(state)
+        self.version += 1
+        if names != {"steps"} or state.streams != COMMON:
+            self.exact = False
+            self.altered |= names
+            what = ", ".join(sorted(self.altered))
+            self.note = f"{what} changed, last at step {self.step:,}; reset shows what the spec gives"
+
+    def follow(self, metrics: tuple[str, ...]) -> None:
+        """Plot these metrics, from here on; from the start where that needs visits that were not counted."""
+        state = self.state.follow(metrics)
+        uncounted = any(METRICS[name].covers for name in metrics) and not self.simulation.record.covering
+        if self.step == 0 or uncounted:
+            self._again(state)
+        else:
+            self._follow(state)
+
+    def sweep(self, name: str, range_: Range | None) -> None:
+        """Let the copied spec sweep a setting, or for None no longer."""
+        self._show(self.state.sweep(name, range_))
+
+    def draw(self, overlays: tuple[str, ...]) -> None:
+        """Draw these overlays."""
+        for name in overlays:
+            if name not in OVERLAYS:
+                raise SpecError(unknown("overlay", name, OVERLAYS))
+        if "coverage" in overlays and not self.simulation.record.covering:
+            raise SpecError("visits are not counted in a world of so many pixels: plot coverage first, or change pixel")
+        self.overlays = overlays
+        self.version += 1
+
+    def select(self, boid: int | None) -> None:
+        """Look at a boid, or for None at no one."""
+        if boid is not None and boid >= self.n:
+            raise SpecError(f"there is no boid {boid:,}; there are boids 0 to {self.n - 1:,}")
+        self.selected = boid
+        self.version += 1
+
+    def hurry(self, steps_per_second: float) -> None:
+        """Run at this speed; 0 is as fast as it goes."""
+        if not 0 <= steps_per_second <= FASTEST:
+            raise SpecError(f"{steps_per_second:g} steps a second are not allowed; 0 to {FASTEST:,.0f} are")
+        self.speed = steps_per_second

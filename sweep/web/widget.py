@@ -1,0 +1,150 @@
+"""The live simulator in a notebook: the page as an anywidget, which speaks to its session through the kernel's comm."""
+
+import asyncio
+import base64
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from threading import Thread
+from typing import Any, TypeVar
+
+from sweep.errors import SpecError
+from sweep.spec.settings import Value
+from sweep.tables.outputs import check_output, unfinished
+from sweep.tables.stored_study import StoredStudy
+from sweep.web.filing import KINDS
+from sweep.web.live import Live
+from sweep.web.messages import Spec
+from sweep.web.page import STATIC, script, style
+from sweep.web.playing import IN_SPEC, Player
+from sweep.web.protocol import Reply
+from sweep.web.replaying import Replay
+from sweep.web.state import begin
+
+try:
+    from anywidget import AnyWidget
+except ModuleNotFoundError as error:
+    raise ImportError('the widget needs anywidget: pip install "boidsweep[notebook]"') from error
+
+R = TypeVar("R")
+
+
+class View(AnyWidget):
+    """A live run, or the replay of a stored trial, for a notebook to show.
+
+    `show` is what it shows. Steps are taken in a thread of its own, which begins when a front end says hello.
+    """
+
+    _esm = script() + (STATIC / "widget.js").read_text(encoding="utf-8")
+    _css = style()
+
+    def __init__(self, show: Live) -> None:
+        super().__init__()
+        self.show = show
+        self._player = Player(show)
+        self._line: _Line | None = None
+        self.on_msg(lambda _widget, content, _buffers: self._hear(content))
+
+    @property
+    def spec(self) -> str:
+        """The YAML that launches what is shown, or the sweep that is marked on it."""
+        return str(self._in_turn(lambda: self.show.handle(Spec()))[0]["yaml"])
+
+    def save(self, path: str | Path, *, force: bool = False) -> None:
+        """Write what is shown to `path`: the frame as .png or .svg, the run as .gif, .mp4 or .html.
+
+        Of a live run that is the run up to the frame, of a stored trial all of it. Raises StoreError where the file
+        cannot be written, and SpecError where a run was changed on its way, so that its spec does not give it.
+        """
+        place = Path(path)
+        check_output(place, [f".{kind}" for kind in KINDS], force=force)
+        make = self._in_turn(lambda: self.show.export(place.suffix[1:]))
+        content = base64.b64decode(make()["data"])
+        with unfinished(place) as file:
+            file.write(content)
+
+    def close(self) -> None:
+        """Take it off the screen, and end its thread."""
+        if self._line:
+            self._line.stop()
+        super().close()
+
+    def _hear(self, message: object) -> None:
+        if self._line is None:
+            self._line = _Line(self)
+            self._line.start()
+            if isinstance(message, dict) and message.get("type") == "hello":
+                return  # the line begins with the answer
+        self._line.put(json.dumps(message))
+
+    def _in_turn(self, work: Callable[[], R]) -> R:
+        """What `work` with the show returns, when nobody else works with it."""
+        if self._line and self._line.is_alive():
+            return self._line.ask(work)
+        return work()
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        """The widget and, for where there is no front end, the picture of the frame."""
+        bundle = super()._repr_mimebundle_(**kwargs)
+        if bundle is None:
+            return None
+        data, about = bundle
+        picture = self._in_turn(lambda: self.show.export("png"))
+        return data | {"image/png": picture()["data"]}, about
+
+
+class _Line(Thread):
+    """A thread in which a view is played to its front ends: the line to them all, see sweep.web.playing."""
+
+    def __init__(self, view: View) -> None:
+        super().__init__(name="boidsweep view", daemon=True)
+        self.view, self.player = view, view._player
+        self.loop = asyncio.new_event_loop()
+        self.texts: asyncio.Queue[str | None] = asyncio.Queue()
+
+    def run(self) -> None:
+        with asyncio.Runner(loop_factory=lambda: self.loop) as runner:
+            runner.run(self.player.play(self))
+
+    def put(self, text: str | None) -> None:
+        """A message from a front end, None for the last."""
+        self.loop.call_soon_threadsafe(self.texts.put_nowait, text)
+
+    def stop(self) -> None:
+        """End the thread, once what it is at is done."""
+        if self.is_alive():
+            self.put(None)
+            self.join()
+
+    def ask(self, work: Callable[[], R]) -> R:
+        """What `work` returns when it is its turn."""
+        return asyncio.run_coroutine_threadsafe(self.player.in_turn(work), self.loop).result()
+
+    async def hear(self) -> str:
+        """The next message."""
+        text = await self.texts.get()
+        if text is None:
+            raise ConnectionError("the view is closed")
+        return text
+
+    async def tell(self, reply: Reply) -> None:
+        """Send a message."""
+        self.view.send(reply)
+
+    async def show(self, frame: bytes) -> None:
+        """Send a frame."""
+        self.view.send({"type": "frame"}, buffers=[frame])
+
+
+def live(model: str, preset: str, seed: int, settings: Mapping[str, Value]) -> View:
+    """The widget of a live run. Raises SpecError for what a spec would not accept."""
+    try:
+        state = begin(model, preset, seed)
+        return View(Live(state.with_settings(settings) if settings else state))
+    except SpecError as error:
+        raise SpecError(IN_SPEC.sub("", str(error))) from None
+
+
+def replay(study: StoredStudy, trial: str) -> View:
+    """The widget of a stored trial. Raises StoreError where it cannot be run again."""
+    return View(Replay(study, trial))

@@ -1,0 +1,104 @@
+"""Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so.
+
+Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here when its
+trial is stored, and when one that took too long is tried again.
+"""
+
+import logging
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+
+from sweep.design.cost import job_seconds
+from sweep.design.jobs import Job
+from sweep.spec.study import Study
+from sweep.store.rows import Tables
+from sweep.store.store import Store
+from sweep.store.writer import Writer
+from sweep.trial.result import Result, after, failed, overdue, result_bytes
+from sweep.trial.simulation import run, warm
+from sweep.workers.checkpoint import Checkpointed
+from sweep.workers.checkpoint_folder import Checkpoints
+from sweep.workers.executors import ExecutorFactory
+from sweep.workers.failures import Failures
+from sweep.workers.runner import drive
+from sweep.workers.watch import Limits
+
+LOG = logging.getLogger("sweep")
+
+GRACE_SECONDS = 10.0
+"""How much longer than its time limit a trial may take before it is ended from outside: it looks at the clock itself,
+between kernel calls, unless it hangs in one."""
+
+
+def run_jobs(
+    study: Study,
+    jobs: Sequence[Job],
+    store: Store,
+    tables: Tables,
+    executor: ExecutorFactory,
+    failures: Failures,
+    noted: Callable[[list[Result]], None] = lambda _results: None,
+) -> None:
+    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each batch as it is stored.
+
+    Trials that fail run again, where the spec says so, after all others; only what became of them at last is stored.
+    Raises FailedTrialsError where more trials of the study have failed than may, by what `failures` knows from before
+    or as soon as it is known, and KeyboardInterrupt after Ctrl-C, both with all finished trials stored.
+    """
+    failures.check()
+    # Compiled here once, or four cold workers would each compile the same.
+    warm(jobs[0])
+    checkpoints = Checkpoints.of(store.folder)
+
+    def stored(results: list[Result]) -> None:
+        checkpoints.discard({result.job.trial_id for result in results})
+
+    outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
+    with Writer[Result](store, tables, size=result_bytes, stored=stored) as writer, outcomes as batches:
+        for results in batches:
+            writer.add(results)
+            noted(results)
+            failures.note(results)
+    failures.check()
+
+
+def _outcomes(
+    study: Study,
+    jobs: Sequence[Job],
+    executor: ExecutorFactory,
+    checkpoints: Checkpoints,
+    failures: Failures,
+) -> Generator[list[Result], None, None]:
+    """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
+    rounds = 1 + study.policy.retries
+    for attempt in range(1, rounds):
+        again: list[Job] = []
+        for results in _driven(study, jobs, executor, checkpoints):
+            again += [result.job for result in results if result.has_failed]
+            late = [result for result in results if result.status == "timeout"]
+            checkpoints.discard({result.job.trial_id for result in late})
+            yield [result for result in results if not result.has_failed]
+        if not again:
+            return
+        tried = f"attempt {attempt + 1} of {rounds}"
+        LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
+        jobs = again
+    for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
+        yield [after(rounds, result) for result in results]
+
+
+def _driven(
+    study: Study,
+    jobs: Sequence[Job],
+    executor: ExecutorFactory,
+    checkpoints: Checkpoints,
+    ended: Callable[[], bool] = lambda: False,
+) -> Iterator[list[Result]]:
+    """What becomes of each job in one attempt, from its checkpoint if there is one."""
+    folder, every = checkpoints.folder, study.checkpoint
+    trial = Checkpointed(run, folder, every) if folder and every else run
+    limit = study.time_limit
+    limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
+    return drive(
+        jobs, trial, executor=executor, costs=job_seconds, failed=failed, overdue=overdue, limits=limits, ended=ended
+    )

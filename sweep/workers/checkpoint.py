@@ -1,0 +1,175 @@
+"""Long trials write down where they are, and go on from there to the same bits after whatever ended them.
+
+    <study>/checkpoints/<trial_id>.state     as it was last written, or .tried-1, .tried-2 while it is on trial
+    <study>/checkpoints/<trial_id>.frames    the frames so far, each written once
+
+A trial of one kernel call knows nothing of this. Any other looks for its checkpoint when it begins. It writes one when
+it has run for a while since the last, and so seldom that writing takes about a hundredth of its time; frames that many
+boids leave at every step may take more, but each is written only once, and they all are in memory too.
+
+A trial that dies on going on from its checkpoint must not do so for ever. So the file is renamed before it is read, and
+renamed back when the first kernel call is over: what has been tried and never came back is tried once more, and then
+the trial begins anew. The workers write, and whoever stores the results deletes (`checkpoint_folder.py`). Where a
+worker cannot write, or does not see the study's folder, it says so once, and runs the trial without.
+"""
+
+import logging
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+from sweep.design.jobs import Job
+from sweep.store.durable import make_folder
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, attempt, is_brief
+from sweep.workers.checkpoint_file import (
+    Saved,
+    add_frames,
+    drop_frames,
+    frame_type,
+    read_frames,
+    read_state,
+    write_state,
+)
+from sweep.workers.checkpoint_key import own_key
+
+LOG = logging.getLogger("sweep")
+
+TIMES_LONGER = 100.0
+"""How many times longer than it took to write the last checkpoint a trial runs before the next, at least."""
+
+
+@dataclass(frozen=True)
+class Checkpointed:
+    """`run`, that of `sweep.trial.simulation`, with checkpoints in `folder` every so many seconds; its results are the same.
+
+    They are sealed with `key`, which the coordinator hands to its workers.
+    """
+
+    run: Callable[[Job], Result]
+    folder: Path
+    every: float
+    key: bytes = field(default_factory=own_key, repr=False)
+
+    def __call__(self, job: Job) -> Result:
+        """The result of `job`, whose `seconds`, like its time limit, count those of all attempts that it goes on from.
+
+        A trial that raises begins anew the next time.
+        """
+        return self.run(job) if is_brief(job) else attempt(self._simulate, job)
+
+    def _simulate(self, job: Job) -> Result:
+        began = time.perf_counter()
+        checkpoint = _Checkpoint(self.folder, Simulation(job), self.every, self.key)
+        try:
+            spent = checkpoint.resume()
+            return checkpoint.simulation.result(began - spent, checkpoint.look)
+        except Exception:
+            checkpoint.discard()
+            raise
+
+
+class _Checkpoint:
+    """The checkpoint of one trial, in the hands of the worker that runs it as `simulation`."""
+
+    def __init__(self, folder: Path, simulation: Simulation, every: float, key: bytes) -> None:
+        job = simulation.job
+        self.simulation, self._key = simulation, key
+        self._folder, self._trial, self._every = folder, job.trial_id, every
+        self._places = [folder / f"{job.trial_id}.{ending}" for ending in ("state", "tried-1", "tried-2")]
+        self._frames = folder / f"{job.trial_id}.frames"
+        self._kind = frame_type(len(job.record.metrics), simulation.schedule.n if job.record.trajectories else 0)
+        # The first, the last, and those between.
+        self._most_frames = simulation.schedule.steps // job.record.every + 2
+        self._written, self._count, self._crc = 0, 0, 0
+        self._aside: Path | None = None
+        self._due = every
+
+    def resume(self) -> float:
+        """Go on from the checkpoint, if there is a good one; the seconds that the trial had taken until then."""
+        found = self._set_aside()
+        if found is None:
+            return 0.0
+        try:
+            saved = read_state(found, self._trial, self.simulation.state(), self._key)
+            taken = read_frames(self._frames, self._kind, saved, self._most_frames)
+            self.simulation.restore(saved.state)
+        except Exception as error:  # whatever is wrong with the file, the trial is not
+            LOG.warning("%s: %s; the trial begins anew", found, error)
+            self.discard()
+            self.simulation = Simulation(self.simulation.job)
+            return 0.0
+        self.simulation.taken.append(taken)
+        self._aside, self._written, self._count, self._crc = found, 1, saved.frames, saved.crc
+        self._due = saved.seconds + self._every
+        step, steps = self.simulation.step, self.simulation.schedule.steps
+        LOG.warning("trial %s: goes on from step %s of %s", self._trial, f"{step:,}", f"{steps:,}")
+        return saved.seconds
+
+    def look(self, seconds: float) -> None:
+        """Between two kernel calls, `seconds` since the trial began: write a checkpoint if it is time."""
+        if self._aside is not None:
+            self._put_back(self._aside)
+            self._aside = None
+        if seconds < self._due:
+            return
+        began = time.perf_counter()
+        try:
+            self._write(seconds)
+        except (OSError, MemoryError) as error:
+            said = getattr(error, "strerror", None) or str(error)
+            _say_once(self._folder, said or type(error).__name__)
+        took = time.perf_counter() - began
+        self._due = seconds + took + max(self._every, TIMES_LONGER * took)
+
+    def discard(self) -> None:
+        """Delete the checkpoint, if there is one."""
+        for path in (*self._places, self._frames):
+            with suppress(OSError):
+                path.unlink()
+
+    def _set_aside(self) -> Path | None:
+        """The checkpoint under the name for the next try; None where there is none, or no try left."""
+        for place, aside in pairwise(self._places):
+            with suppress(OSError):
+                return place.rename(aside)
+        if self._places[-1].exists():
+            LOG.warning("trial %s: ended its worker twice on going on from its checkpoint; begins anew", self._trial)
+            self.discard()
+        return None
+
+    def _put_back(self, aside: Path) -> None:
+        with suppress(OSError):
+            aside.rename(self._places[0])
+
+    def _write(self, seconds: float) -> None:
+        if self._folder.is_symlink():
+            raise OSError(0, "it is a symbolic link")
+        try:
+            count, crc = self._add_frames()
+            saved = Saved(self.simulation.state(), seconds, count, crc)
+            write_state(self._places[0], self._trial, saved, self._key)
+        except OSError:
+            with suppress(OSError):  # the disk may be full
+                drop_frames(self._frames, self._kind, self._count)
+            raise
+        self._written, self._count, self._crc = len(self.simulation.taken), count, crc
+
+    def _add_frames(self) -> tuple[int, int]:
+        new = self.simulation.taken[self._written :]
+        while True:
+            try:
+                return add_frames(self._frames, self._kind, new, self._count, self._crc)
+            except FileNotFoundError:
+                # It is the first checkpoint, or the folder has gone with the last of others.
+                # Not its parents: a machine without the study's folder must not get one.
+                make_folder(self._folder)
+
+
+@cache
+def _say_once(folder: Path, error: str) -> None:
+    LOG.warning("%s: no checkpoint can be written (%s); trials run without", folder, error)

@@ -1,0 +1,237 @@
+"""The engines that run jobs: in this process, or in worker processes on this machine; `cluster.py` has another.
+
+An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who keeps the limits of a job.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
+
+from sweep.trial.interrupts import SIGNALS
+from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
+
+if TYPE_CHECKING:
+    from sweep.workers.watch import Limits, Verdict, Watching
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+IDLE_SECONDS = 30.0
+UNNOTICED_SECONDS = 1.0
+PATIENCE_SECONDS = 5.0
+PR_SET_PDEATHSIG = 1
+ONE_THREAD = {
+    f"{library}_NUM_THREADS": "1" for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
+}
+
+
+class NotYetError(Exception):
+    """There is no executor now, but there may be one soon: ask again."""
+
+
+class ConnectionLostError(BrokenExecutor):
+    """What became of a chunk is not known, as the way to its worker was cut: no job is to blame."""
+
+
+class WorkerDiedError(Exception):
+    """A chunk is lost, and others are not: `times` worker processes ended while they were at it, perhaps none."""
+
+    def __init__(self, times: int, words: str) -> None:
+        super().__init__(words)
+        self.times = times
+
+
+class JobEndedError(Exception):
+    """A chunk is lost, and others are not: its worker was ended, as one of its jobs was beyond a limit."""
+
+    def __init__(self, verdict: "Verdict") -> None:
+        super().__init__(verdict.error)
+        self.verdict = verdict
+
+
+class ExecutorFactory(Protocol):
+    """What the drive loop asks of an engine.
+
+    `workers` is how many jobs can run at once, now. `start` returns the running executor, a new one if there is none,
+    or raises NotYetError; `stop` ends it at once, running chunks included as far as they can be, and returns when its
+    processes are gone. `check` is called while nothing comes back, and breaks an executor that has not noticed that it
+    is broken. `watch` keeps limits of jobs. All may be called repeatedly.
+
+    A future fails with a BrokenExecutor where its executor and all that is in flight are lost, with anything else
+    where only its chunk is.
+    """
+
+    @property
+    def workers(self) -> int: ...
+
+    def start(self) -> Executor: ...
+
+    def stop(self) -> None: ...
+
+    def check(self) -> None: ...
+
+    def watch(self, limits: "Limits") -> "Watching": ...
+
+
+class _InProcess(Executor):
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        future: Future[T] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@dataclass(frozen=True)
+class Serial:
+    """Runs every job in this process, for debugging and tests: a job that crashes takes us along."""
+
+    workers: int = 1
+
+    def start(self) -> Executor:
+        return _InProcess()
+
+    def stop(self) -> None:
+        """Nothing is running between two calls."""
+
+    def check(self) -> None:
+        """Nothing can be lost within one process."""
+
+    def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
+        """No limit can be kept from within the process."""
+        from sweep.workers.watch import Watch
+
+        return Watch()
+
+
+@dataclass
+class Loky:
+    """Runs jobs in `workers` processes on this machine, each with one thread per numerical library.
+
+    `initializer` is called once in every new process, e.g. to warm caches. The pool stays warm for a later
+    drive with the same object; idle processes leave by themselves after half a minute. On Linux they also end with
+    the thread that started them, elsewhere within a second after the process that did.
+    """
+
+    workers: int
+    initializer: Callable[[], None] | None = None
+    _pool: "_Pool | None" = field(default=None, init=False, repr=False)
+    _missed: float | None = field(default=None, init=False, repr=False)
+
+    def start(self) -> Executor:
+        from joblib.externals.loky import ProcessPoolExecutor
+
+        if self._pool is None:
+            self._missed = None
+            with safe_path(), _deaf():
+                # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
+                pool = ProcessPoolExecutor(
+                    max_workers=self.workers,
+                    timeout=IDLE_SECONDS,
+                    initializer=_prepare_worker,
+                    initargs=(os.getpid(), self.initializer),
+                    env=ONE_THREAD | {SAFE_PATH: "1"},  # those that start later have it, too
+                )
+                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # its tracker has lifted the mask
+                pool.submit(int)
+            self._pool = _Pool(pool)
+        running: Executor = self._pool.pool
+        return running
+
+    def stop(self) -> None:
+        if self._pool is None:
+            return
+        try:
+            self._pool.pool.shutdown(wait=False, kill_workers=True)
+            self._pool.manager.join(PATIENCE_SECONDS)
+        finally:  # an interrupt, or a pool that waits for a result in vain, leaves no process either
+            self._pool.end()
+            self._pool.manager.join()
+        self._pool = None
+
+    def check(self) -> None:
+        """End a pool that waits for the rest of a result whose sender was killed: it would wait for ever."""
+        if self._pool is None or not self._pool.lacks_a_process():
+            self._missed = None
+        elif self._missed is None:
+            self._missed = time.monotonic()
+        elif time.monotonic() - self._missed > UNNOTICED_SECONDS:
+            self._pool.end()
+
+    def watch(self, limits: "Limits") -> "Watching":
+        """A thread of this process that ends its child processes."""
+        from sweep.workers.watch import Watch
+
+        return Watch(limits, 2 * self.workers)
+
+
+class _Pool:
+    """A running pool of loky's, and those of its parts that outlive its own references to them."""
+
+    def __init__(self, pool: Any) -> None:
+        self.pool = pool
+        self.manager: threading.Thread = pool._executor_manager_thread
+        self._processes = pool._processes
+        self._writer = pool._result_queue._writer
+
+    def lacks_a_process(self) -> bool:
+        """Whether a process is dead that the pool believes to be alive."""
+        return any(process.exitcode is not None for process in list(self._processes.values()))
+
+    def end(self) -> None:
+        """Kill the processes, and let the pool's reader know that nothing will follow."""
+        for process in list(self._processes.values()):
+            if process.exitcode is None:
+                with suppress(ProcessLookupError):
+                    os.kill(process.pid, signal.SIGKILL)
+        if not self._writer.closed:
+            self._writer.close()
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started inside are deaf to what stops a launch from their first instruction on."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) -> None:
+    # Ctrl-C in a terminal reaches the whole process group; the coordinator alone decides what it means.
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    _end_with(coordinator)
+    ignore_settings()
+    if initializer is not None:
+        initializer()
+
+
+def _end_with(coordinator: int) -> None:
+    """See to it that this worker ends when the coordinator does, even by SIGKILL and within a call that hangs."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    else:
+        threading.Thread(target=_await_orphanage, args=(coordinator,), daemon=True).start()
+    if os.getppid() != coordinator:  # it ended before we had asked
+        os._exit(1)
+
+
+def _await_orphanage(coordinator: int) -> None:
+    while os.getppid() == coordinator:
+        time.sleep(0.5)
+    os._exit(1)
+
+
+def core_count() -> int:
+    """The number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,77 @@
+"""How many trials of a study have failed, and whether its spec lets the launch go on."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from sweep.errors import FailedTrialsError
+from sweep.spec.study import Study
+from sweep.store.store import Store
+from sweep.trial.result import FAILED, Result
+
+
+@dataclass
+class Failures:
+    """The failed trials of a study that a launch knows of, of `most` trials that it can have.
+
+    Those stored as failed by earlier launches, which this one does not run again, count from the beginning, so that
+    the budget is one of the study and not of each launch.
+    """
+
+    study: Study
+    store: Store
+    most: int
+    trials: set[str] = field(default_factory=set)
+    first: tuple[str, str] | None = None
+
+    def note_stored(self, trials: Iterable[str]) -> None:
+        """Count trials that are stored as failed."""
+        self.trials.update(trials)
+
+    def note(self, results: Iterable[Result]) -> None:
+        """Count the failed ones of these results."""
+        failed = [result for result in results if result.has_failed]
+        if failed:
+            self.first = self.first or (failed[0].job.trial_id, failed[0].error)
+            self.trials.update(result.job.trial_id for result in failed)
+
+    def too_many(self) -> bool:
+        """Whether more trials have failed than may."""
+        allowed = self.study.policy.allowed(self.most)
+        return allowed is not None and len(self.trials) > allowed
+
+    def check(self) -> None:
+        """Raise FailedTrialsError where more trials have failed than may."""
+        if self.too_many():
+            raise FailedTrialsError(self._sentence())
+
+    def _sentence(self) -> str:
+        study, count = self.study, len(self.trials)
+        most = f"at most {self.most:,}" if study.until or study.search else f"{self.most:,}"
+        budget = f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
+        why = "and on_error is stop" if study.policy.on_error == "stop" else budget
+        trial, error = self.first or self._first_stored()
+        return (
+            f"{study.name}: {count:,} of {most} trials {'has' if count == 1 else 'have'} failed, {why}; the first: "
+            f'{last_line(error)} ("sweep replay {study.name} {trial}" shows it); what is finished is stored, and the '
+            "same command with --retry runs the failed ones again"
+        )
+
+    def _first_stored(self) -> tuple[str, str]:
+        trial = min(self.trials)
+        [error] = self.store.read("trials", trial_ids=pa.array([trial]), columns=["error"])["error"].to_pylist()
+        return trial, error
+
+
+def last_line(error: str) -> str:
+    """The end of an error, which in a traceback says what it was."""
+    return error.strip().splitlines()[-1] if error.strip() else "no word about why"
+
+
+def failed_among(stored: pa.Table, trials: pa.ChunkedArray) -> list[str]:
+    """Those of `trials` that failed by what is stored, a table of `trial_id` and `status` (both strings)."""
+    failed = stored["trial_id"].filter(pc.is_in(stored["status"], value_set=pa.array(FAILED)))
+    ids: list[str] = trials.filter(pc.is_in(trials, value_set=failed.combine_chunks())).to_pylist()
+    return ids

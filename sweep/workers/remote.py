@@ -1,0 +1,102 @@
+"""What a worker of a dask cluster does for us: say what it is, perform a chunk, and let its jobs be watched."""
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+from sweep.workers.executors import ONE_THREAD
+from sweep.workers.fingerprint import own_part, refusal
+from sweep.workers.watch import Limits
+from sweep.workers.worker import run_chunk
+
+J = TypeVar("J")
+
+WARDEN = "import sys; sys.path[:] = {path!r}; from sweep.workers.warden import main; main({scheduler!r})"
+_task = threading.local()
+_warmed: set[str] = set()
+_wardens: list["subprocess.Popen[bytes]"] = []
+
+
+def introduce() -> str:
+    """The fingerprint of this worker and of the code that it has imported, which is all that a trial needs."""
+    os.environ.update(ONE_THREAD)  # for libraries that are not loaded yet
+    import sweep.trial.simulation  # noqa: F401
+
+    return own_part()
+
+
+def perform(task: bytes) -> bytes:
+    """What the function of a pickled task returns, pickled; a text where this worker is not as the sender expects.
+
+    The function is unpacked only where the code is the same. That it begins is known to the scheduler before it does.
+    """
+    from distributed import get_worker
+
+    worker = get_worker()
+    topic, name, expected, load = pickle.loads(task)
+    introduce()
+    if reason := refusal(expected):
+        return pickle.dumps(f"worker {worker.address} has another environment: {reason}")
+    function, args, kwargs = pickle.loads(load)
+    if function is run_chunk:
+        _warm(args[1])
+    _tell(worker, topic, name)
+    _task.names = {"topic": topic, "name": name}
+    return pickle.dumps(function(*args, **kwargs))
+
+
+def _warm(jobs: Sequence[object]) -> None:
+    """Compile what trials need before the clock of a trial runs: other machines than ours have caches of their own."""
+    from sweep.design.jobs import Job
+    from sweep.trial.simulation import warm
+
+    for job in jobs:
+        if isinstance(job, Job) and (kind := f"{job.model} {job.record}") not in _warmed:
+            warm(job)
+            _warmed.add(kind)
+
+
+def _tell(worker: Any, topic: str, message: str) -> None:
+    """Send a message to whoever listens to `topic`; returns when the scheduler has it."""
+    from distributed.utils import sync
+
+    sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=message)
+
+
+class Post(NamedTuple):
+    """Goes with a chunk: the limits of its jobs, which a warden keeps (`sweep.workers.warden`)."""
+
+    limits: Limits
+
+    def noting(self, jobs: Sequence[J]) -> Iterator[J]:
+        """The jobs of a chunk, each told to the warden while it is in use."""
+        about = _task.names | {"limits": self.limits}
+        try:
+            for position, job in enumerate(jobs):
+                _note(about | {"position": position, "since": time.monotonic()})
+                yield job
+        finally:
+            _note(None)
+
+
+def _note(job: dict[str, Any] | None) -> None:
+    line = json.dumps(job).encode() + b"\n"
+    warden = _wardens[-1] if _wardens and _wardens[-1].poll() is None else _new_warden()
+    assert warden.stdin is not None
+    warden.stdin.write(line)
+    warden.stdin.flush()
+
+
+def _new_warden() -> "subprocess.Popen[bytes]":
+    from distributed import get_worker
+
+    code = WARDEN.format(path=sys.path, scheduler=get_worker().scheduler.address)
+    warden = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True)
+    _wardens.append(warden)
+    return warden

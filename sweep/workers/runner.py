@@ -1,0 +1,292 @@
+"""One drive loop over `concurrent.futures.Executor`: jobs in, results out, none lost and none twice.
+
+The loop knows nothing of what a job is. It sends chunks of about a second of work, longest jobs first, keeps
+a bounded number of them in flight, and yields each chunk's results as soon as they are back. When a pool breaks
+because a worker process died, the jobs that were in flight are suspects: they run one at a time with nothing else in
+flight, so that a job which kills its worker convicts itself and every other one is delivered. Where only a chunk is
+lost and its pool goes on, as on a cluster, its jobs go singly among all others, and one that is lost again and again
+convicts itself. A worker that is ended because its job is beyond a limit (`watch.py`) makes no suspects: it is known
+which job that was; nor does a connection that is cut. The order of the results depends on timing and must not matter
+to anyone.
+
+Each chunk carries the fingerprint of this process: a worker of other code or other libraries refuses it.
+"""
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+
+from sweep.errors import WorkersError
+from sweep.trial.interrupts import HeldInterrupt
+from sweep.workers import fingerprint
+from sweep.workers.chunks import Chunks
+from sweep.workers.executors import ConnectionLostError, ExecutorFactory, JobEndedError, NotYetError, WorkerDiedError
+from sweep.workers.watch import NO_LIMITS, Limits, Place, Verdict, Watching
+from sweep.workers.worker import Failure, Outcomes, run_chunk
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+J = TypeVar("J")
+R = TypeVar("R")
+T = TypeVar("T")
+
+MAX_ATTEMPTS = 3
+POLL_SECONDS = 0.2
+
+
+def drive(
+    jobs: Sequence[J],
+    run: Callable[[J], R],
+    *,
+    executor: ExecutorFactory,
+    costs: Callable[[Sequence[J]], "ArrayLike"],
+    failed: Callable[[J, str], R],
+    overdue: Callable[[J, str], R] | None = None,
+    limits: Limits = NO_LIMITS,
+    chunk_seconds: float = 1.0,
+    ended: Callable[[], bool] = lambda: False,
+) -> Iterator[list[R]]:
+    """Run every job once and yield the results chunk by chunk, in the order in which they come back.
+
+    `costs` estimates the seconds of each job; the estimates are corrected by what is measured, so only their
+    ratios matter much. `failed` makes the result of a job that raised (given the traceback) or that ended its
+    worker process MAX_ATTEMPTS times while running alone. `run` and the jobs are pickled.
+
+    `limits` hold for each job as far as the engine can keep them. The worker of a job beyond one is ended; jobs
+    lost with it run again. The result of a job that took too long is made by `overdue` (default: by `failed`), that
+    of one which took too much memory, and did so again when running alone, by `failed`.
+
+    Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's handling of a batch: the
+    workers are ended, what had finished is yielded, then KeyboardInterrupt is raised. A second Ctrl-C is
+    raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `interrupts.py` has made them so. Closing the
+    iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
+    code than this process, with what had finished yielded before.
+
+    As soon as `ended` says so, the workers are ended and what had finished is yielded, and no more.
+    """
+    chunks = Chunks(costs(jobs), seconds=chunk_seconds)
+    with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
+        loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt)
+        try:
+            while not (interrupt.asked or ended()) and loop.refill():
+                yield from loop.finished()
+            if not (interrupt.asked or ended()):
+                return
+        except WorkersError:
+            executor.stop()
+            yield from loop.salvaged()
+            raise
+        except BaseException:
+            executor.stop()
+            raise
+        executor.stop()
+        yield from loop.salvaged()
+        if interrupt.asked:
+            raise KeyboardInterrupt
+
+
+class _Chunk(NamedTuple):
+    indices: list[int]
+    alone: bool
+    place: Place | None
+
+
+@dataclass
+class _Loop(Generic[J, R]):
+    """What is in flight and what is suspect. Suspects stay queued until their own run alone is decided."""
+
+    jobs: Sequence[J]
+    run: Callable[[J], R]
+    executor: ExecutorFactory
+    failed: Callable[[J, str], R]
+    overdue: Callable[[J, str], R]
+    chunks: Chunks
+    watch: Watching
+    interrupt: HeldInterrupt
+    pool: Executor | None = None
+    in_flight: dict[Future[Outcomes[R]], _Chunk] = field(default_factory=dict)
+    back: SimpleQueue[Future[Outcomes[R]]] = field(default_factory=SimpleQueue)
+    again: deque[list[int]] = field(default_factory=deque)
+    suspects: deque[int] = field(default_factory=deque)
+    attempts: Counter[int] = field(default_factory=Counter)
+
+    def refill(self) -> bool:
+        """Submit what may run now; False when nothing is left to do."""
+        if not (self.in_flight or self.suspects or self.again or self.chunks.left):
+            return False
+        if self.pool is None and not self._start():
+            time.sleep(POLL_SECONDS)
+            return True
+        if self.suspects and not self.in_flight:
+            self._submit([self.suspects[0]], alone=True)
+        workers = max(1, self.executor.workers)
+        while self.pool is not None and not self.suspects and len(self.in_flight) < 2 * workers:
+            indices = self.again.popleft() if self.again else self.chunks.take(workers)
+            if not indices:
+                break
+            self._submit(indices, alone=False)
+        return True
+
+    def finished(self) -> Iterator[list[R]]:
+        """The results of the chunks that are back; waits at most POLL_SECONDS for the first of them."""
+        done = [future for future in self._arrived() if future in self.in_flight]  # others went with an earlier pool
+        if not done:
+            self.executor.check()
+        if any(isinstance(_error(future), BrokenExecutor) for future in done):
+            self._drop_pool()  # with it all chunks in flight are over
+            done = [future for future in self.in_flight if future.done()]
+        for future in done:
+            chunk = self.in_flight.pop(future)
+            verdict, error = self.watch.leave(chunk.place), _error(future)
+            results = self._results(chunk, future) if error is None else self._judged(chunk, error, verdict)
+            if results:
+                yield results
+
+    def salvaged(self) -> Iterator[list[R]]:
+        """The results of the chunks that were back when the executor was stopped."""
+        for future, chunk in self.in_flight.items():
+            if future.done() and _error(future) is None and not isinstance(future.result(), str):
+                yield self._results(chunk, future)
+
+    def _arrived(self) -> list[Future[Outcomes[R]]]:
+        if not self.in_flight:
+            return []
+        arrived = []
+        try:
+            arrived.append(self.back.get(timeout=POLL_SECONDS))
+            while True:
+                arrived.append(self.back.get_nowait())
+        except Empty:
+            return arrived
+
+    def _start(self) -> bool:
+        """Whether there is a pool now; when it is new, nothing is in flight."""
+        self.pool = _started(self.executor, self.run, self.interrupt)
+        self.watch.ended = False
+        return self.pool is not None
+
+    def _submit(self, indices: list[int], *, alone: bool) -> None:
+        assert self.pool is not None
+        place, jobs = self.watch.take(), [self.jobs[index] for index in indices]
+        try:
+            future = self.pool.submit(run_chunk, self.run, jobs, place, fingerprint.fingerprint())
+        except Exception as error:  # the pool broke, or was shut down, since it was last used
+            future = Future()
+            future.set_exception(error)
+            self._drop_pool()
+        self.in_flight[future] = _Chunk(indices, alone, place)
+        future.add_done_callback(self.back.put)
+
+    def _results(self, chunk: _Chunk, future: Future[Outcomes[R]]) -> list[R]:
+        answer = future.result()
+        if isinstance(answer, str):
+            raise WorkersError(_refused(answer))
+        outcomes, seconds = answer
+        if chunk.alone:
+            self.suspects.popleft()
+        else:
+            self.chunks.observe(chunk.indices, seconds)
+        return [
+            self.failed(self.jobs[index], outcome.error) if isinstance(outcome, Failure) else outcome
+            for index, outcome in zip(chunk.indices, outcomes, strict=True)
+        ]
+
+    def _judged(self, chunk: _Chunk, error: BaseException, verdict: Verdict | None) -> list[R]:
+        """What is known for certain of the jobs of a chunk that is lost; all others get another turn."""
+        if verdict is not None:
+            return self._ended(chunk, verdict, others_go_on=False)
+        if isinstance(error, JobEndedError):
+            return self._ended(chunk, error.verdict, others_go_on=True)
+        if isinstance(error, ConnectionLostError) or (self.watch.ended and isinstance(error, BrokenExecutor)):
+            return self._innocent(chunk)
+        if not chunk.alone and isinstance(error, BrokenExecutor):
+            self.suspects.extend(chunk.indices)
+            return []
+        if len(chunk.indices) > 1:
+            self.again.extend([index] for index in chunk.indices)
+            return []
+        return self._tried(chunk, error)
+
+    def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
+        """The result of a job that was lost as a chunk of its own, once it was so MAX_ATTEMPTS times."""
+        [index] = chunk.indices
+        self.attempts[index] += error.times if isinstance(error, WorkerDiedError) else 1
+        if self.attempts[index] < MAX_ATTEMPTS:
+            return self._innocent(chunk)
+        if chunk.alone:
+            self.suspects.popleft()
+        return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
+
+    def _ended(self, chunk: _Chunk, verdict: Verdict, *, others_go_on: bool) -> list[R]:
+        """The result of the job that was beyond a limit, unless jobs before it may have left the memory so full."""
+        if chunk.alone:
+            index = self.suspects.popleft()
+        else:
+            index = chunk.indices.pop(verdict.position)
+            self._innocent(chunk)
+            self.attempts[index] += others_go_on
+            if not verdict.late and not others_go_on:
+                self.suspects.append(index)
+                return []
+            if not verdict.late and self.attempts[index] == 1:
+                self.again.append([index])
+                return []
+        return [(self.overdue if verdict.late else self.failed)(self.jobs[index], verdict.error)]
+
+    def _innocent(self, chunk: _Chunk) -> list[R]:
+        """No result; the jobs of the chunk get another turn."""
+        if chunk.indices and not chunk.alone:
+            self.again.append(chunk.indices)
+        return []
+
+    def _drop_pool(self) -> None:
+        self.executor.stop()
+        self.pool = None
+
+
+def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt) -> Executor | None:
+    """A pool that has answered: without this, workers that cannot start would convict every job."""
+    failure: Exception | None = None
+    for _ in range(MAX_ATTEMPTS):
+        try:
+            pool = executor.start()
+            answer = pool.submit(run_chunk, run, [], None, fingerprint.fingerprint())
+            while not wait([answer], POLL_SECONDS).done:
+                if interrupt.asked:
+                    return None
+                executor.check()
+            refusal = answer.result()
+        except (NotYetError, ConnectionLostError):
+            return None
+        except WorkersError:
+            raise
+        except Exception as error:
+            executor.stop()
+            failure = error
+        else:
+            if isinstance(refusal, str):
+                raise WorkersError(_refused(refusal))
+            return pool
+    edited = fingerprint.edited()  # which may be why, or not
+    changed = f"; {_refused(f'other code in {edited}')}" if edited else ""
+    raise WorkersError(f"no worker process can be given a job: {failure}{changed}") from failure
+
+
+def _error(future: Future[T]) -> BaseException | None:
+    return ConnectionLostError("cancelled") if future.cancelled() else future.exception()
+
+
+def _refused(differences: str) -> str:
+    changed = "the code or its libraries are not what they were when this launch began"
+    return f"{changed}: {differences}; what is done is stored: launch again to go on with what is there now"
+
+
+def _verdict(error: BaseException, times: int) -> str:
+    if isinstance(error, BrokenExecutor | WorkerDiedError):
+        return f"worker process died {times} times while running this trial alone: {error}"
+    return f"no result came back in {times} attempts: {type(error).__name__}: {error}"

@@ -1,0 +1,186 @@
+"""Our tasks on a dask cluster, over one connection, and what is known of its workers.
+
+A worker that dies takes two tasks or so with it, the one that it was at and the next. Dask gives both to others, and
+after some deaths it gives both up, but only the first is to blame: each chunk tells the scheduler that it begins,
+before it does, and what counts against a job is how often it had begun.
+"""
+
+import asyncio
+import pickle
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import CancelledError, Executor, Future, InvalidStateError
+from contextlib import suppress
+from typing import Any, ParamSpec, TypeVar
+from uuid import uuid4
+
+from sweep.errors import WorkersError
+from sweep.workers.connection import Connection
+from sweep.workers.executors import ConnectionLostError, JobEndedError, WorkerDiedError
+from sweep.workers.fingerprint import differences, fingerprint
+from sweep.workers.watch import Verdict
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+ANSWER_SECONDS = 5.0
+INTRODUCE_SECONDS = 30.0
+LOOK_SECONDS = 2.0
+MOST_NAMED = 4
+INTRODUCE = "__import__('sweep.workers.remote', fromlist=['']).introduce()"
+PERFORM = "__import__('sweep.workers.remote', fromlist=['']).perform(task)"
+LOST = "the connection to the cluster is lost"
+
+
+class Tasks(Executor):
+    """Our tasks on a cluster, and what is known of its workers."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._client = connection.client
+        self._topic = f"sweep-{uuid4().hex}"
+        self._begun: Counter[str] = Counter()
+        self._futures: dict[str, Future[Any]] = {}
+        self._sent: dict[str, Any] = {}
+        self._checked: set[str] = set()
+        self._threads: dict[str, int] = {}
+        self._looked = -LOOK_SECONDS
+        self._client.subscribe_topic(self._topic, self._note)
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Send a task. Its future fails with ConnectionLostError, or with WorkerDiedError where dask gives it up."""
+        from distributed.protocol.pickle import dumps
+
+        if not self.connected():
+            raise ConnectionLostError(LOST)
+        name = f"sweep-{uuid4().hex}"
+        task = pickle.dumps((self._topic, name, fingerprint(), dumps((fn, args, kwargs))))  # type: ignore[no-untyped-call]
+        future: Future[T] = Future()
+        self._futures[name] = future
+        self._sent[name] = self._client.submit(eval, PERFORM, {"task": task}, key=name, pure=False)
+        self._client.loop.add_callback(self._deliver, name, self._sent[name])
+        return future
+
+    def _note(self, event: tuple[float, Any]) -> None:
+        """A task begins, or the worker of one is being ended."""
+        _, message = event
+        if isinstance(message, str):
+            self._begun[message] += 1
+            return
+        name, position, late, error = message
+        self._settle(name, None, JobEndedError(Verdict(position, late, error)))
+        if sent := self._sent.pop(name, None):
+            self._client.loop.add_callback(self._client.cancel, [sent], asynchronous=True, force=True)
+
+    async def _deliver(self, name: str, sent: Any) -> None:
+        """Hand the outcome of a task over to its future; runs in the client's thread."""
+        result: object = None
+        failure: Exception | None = None
+        try:
+            packed = await self._client.gather(sent, asynchronous=True)
+        except (CancelledError, asyncio.CancelledError):
+            failure = ConnectionLostError(LOST)
+        except Exception as error:
+            failure = self._failure(name, sent, error)
+        else:
+            result, failure = _unpacked(packed)
+        self._sent.pop(name, None)
+        self._settle(name, result, failure)
+
+    def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
+        """What an error means: one that is not the task's own is of the way to it."""
+        from distributed.comm.core import CommClosedError
+
+        if type(error).__name__ == "KilledWorker":
+            return WorkerDiedError(self._begun[name], "dask gave it up")
+        if sent.status != "error" or isinstance(error, CommClosedError) or not self.connected():
+            return ConnectionLostError(str(error))
+        self._checked.clear()  # a worker without our code raises anything
+        return error
+
+    def _settle(self, name: str, result: object, failure: Exception | None) -> None:
+        future = self._futures.pop(name, None)
+        self._begun.pop(name, None)
+        if future is None:
+            return
+        with suppress(InvalidStateError):
+            if failure is None:
+                future.set_result(result)
+            else:
+                future.set_exception(failure)
+
+    def connected(self) -> bool:
+        """Whether the scheduler is there, as far as is known."""
+        return self._connection.alive()
+
+    def threads(self) -> int:
+        """How many threads all workers have, as of the last look, which is LOOK_SECONDS ago at most.
+
+        Raises WorkersError for a worker that cannot run our trials. What is new is asked what it is where something
+        went wrong that other code may explain; without, it says so itself when it gets a task.
+        """
+        if time.monotonic() - self._looked > LOOK_SECONDS:
+            with suppress(OSError):
+                self.look(everyone=not self._checked)
+        return sum(self._threads.values())
+
+    def look(self, *, everyone: bool) -> None:
+        """See which workers there are, and ask those that are new, or all, what they are.
+
+        Raises OSError where the scheduler does not answer, WorkersError for a worker that cannot run our trials.
+        """
+        self._looked = time.monotonic()
+        scheduler = self._client.scheduler
+        if scheduler is None or not self.connected():
+            raise ConnectionError(LOST)
+        self._threads = self._client.sync(scheduler.ncores, callback_timeout=ANSWER_SECONDS)
+        several = [f"{address} has {number}" for address, number in self._threads.items() if number > 1]
+        if several:
+            raise WorkersError(
+                f"a worker must have one thread, as trials hold Python's lock: {_some(several)}; "
+                'start workers with "--nworkers N --nthreads 1"'
+            )
+        unknown = self._threads.keys() - self._checked
+        if unknown and everyone:
+            self._ask(sorted(unknown))
+
+    def _ask(self, workers: list[str]) -> None:
+        async def answering() -> Any:
+            return await self._client.run(eval, INTRODUCE, workers=workers, on_error="return")
+
+        try:
+            answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
+        except TimeoutError:  # one is slow, or hangs: it says what it is when it gets a task
+            return
+        foreign = []
+        for address, answer in answers.items():
+            if isinstance(answer, str):
+                reason = differences(fingerprint(), answer)
+            else:
+                reason = "" if isinstance(answer, OSError) else f"{type(answer).__name__}: {answer}"
+            if reason:
+                foreign.append(f"{address}: {reason}")
+            else:
+                self._checked.add(address)
+        if foreign:
+            raise WorkersError(f"workers have another environment than this process: {_some(foreign)}")
+
+    def end(self) -> None:
+        """Take leave, by which our tasks are cancelled; what is in flight is lost."""
+        self._connection.close()
+        for name in list(self._futures):
+            self._settle(name, None, ConnectionLostError("cancelled"))
+
+
+def _unpacked(packed: bytes) -> tuple[object, Exception | None]:
+    try:
+        return pickle.loads(packed), None
+    except Exception as error:
+        return None, error
+
+
+def _some(words: Iterable[str]) -> str:
+    listed = sorted(words)
+    more = f" and {len(listed) - MOST_NAMED} more" if len(listed) > MOST_NAMED else ""
+    return "; ".join(listed[:MOST_NAMED]) + more
