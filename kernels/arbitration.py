@@ -1,4 +1,6 @@
-"""How forces share one acceleration. Without branches: which force exceeds its limit is too random to predict."""
+"""How forces share one acceleration. Without branches: which force exceeds its limit is
+too random to predict.
+"""
 
 import math
 
@@ -9,7 +11,9 @@ TINY = 1e-300
 
 @jit
 def limit(x: float, y: float, most: float) -> tuple[float, float]:
-    """The vector (x, y), scaled to length `most` where it is longer: Eq. (9) of nguyen2024."""
+    """The vector (x, y), scaled to length `most` where it is longer: Eq. (9) of
+    nguyen2024.
+    """
     scale = most / max(math.sqrt(x * x + y * y), TINY)
     scale = scale if scale < 1.0 else 1.0
     return x * scale, y * scale
@@ -17,7 +21,8 @@ def limit(x: float, y: float, most: float) -> tuple[float, float]:
 
 @jit
 def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float, float]:
-    """The velocity (vx, vy), scaled to the speed `most` where it is faster, to `least` where it is slower.
+    """The velocity (vx, vy), scaled to the speed `most` where it is faster, to `least`
+    where it is slower.
 
     A boid at rest has no direction and stays so. Eq. (22) of patel2023.
     """
@@ -29,11 +34,14 @@ def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float,
 
 
 @jit
-def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
-    """The acceleration (ax, ay) with what of the force (x, y) fits in `budget`, and the budget left.
+def serve(
+    ax: float, ay: float, x: float, y: float, budget: float
+) -> tuple[float, float, float]:
+    """The acceleration (ax, ay) with what of the force (x, y) fits in `budget`, and the
+    budget left.
 
-    A force that fits is added whole; one that does not is cut to the budget, and nothing is left for later ones.
-    Section 2 of aziel_chen2025.
+    A force that fits is added whole; one that does not is cut to the budget, and
+    nothing is left for later ones. Section 2 of aziel_chen2025.
     """
     length = math.sqrt(x * x + y * y)
     scale = budget / max(length, TINY)
@@ -45,15 +53,21 @@ def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[floa
 
 @jit
 def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
-    """The vector (x, y) with either component cut to the interval from -`most` to `most`."""
+    """The vector (x, y) with either component cut to the interval from -`most` to
+    `most`.
+    """
     return max(-most, min(x, most)), max(-most, min(y, most))
 
 
 @jit
-def add_in_turn(ax: float, ay: float, x: float, y: float, has_room: bool, most: float) -> tuple[float, float, bool]:
-    """The acceleration (ax, ay) with (x, y) added whole while there is room, and whether there still is.
+def add_in_turn(
+    ax: float, ay: float, x: float, y: float, has_room: bool, most: float
+) -> tuple[float, float, bool]:
+    """The acceleration (ax, ay) with (x, y) added whole while there is room, and
+    whether there still is.
 
-    There is none any more once the sum is longer than `most`. Algorithm 9 of rustamani2024.
+    There is none any more once the sum is longer than `most`. Algorithm 9 of
+    rustamani2024.
     """
     ax = ax + x if has_room else ax
     ay = ay + y if has_room else ay

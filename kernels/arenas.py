@@ -1,4 +1,6 @@
-"""Arenas for small robots, in metres. Like `kernels.worlds`, which enters them, for the shape of what they return."""
+"""Arenas for small robots, in metres. Like `kernels.worlds`, which enters them, for the
+shape of what they return.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +18,26 @@ def arena(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
     return np.empty((0, 5))
 
 
-def arena_two_obstacles(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
+def arena_two_obstacles(
+    _settings: WorldSettings, _rng: np.random.Generator
+) -> Obstacles:
     """A disc and a box, both on the diagonal from (1, 1) to (9, 9)."""
     return np.array([[3.5, 3.5, 0.8, 0.8, 1.0], [6.5, 6.3, 0.9, 0.6, 0.0]])
 
 
 def maze(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Walls that stand alternately across the way from (1, 1) to (9, 9), with passages 0.9 to 1.8 m wide."""
+    """Walls that stand alternately across the way from (1, 1) to (9, 9), with passages
+    0.9 to 1.8 m wide.
+    """
     outer = [_level(0.0, 10.0, HALF), _level(0.0, 10.0, 10.0 - HALF)]
     outer += [_upright(HALF, 0.0, 10.0), _upright(10.0 - HALF, 0.0, 10.0)]
     level = [_level(0.2, 4.4, 4.6), _level(3.1, 7.3, 7.0), _level(7.1, 9.8, 3.2)]
-    upright = [_upright(2.7, 0.2, 3.2), _upright(5.7, 1.5, 5.7), _upright(8.3, 4.4, 8.0), _upright(1.6, 5.9, 8.7)]
+    upright = [
+        _upright(2.7, 0.2, 3.2),
+        _upright(5.7, 1.5, 5.7),
+        _upright(8.3, 4.4, 8.0),
+        _upright(1.6, 5.9, 8.7),
+    ]
     return np.array([*outer, *level, *upright])
 
 

@@ -1,7 +1,7 @@
 """Visited pixels.
 
-A pixel is a point (column, row) of the world, whole numbers in units of the side of a pixel; it is traversable outside
-all obstacles.
+A pixel is a point (column, row) of the world, whole numbers in units of the side of a
+pixel; it is traversable outside all obstacles.
 """
 
 import math
@@ -16,16 +16,20 @@ from kernels.state import Indices, World
 from kernels.worlds import Reach, inside_any
 
 BLOCKED = -(2**30)
-"""Where the visit counts of obstacle pixels start: they stay negative, so that no second array is needed."""
+"""Where the visit counts of obstacle pixels start: they stay negative, so that no
+second array is needed.
+"""
 
 
 class Coverage(NamedTuple):
     """Visit counts and their running sums.
 
-    `visits` (rows * columns,) counts footprints, row after row, and is negative in obstacles; `traversable` is the
-    number of pixels that are not, `per_length` that of pixels a length. `stamp` (P,) holds the P pixels of a footprint
-    truncated to integers, counted from the corner of its square; it is empty where footprints are discs about the true
-    position. `sums` (3,) holds the number of pixels visited, the sum and the sum of squares of the visit counts.
+    `visits` (rows * columns,) counts footprints, row after row, and is negative in
+    obstacles; `traversable` is the number of pixels that are not, `per_length` that of
+    pixels a length. `stamp` (P,) holds the P pixels of a footprint truncated to
+    integers, counted from the corner of its square; it is empty where footprints are
+    discs about the true position. `sums` (3,) holds the number of pixels visited, the
+    sum and the sum of squares of the visit counts.
     """
 
     visits: NDArray[np.int32]
@@ -45,8 +49,21 @@ def build_coverage(world: World, contact: Reach, observation: Observation) -> Co
     visits = np.zeros(rows * columns, np.int32)
     block(world, contact, visits, rows, columns, observation.pixel)
     traversable = int((visits == 0).sum())
-    stamp = _stamp(radius, columns) if observation.footprint == STAMP else np.zeros(0, np.uint32)
-    return Coverage(visits, rows, columns, traversable, 1.0 / observation.pixel, radius, stamp, np.zeros(3, np.int64))
+    stamp = (
+        _stamp(radius, columns)
+        if observation.footprint == STAMP
+        else np.zeros(0, np.uint32)
+    )
+    return Coverage(
+        visits,
+        rows,
+        columns,
+        traversable,
+        1.0 / observation.pixel,
+        radius,
+        stamp,
+        np.zeros(3, np.int64),
+    )
 
 
 def coverage_shape(width: float, height: float, pixel: float) -> tuple[int, int]:
@@ -56,7 +73,16 @@ def coverage_shape(width: float, height: float, pixel: float) -> tuple[int, int]
 
 def no_coverage() -> Coverage:
     """A Coverage without pixels, for trials that record none."""
-    return Coverage(np.zeros(0, np.int32), 0, 0, 0, 0.0, 0.0, np.zeros(0, np.uint32), np.zeros(3, np.int64))
+    return Coverage(
+        np.zeros(0, np.int32),
+        0,
+        0,
+        0,
+        0.0,
+        0.0,
+        np.zeros(0, np.uint32),
+        np.zeros(3, np.int64),
+    )
 
 
 def _stamp(radius: float, columns: int) -> Indices:
@@ -68,7 +94,14 @@ def _stamp(radius: float, columns: int) -> Indices:
 
 
 @jit
-def block(world: World, contact: Reach, visits: NDArray[np.int32], rows: int, columns: int, pixel: float) -> None:
+def block(
+    world: World,
+    contact: Reach,
+    visits: NDArray[np.int32],
+    rows: int,
+    columns: int,
+    pixel: float,
+) -> None:
     """Mark the pixels of `visits` that lie in an obstacle."""
     for row in range(rows):
         for column in range(columns):
@@ -78,9 +111,11 @@ def block(world: World, contact: Reach, visits: NDArray[np.int32], rows: int, co
 
 @jit
 def mark(coverage: Coverage, x: float, y: float) -> None:
-    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or of the pixel it lies in.
+    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or
+    of the pixel it lies in.
 
-    Pixels outside the world or in obstacles do not count. Section 3.2 of aziel_chen2025.
+    Pixels outside the world or in obstacles do not count. Section 3.2 of
+    aziel_chen2025.
     """
     x, y = x * coverage.per_length, y * coverage.per_length
     radius = coverage.radius
@@ -88,13 +123,18 @@ def mark(coverage: Coverage, x: float, y: float) -> None:
     if coverage.stamp.size > 0 and radius <= x < right and radius <= y < top:
         corner = (int(y) - int(radius)) * coverage.columns + int(x) - int(radius)
         _mark_stamp(coverage, np.uint32(corner))
-    elif -radius - 1.0 < x < coverage.columns + radius and -radius - 1.0 < y < coverage.rows + radius:
+    elif (
+        -radius - 1.0 < x < coverage.columns + radius
+        and -radius - 1.0 < y < coverage.rows + radius
+    ):
         _mark_clipped(coverage, x, y)
 
 
 @jit
 def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
-    """Count the stamp whose square has its first pixel at `corner`; all of it lies in the world."""
+    """Count the stamp whose square has its first pixel at `corner`; all of it lies in
+    the world.
+    """
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):
         pixel = corner + coverage.stamp[k]
@@ -108,14 +148,22 @@ def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
 
 @jit
 def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
-    """Count the footprint about (x, y), or that point truncated, leaving out what lies outside the world."""
+    """Count the footprint about (x, y), or that point truncated, leaving out what lies
+    outside the world.
+    """
     radius = coverage.radius
     if coverage.stamp.size > 0:
         x, y = float(int(x)), float(int(y))
     new, visits, total = 0, 0, 0
-    for row in range(max(0, math.ceil(y - radius)), min(coverage.rows - 1, math.floor(y + radius)) + 1):
+    for row in range(
+        max(0, math.ceil(y - radius)),
+        min(coverage.rows - 1, math.floor(y + radius)) + 1,
+    ):
         half = math.sqrt(max(0.0, radius * radius - (row - y) * (row - y)))
-        for column in range(max(0, math.ceil(x - half)), min(coverage.columns - 1, math.floor(x + half)) + 1):
+        for column in range(
+            max(0, math.ceil(x - half)),
+            min(coverage.columns - 1, math.floor(x + half)) + 1,
+        ):
             count = coverage.visits[row * coverage.columns + column]
             coverage.visits[row * coverage.columns + column] = count + 1
             new += int(count == 0)
@@ -126,7 +174,9 @@ def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
 
 @jit
 def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
-    """Add pixels that went from `total` visits in all to one more each: squares grow by 2 count + 1."""
+    """Add pixels that went from `total` visits in all to one more each: squares grow by
+    2 count + 1.
+    """
     coverage.sums[0] += new
     coverage.sums[1] += visits
     coverage.sums[2] += 2 * total + visits

@@ -1,6 +1,8 @@
-"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids have moved in step.
+"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids
+have moved in step.
 
-The start is not looked at. A boid that is outside, in an obstacle or in contact from the start counts in step 1.
+The start is not looked at. A boid that is outside, in an obstacle or in contact from
+the start counts in step 1.
 """
 
 from typing import NamedTuple
@@ -13,7 +15,9 @@ from kernels.settings import Observation
 from kernels.state import Flock, Indices, World
 from kernels.worlds import Reach, inside_any
 
-ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = range(7)
+ESCAPES, COLLISIONS, BOID_COLLISIONS, ARRIVED, ARRIVAL_STEPS, SETTLED, DEAD_ENDS = (
+    range(7)
+)
 N_EVENTS = 7
 TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 
@@ -21,12 +25,15 @@ TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 class Watch(NamedTuple):
     """What is counted, and the state of N boids after the last step.
 
-    `counting` is for what concerns a boid and its place, `pairing` for what concerns two boids. `contact` is the Reach
-    with margin 0. `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the world, in an
-    obstacle or in contact with another, and which have been at the goal; `in_step` (N,) for how many steps a boid has
-    moved in step with all its neighbours. `order` (N,) are the boids sorted by x, `state` (N,) is room for a step.
-    `events` (N_EVENTS,) holds the counts: how often each of the first three began, how many boids have arrived, the
-    sum of the steps at which they did, how many are in equilibrium now, and how often a model found no way out.
+    `counting` is for what concerns a boid and its place, `pairing` for what concerns
+    two boids. `contact` is the Reach with margin 0. `outside`, `inside`, `touching` and
+    `arrived` (N,) say which boids were outside the world, in an obstacle or in contact
+    with another, and which have been at the goal; `in_step` (N,) for how many steps a
+    boid has moved in step with all its neighbours. `order` (N,) are the boids sorted by
+    x, `state` (N,) is room for a step. `events` (N_EVENTS,) holds the counts: how often
+    each of the first three began, how many boids have arrived, the sum of the steps at
+    which they did, how many are in equilibrium now, and how often a model found no way
+    out.
     """
 
     counting: bool
@@ -43,7 +50,9 @@ class Watch(NamedTuple):
     events: NDArray[np.int64]
 
 
-def build_watch(n: int, counting: bool, pairing: bool, contact: Reach, observation: Observation) -> Watch:
+def build_watch(
+    n: int, counting: bool, pairing: bool, contact: Reach, observation: Observation
+) -> Watch:
     """Nothing counted yet for `n` boids."""
     outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
     return Watch(
@@ -68,7 +77,9 @@ def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
 
 @jit
 def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
-    """Count boids that left the world, entered an obstacle, or came to the goal for the first time."""
+    """Count boids that left the world, entered an obstacle, or came to the goal for the
+    first time.
+    """
     radius2 = watch.observation.goal_radius * watch.observation.goal_radius
     for i in range(flock.x.size):
         x, y = flock.x[i], flock.y[i]
@@ -100,9 +111,14 @@ def _sort(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _compare_pairs(flock: Flock, watch: Watch) -> None:
-    """Set the state of every boid from the pairs it belongs to, found by going outwards along x."""
+    """Set the state of every boid from the pairs it belongs to, found by going outwards
+    along x.
+    """
     about = watch.observation
-    contact2, company2 = about.contact_distance * about.contact_distance, about.flock_range * about.flock_range
+    contact2, company2 = (
+        about.contact_distance * about.contact_distance,
+        about.flock_range * about.flock_range,
+    )
     reach = max(about.contact_distance, about.flock_range)
     tolerance2 = about.equilibrium_tolerance * about.equilibrium_tolerance
     for i in range(flock.x.size):
@@ -126,17 +142,22 @@ def _compare_pairs(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
-    """Whether two velocities differ by less than a part of the larger speed, whose square is given."""
+    """Whether two velocities differ by less than a part of the larger speed, whose
+    square is given.
+    """
     dx, dy = flock.vx[j] - flock.vx[i], flock.vy[j] - flock.vy[i]
     speed2 = max(
-        flock.vx[i] * flock.vx[i] + flock.vy[i] * flock.vy[i], flock.vx[j] * flock.vx[j] + flock.vy[j] * flock.vy[j]
+        flock.vx[i] * flock.vx[i] + flock.vy[i] * flock.vy[i],
+        flock.vx[j] * flock.vx[j] + flock.vy[j] * flock.vy[j],
     )
     return bool(dx * dx + dy * dy < tolerance2 * speed2)
 
 
 @jit
 def _count_pairs(watch: Watch) -> None:
-    """Count boids that came into contact with another, and those in equilibrium: in step for long enough."""
+    """Count boids that came into contact with another, and those in equilibrium: in
+    step for long enough.
+    """
     settled = 0
     for i in range(watch.state.size):
         touching = watch.state[i] & TOUCHING != 0

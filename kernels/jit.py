@@ -1,11 +1,14 @@
-"""How kernels are compiled: two decorators, and nothing else in the project calls numba.
+"""How kernels are compiled: two decorators, and nothing else in the project calls
+numba.
 
-Lazy (no signatures), cached on disk, IEEE arithmetic: `fastmath` gives other bits on other processors. With
-NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python, which is the reference the tests compare with.
+Lazy (no signatures), cached on disk, IEEE arithmetic: `fastmath` gives other bits on
+other processors. With NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python,
+which is the reference the tests compare with.
 
-numba counts references to every array that a function touches, with atomic instructions, and a boid-step touches
-dozens. A kernel that allocates nothing needs none of it: aziel_chen2025 went from 930 to 340 ns a boid-step without
-reference counts, and after other changes from 290 to 160 by inlining all calls.
+numba counts references to every array that a function touches, with atomic
+instructions, and a boid-step touches dozens. A kernel that allocates nothing needs none
+of it: aziel_chen2025 went from 930 to 340 ns a boid-step without reference counts, and
+after other changes from 290 to 160 by inlining all calls.
 """
 
 from collections.abc import Callable
@@ -18,11 +21,16 @@ R = TypeVar("R")
 
 
 def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
-    return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy", **options)(function))
+    return cast(
+        "Callable[P, R]",
+        numba.njit(cache=True, error_model="numpy", **options)(function),
+    )
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile `function`, which must not allocate: no new arrays, no `a[:] = b` between arrays."""
+    """Compile `function`, which must not allocate: no new arrays, no `a[:] = b` between
+    arrays.
+    """
     return _compiled(function, forceinline=True, _nrt=False)
 
 

@@ -1,9 +1,12 @@
-"""Who sees whom: range and field of view, through a cell grid that is exact under sequential updates.
+"""Who sees whom: range and field of view, through a cell grid that is exact under
+sequential updates.
 
-The plane is folded onto a torus of cells no smaller than the range. Every cell lists the boids of its 3 x 3 block in
-ascending order, so a search reads one list, and sums over neighbours have the same bits whatever the grid. A move
-into another cell changes at most nine lists. Where its list is long, or one has overflowed and `full` is set, a search
-looks at everyone instead: the same neighbours in the same order, whichever way is taken.
+The plane is folded onto a torus of cells no smaller than the range. Every cell lists
+the boids of its 3 x 3 block in ascending order, so a search reads one list, and sums
+over neighbours have the same bits whatever the grid. A move into another cell changes
+at most nine lists. Where its list is long, or one has overflowed and `full` is set, a
+search looks at everyone instead: the same neighbours in the same order, whichever way
+is taken.
 """
 
 import math
@@ -19,15 +22,18 @@ FAR = 9
 ALL_ROUND = -4.0
 CAPACITY, SMALL_FLOCK = 64, 256
 CROWDED = 4
-"""A list of more than N / CROWDED boids takes longer to read than looking at everyone, several boids at once."""
+"""A list of more than N / CROWDED boids takes longer to read than looking at everyone,
+several boids at once.
+"""
 
 
 class Grid(NamedTuple):
     """C = columns x rows cells for N boids.
 
-    `members` (C, capacity) holds the lists, the first `length[c]` places of each in use; `column` and `row` (N,) say in
-    which cell a boid is; `full` (1,) says that a list has overflowed. Lists of more than `longest` are not read.
-    Indices are unsigned, which numba reads faster.
+    `members` (C, capacity) holds the lists, the first `length[c]` places of each in
+    use; `column` and `row` (N,) say in which cell a boid is; `full` (1,) says that a
+    list has overflowed. Lists of more than `longest` are not read. Indices are
+    unsigned, which numba reads faster.
     """
 
     columns: int
@@ -43,7 +49,8 @@ class Grid(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Room for the neighbours of one boid: who, displacement to it and its square; arrays of shape (N + 1,).
+    """Room for the neighbours of one boid: who, displacement to it and its square;
+    arrays of shape (N + 1,).
 
     `mark` (N,) says of everyone whether it is one.
     """
@@ -56,7 +63,9 @@ class Near(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What one boid can see: the square of its range, the bound of its cone times |h|^2, and the vector h ahead."""
+    """What one boid can see: the square of its range, the bound of its cone times
+    |h|^2, and the vector h ahead.
+    """
 
     range2: float
     bound: float
@@ -66,7 +75,13 @@ class Sight(NamedTuple):
 
 def build_near(n: int) -> Near:
     """Room for the neighbours of one of `n` boids."""
-    return Near(np.zeros(n + 1, np.uint32), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n, np.bool_))
+    return Near(
+        np.zeros(n + 1, np.uint32),
+        np.zeros(n + 1),
+        np.zeros(n + 1),
+        np.zeros(n + 1),
+        np.zeros(n, np.bool_),
+    )
 
 
 def all_pairs(n: int) -> Grid:
@@ -74,16 +89,22 @@ def all_pairs(n: int) -> Grid:
     return Grid(1, 1, 0.0, 0.0, n, *_lists(1, 0, n), np.ones(1, np.bool_))
 
 
-def _lists(cells: int, capacity: int, n: int) -> tuple[Indices, Indices, Indices, Indices]:
+def _lists(
+    cells: int, capacity: int, n: int
+) -> tuple[Indices, Indices, Indices, Indices]:
     members, length = np.zeros((cells, capacity), np.uint32), np.zeros(cells, np.uint32)
     return members, length, np.zeros(n, np.uint32), np.zeros(n, np.uint32)
 
 
-def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 0) -> Grid:
-    """The grid of `flock` for searches up to `search_range`; all-pairs where a grid would not pay.
+def build_grid(
+    flock: Flock, world: World, search_range: float, capacity: int = 0
+) -> Grid:
+    """The grid of `flock` for searches up to `search_range`; all-pairs where a grid
+    would not pay.
 
-    Cells tile the world, so that the fold is the torus where positions wrap. There are at most about 4 N of them. A
-    list has room for `capacity` boids; if that is 0, for all of a small flock, for four times the mean of a large one.
+    Cells tile the world, so that the fold is the torus where positions wrap. There are
+    at most about 4 N of them. A list has room for `capacity` boids; if that is 0, for
+    all of a small flock, for four times the mean of a large one.
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
@@ -92,13 +113,23 @@ def build_grid(flock: Flock, world: World, search_range: float, capacity: int = 
     if capacity == 0:
         capacity = n if n <= SMALL_FLOCK else max(CAPACITY, 36 * n // (columns * rows))
     lists = _lists(columns * rows, min(capacity, n), n)
-    grid = Grid(columns, rows, columns / world.width, rows / world.height, n // CROWDED, *lists, np.zeros(1, np.bool_))
+    grid = Grid(
+        columns,
+        rows,
+        columns / world.width,
+        rows / world.height,
+        n // CROWDED,
+        *lists,
+        np.zeros(1, np.bool_),
+    )
     fill(grid, flock)
     return grid
 
 
 def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
-    """Columns and rows: 1, or at least 3 so that a block holds no cell twice; cells a little over the range."""
+    """Columns and rows: 1, or at least 3 so that a block holds no cell twice; cells a
+    little over the range.
+    """
     cell = max(search_range * (1 + 1e-6), 1e-9)
     columns, rows = world.width / cell, world.height / cell
     shrink = min(1.0, math.sqrt(most / max(columns * rows, 1.0)))
@@ -108,7 +139,9 @@ def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
 
 @jit
 def _index(position: float, per_length: float, n: int) -> int:
-    """The column or row of a coordinate on the folded plane; `position` must be finite."""
+    """The column or row of a coordinate on the folded plane;
+    `position` must be finite.
+    """
     k = math.floor(position * per_length)
     return k if 0 <= k < n else k % n
 
@@ -126,10 +159,19 @@ def fill(grid: Grid, flock: Flock) -> None:
 
 
 @jit
-def _change_block(grid: Grid, column: int, row: int, columns_off: int, rows_off: int, i: int, enter: bool) -> None:
+def _change_block(
+    grid: Grid,
+    column: int,
+    row: int,
+    columns_off: int,
+    rows_off: int,
+    i: int,
+    enter: bool,
+) -> None:
     """Enter boid `i` into the lists of the block about a cell, or remove it from them.
 
-    Cells that are also in the block `columns_off` to the right and `rows_off` above are left as they are.
+    Cells that are also in the block `columns_off` to the right and `rows_off` above are
+    left as they are.
     """
     across = min(1, grid.columns - 1)
     along = min(1, grid.rows - 1)
@@ -153,7 +195,9 @@ def _fold(k: int, n: int) -> int:
 
 @jit
 def _offset(k: int, n: int) -> int:
-    """The difference `k` of two indices on a circle of `n`: -1, 0 or 1 for neighbours, else FAR."""
+    """The difference `k` of two indices on a circle of `n`: -1, 0 or 1 for neighbours,
+    else FAR.
+    """
     if abs(k) <= 1:
         return k
     if abs(k) == n - 1:
@@ -187,7 +231,9 @@ def _remove(grid: Grid, cell: int, i: int) -> None:
 
 @jit
 def move(grid: Grid, i: int, x: float, y: float) -> None:
-    """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are left to the end of the step."""
+    """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are
+    left to the end of the step.
+    """
     if grid.full[0] or not math.isfinite(x + y):
         return
     old_column, old_row = int(grid.column[i]), int(grid.row[i])
@@ -210,14 +256,18 @@ def move_all(grid: Grid, flock: Flock) -> None:
 
 @jit
 def square_range(length: float, inclusive: bool) -> float:
-    """The bound b such that `distance2 < b` means nearer than `length`, or up to it where `inclusive`."""
+    """The bound b such that `distance2 < b` means nearer than `length`, or up to it
+    where `inclusive`.
+    """
     square = length * length
     return np.nextafter(square, np.inf) if inclusive else square
 
 
 @jit
 def cone(fov: float) -> float:
-    """The bound of `search` for a field of view of `fov` degrees in all; everything is seen from 360 degrees on."""
+    """The bound of `search` for a field of view of `fov` degrees in all; everything is
+    seen from 360 degrees on.
+    """
     cosine = math.cos(math.radians(0.5 * fov))
     return ALL_ROUND if fov >= 360.0 else cosine * abs(cosine)
 
@@ -234,12 +284,16 @@ def search(
     ahead_y: float,
     near: Near,
 ) -> int:
-    """Find the neighbours of boid `i` in ascending order, fill `near` and return how many there are.
+    """Find the neighbours of boid `i` in ascending order, fill `near` and return how
+    many there are.
 
-    A neighbour is nearer than the square root of `range2` and within the `cone` about the vector h = (ahead_x,
-    ahead_y): with the cosine s/(|d||h|) of the angle, s|s| >= view |d|^2 |h|^2. Where h is zero, a boid sees all round.
+    A neighbour is nearer than the square root of `range2` and within the `cone` about
+    the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle, s|s| >=
+    view |d|^2 |h|^2. Where h is zero, a boid sees all round.
     """
-    sight = Sight(range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y)
+    sight = Sight(
+        range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y
+    )
     cell = grid.row[i] * grid.columns + grid.column[i]
     if grid.full[0] or grid.length[cell] > grid.longest:
         return _search_all(seen, world, i, sight, near)
@@ -247,15 +301,20 @@ def search(
     for k in range(grid.length[cell]):
         j = grid.members[cell, k]
         near.boid[found] = j
-        near.dx[found], near.dy[found], near.distance2[found], is_near = _look(seen, world, i, j, sight)
-        # Entered in any case: whether it stays is too random for the processor's branch prediction.
+        near.dx[found], near.dy[found], near.distance2[found], is_near = _look(
+            seen, world, i, j, sight
+        )
+        # Entered in any case: whether it stays is too random for the processor's branch
+        # prediction.
         found += int(is_near & (j != i))
     return found
 
 
 @jit
 def _search_all(seen: Flock, world: World, i: int, sight: Sight, near: Near) -> int:
-    """`search` among everyone, in two passes of which the first runs on several boids at once."""
+    """`search` among everyone, in two passes of which the first runs on several boids
+    at once.
+    """
     for j in range(seen.x.size):
         near.mark[j] = _look(seen, world, i, j, sight)[3]
     near.mark[i] = False
@@ -264,13 +323,19 @@ def _search_all(seen: Flock, world: World, i: int, sight: Sight, near: Near) -> 
         near.boid[found] = j
         found += int(near.mark[j])
     for k in range(found):
-        near.dx[k], near.dy[k], near.distance2[k], _ = _look(seen, world, i, near.boid[k], sight)
+        near.dx[k], near.dy[k], near.distance2[k], _ = _look(
+            seen, world, i, near.boid[k], sight
+        )
     return found
 
 
 @jit
-def _look(seen: Flock, world: World, i: int, j: int, sight: Sight) -> tuple[float, float, float, bool]:
-    """The displacement from boid `i` to `j`, its square, and whether `j` is in range and in view."""
+def _look(
+    seen: Flock, world: World, i: int, j: int, sight: Sight
+) -> tuple[float, float, float, bool]:
+    """The displacement from boid `i` to `j`, its square, and whether `j` is in range
+    and in view.
+    """
     dx = seen.x[j] - seen.x[i]
     dy = seen.y[j] - seen.y[i]
     if world.minimum_image:
@@ -278,12 +343,19 @@ def _look(seen: Flock, world: World, i: int, j: int, sight: Sight) -> tuple[floa
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
     along = dx * sight.ahead_x + dy * sight.ahead_y
-    return dx, dy, distance2, (distance2 < sight.range2) & (along * abs(along) >= sight.bound * distance2)
+    return (
+        dx,
+        dy,
+        distance2,
+        (distance2 < sight.range2) & (along * abs(along) >= sight.bound * distance2),
+    )
 
 
 @jit
 def nearest_image(d: float, period: float) -> float:
-    """The difference `d` of two coordinates in [0, period), taken the short way round."""
+    """The difference `d` of two coordinates in [0, period),
+    taken the short way round.
+    """
     if d > 0.5 * period:
         return d - period
     if d < -0.5 * period:

@@ -1,4 +1,6 @@
-"""Occupancy grids, as robots keep them: which cells of the world are within a distance of an obstacle."""
+"""Occupancy grids, as robots keep them: which cells of the world are within a distance
+of an obstacle.
+"""
 
 import math
 from typing import NamedTuple
@@ -13,7 +15,9 @@ from kernels.worlds import obstacle_distance
 
 
 class Occupancy(NamedTuple):
-    """`taken` (rows, columns) says which cells are; what lies outside the grid is taken too."""
+    """`taken` (rows, columns) says which cells are; what lies outside the grid is taken
+    too.
+    """
 
     taken: NDArray[np.bool_]
     per_length: float
@@ -25,21 +29,32 @@ def no_occupancy() -> Occupancy:
 
 
 def build_occupancy(world: World, settings: OccupancySettings) -> Occupancy:
-    """The grid of `world`: a cell is taken if its centre is nearer than `settings.inflation` to an obstacle.
+    """The grid of `world`: a cell is taken if its centre is nearer than
+    `settings.inflation` to an obstacle.
 
     Raises ValueError where it would have more than MOST_CELLS cells.
     """
-    rows, columns = math.ceil(world.height / settings.cell), math.ceil(world.width / settings.cell)
+    rows, columns = (
+        math.ceil(world.height / settings.cell),
+        math.ceil(world.width / settings.cell),
+    )
     if rows * columns > MOST_CELLS:
-        raise ValueError(f"the occupancy grid would have {rows * columns:,} cells; at most {MOST_CELLS:,} are allowed")
+        raise ValueError(
+            f"the occupancy grid would have {rows * columns:,} cells; at most"
+            f" {MOST_CELLS:,} are allowed"
+        )
     taken = np.zeros((rows, columns), np.bool_)
     _take(world, settings.cell, settings.inflation, taken)
     return Occupancy(taken, 1.0 / settings.cell)
 
 
 @jit
-def _take(world: World, cell: float, inflation: float, taken: NDArray[np.bool_]) -> None:
-    """Take the cells about every obstacle, of which only those in the square about it are looked at."""
+def _take(
+    world: World, cell: float, inflation: float, taken: NDArray[np.bool_]
+) -> None:
+    """Take the cells about every obstacle, of which only those in the square about it
+    are looked at.
+    """
     rows, columns = taken.shape
     for m in range(world.obstacle_x.size):
         across = world.half_width[m] + inflation
@@ -50,7 +65,12 @@ def _take(world: World, cell: float, inflation: float, taken: NDArray[np.bool_])
         high = min(rows - 1, math.ceil((world.obstacle_y[m] + along) / cell))
         for row in range(low, high + 1):
             for column in range(left, right + 1):
-                if obstacle_distance(world, m, (column + 0.5) * cell, (row + 0.5) * cell) < inflation:
+                if (
+                    obstacle_distance(
+                        world, m, (column + 0.5) * cell, (row + 0.5) * cell
+                    )
+                    < inflation
+                ):
                     taken[row, column] = True
 
 
@@ -59,4 +79,7 @@ def is_taken(occupancy: Occupancy, x: float, y: float) -> bool:
     """Whether the cell at (x, y) is taken, or there is none."""
     column, row = x * occupancy.per_length, y * occupancy.per_length
     rows, columns = occupancy.taken.shape
-    return bool(not (0.0 <= column < columns and 0.0 <= row < rows) or occupancy.taken[int(row), int(column)])
+    return bool(
+        not (0.0 <= column < columns and 0.0 <= row < rows)
+        or occupancy.taken[int(row), int(column)]
+    )

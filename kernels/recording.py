@@ -18,10 +18,11 @@ STEP, FILLED = 0, 1
 
 
 class Frames(NamedTuple):
-    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts` (F, N_COUNTS), `step` (F,).
+    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts`
+    (F, N_COUNTS), `step` (F,).
 
-    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch. Where no metric looks at the
-    bodies, `bodies` has no room for them: (F, 6, 0).
+    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch.
+    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6, 0).
     """
 
     bodies: NDArray[np.float64]
@@ -32,8 +33,8 @@ class Frames(NamedTuple):
 class Record(NamedTuple):
     """What to remember, and how far the run is.
 
-    `progress` (2,) holds the steps done and the frames filled. A frame is kept every `every` steps and at the step
-    `last`.
+    `progress` (2,) holds the steps done and the frames filled. A frame is kept every
+    `every` steps and at the step `last`.
     """
 
     frames: Frames
@@ -47,7 +48,11 @@ class Record(NamedTuple):
 
 def build_frames(n_frames: int, n: int) -> Frames:
     """Room for `n_frames` snapshots of `n` bodies."""
-    return Frames(np.zeros((n_frames, 6, n)), np.zeros((n_frames, N_COUNTS), np.int64), np.zeros(n_frames, np.int64))
+    return Frames(
+        np.zeros((n_frames, 6, n)),
+        np.zeros((n_frames, N_COUNTS), np.int64),
+        np.zeros(n_frames, np.int64),
+    )
 
 
 @jit
@@ -75,7 +80,9 @@ def keep_frame(flock: Flock, record: Record) -> None:
 
 @jit
 def observe(flock: Flock, world: World, record: Record) -> bool:
-    """Take note of one step done; return whether all positions and velocities are finite numbers."""
+    """Take note of one step done; return whether all positions and velocities are
+    finite numbers.
+    """
     record.progress[STEP] += 1
     for i in range(flock.x.size):
         if not math.isfinite(flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]):

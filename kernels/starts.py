@@ -14,14 +14,18 @@ MOST_DRAWS = 100_000
 """Draws of one position after which the world is taken to have no free place."""
 
 
-def start_numpy(n: int, settings: StartSettings, world: World, contact: Reach, rng: Generator) -> Flock:
+def start_numpy(
+    n: int, settings: StartSettings, world: World, contact: Reach, rng: Generator
+) -> Flock:
     """`n` boids as `settings` say; `contact` is the Reach with margin 0.
 
     Raises RuntimeError where no free place is found.
     """
     flock = empty_flock(n)
     if not _draw_positions(flock, settings, world, contact, rng):
-        raise RuntimeError("no free place for a boid: obstacles fill the region of the start")
+        raise RuntimeError(
+            "no free place for a boid: obstacles fill the region of the start"
+        )
     speed = settings.start_speed
     if settings.start_velocities == COMPONENTS:
         flock.vx[:] = rng.uniform(-speed, speed, n)
@@ -35,7 +39,9 @@ def start_numpy(n: int, settings: StartSettings, world: World, contact: Reach, r
 
 
 @jit
-def _draw_positions(flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator) -> bool:
+def _draw_positions(
+    flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
+) -> bool:
     """Draw every position, until it is allowed; False where no such place is found."""
     left, across = _span(settings, settings.start_center_x, world.width)
     top, along = _span(settings, settings.start_center_y, world.height)
@@ -43,7 +49,9 @@ def _draw_positions(flock: Flock, settings: StartSettings, world: World, contact
         for _ in range(MOST_DRAWS):
             u, v = rng.random(), rng.random()
             if settings.start_positions == INTEGER:
-                flock.x[i] = math.ceil(left) + math.floor(u * (math.floor(across) + 1.0))
+                flock.x[i] = math.ceil(left) + math.floor(
+                    u * (math.floor(across) + 1.0)
+                )
                 flock.y[i] = math.ceil(top) + math.floor(v * (math.floor(along) + 1.0))
             else:
                 flock.x[i], flock.y[i] = left + u * across, top + v * along
@@ -56,7 +64,8 @@ def _draw_positions(flock: Flock, settings: StartSettings, world: World, contact
 
 @jit
 def _span(settings: StartSettings, center: float, length: float) -> tuple[float, float]:
-    """Where the region of the start begins along one axis, and its extent: the world's, or the disc's part of it.
+    """Where the region of the start begins along one axis, and its extent: the world's,
+    or the disc's part of it.
 
     Integer positions include both ends.
     """
@@ -68,18 +77,28 @@ def _span(settings: StartSettings, center: float, length: float) -> tuple[float,
 
 
 @jit
-def _is_allowed(settings: StartSettings, world: World, contact: Reach, x: float, y: float) -> bool:
-    """Whether a boid may start at (x, y): in the disc, where there is one, and free where it must be."""
+def _is_allowed(
+    settings: StartSettings, world: World, contact: Reach, x: float, y: float
+) -> bool:
+    """Whether a boid may start at (x, y): in the disc, where there is one, and free
+    where it must be.
+    """
     dx, dy = x - settings.start_center_x, y - settings.start_center_y
-    outside = settings.start_radius > 0.0 and dx * dx + dy * dy > settings.start_radius * settings.start_radius
+    outside = (
+        settings.start_radius > 0.0
+        and dx * dx + dy * dy > settings.start_radius * settings.start_radius
+    )
     return not (outside or (settings.start_free and inside_any(world, contact, x, y)))
 
 
-def start_python_random(n: int, settings: StartSettings, world: World, contact: Reach, seed: int) -> Flock:
-    """The start of aziel_chen2025's program, draw for draw, from Python's `random.Random(seed)`.
+def start_python_random(
+    n: int, settings: StartSettings, world: World, contact: Reach, seed: int
+) -> Flock:
+    """The start of aziel_chen2025's program, draw for draw, from Python's
+    `random.Random(seed)`.
 
-    For each boid x and y until the place is free, three draws that the program spends elsewhere, then the heading.
-    Raises RuntimeError where no free place is found.
+    For each boid x and y until the place is free, three draws that the program spends
+    elsewhere, then the heading. Raises RuntimeError where no free place is found.
     """
     draws = Random(seed)
     flock = empty_flock(n)
@@ -91,7 +110,9 @@ def start_python_random(n: int, settings: StartSettings, world: World, contact: 
             if not settings.start_free or not inside_any(world, contact, x, y):
                 break
         else:
-            raise RuntimeError("no free place for a boid: obstacles fill the region of the start")
+            raise RuntimeError(
+                "no free place for a boid: obstacles fill the region of the start"
+            )
         draws.random(), draws.random(), draws.random()
         heading = draws.uniform(0.0, 2.0 * math.pi)
         flock.x[i], flock.y[i] = x, y

@@ -1,4 +1,6 @@
-"""The values that enter kernels. Arrays hold one entry a boid, in index order, unless their shape says otherwise."""
+"""The values that enter kernels. Arrays hold one entry a boid, in index order, unless
+their shape says otherwise.
+"""
 
 from typing import NamedTuple
 
@@ -12,7 +14,9 @@ Indices = NDArray[np.uint32]
 
 
 class Flock(NamedTuple):
-    """Positions and velocities of N boids, and the velocities one step earlier; six arrays of shape (N,)."""
+    """Positions and velocities of N boids, and the velocities one step earlier; six
+    arrays of shape (N,).
+    """
 
     x: Floats
     y: Floats
@@ -23,10 +27,12 @@ class Flock(NamedTuple):
 
 
 class World(NamedTuple):
-    """The rectangle from (0, 0) to (width, height), and M obstacles in arrays of shape (M,).
+    """The rectangle from (0, 0) to (width, height), and M obstacles in arrays of shape
+    (M,).
 
-    A round obstacle is a disc of radius `half_width`; the others are rectangles. `borders` is OPEN, TORUS or BOUNDED.
-    The goal is a place that boids may be drawn to, and by which arrivals are measured.
+    A round obstacle is a disc of radius `half_width`; the others are rectangles.
+    `borders` is OPEN, TORUS or BOUNDED. The goal is a place that boids may be drawn to,
+    and by which arrivals are measured.
     """
 
     width: float
@@ -49,9 +55,11 @@ def empty_flock(n: int) -> Flock:
 
 @jit
 def remember(flock: Flock, seen: Flock) -> None:
-    """Before a step, keep the velocities of `flock`, and its whole state in `seen` where that is another flock.
+    """Before a step, keep the velocities of `flock`, and its whole state in `seen`
+    where that is another flock.
 
-    A sequential update sees the flock itself; a synchronous one sees the copy made here.
+    A sequential update sees the flock itself; a synchronous one sees the copy made
+    here.
     """
     for i in range(flock.x.size):
         flock.previous_vx[i] = flock.vx[i]

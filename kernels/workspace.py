@@ -1,4 +1,6 @@
-"""What a model's `advance` works with, besides the flock, its world and its parameters."""
+"""What a model's `advance` works with, besides the flock,
+its world and its parameters.
+"""
 
 from typing import NamedTuple
 
@@ -11,10 +13,11 @@ from kernels.worlds import Reach
 
 
 class Workspace(NamedTuple):
-    """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is the flock before a step.
+    """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is
+    the flock before a step.
 
-    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, (1, 0) before the first, for models in
-    which a boid at rest still faces somewhere.
+    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, (1, 0)
+    before the first, for models in which a boid at rest still faces somewhere.
     """
 
     grid: Grid
@@ -26,8 +29,12 @@ class Workspace(NamedTuple):
     heading_y: Floats
 
 
-def build_workspace(flock: Flock, world: World, search_range: float, reach: Reach, occupancy: Occupancy) -> Workspace:
-    """The workspace of `flock`, whose model searches neighbours up to `search_range`."""
+def build_workspace(
+    flock: Flock, world: World, search_range: float, reach: Reach, occupancy: Occupancy
+) -> Workspace:
+    """The workspace of `flock`, whose model searches
+    neighbours up to `search_range`.
+    """
     n = flock.x.size
     at_rest = (flock.vx == 0.0) & (flock.vy == 0.0)
     return Workspace(

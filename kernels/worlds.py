@@ -1,8 +1,9 @@
 """Environment maps: from the settings of a world to its obstacles.
 
-A map's `draw(settings, rng)` returns its obstacles, an array of shape (M, 5): x and y of the centre, half width, half
-height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. To add a map, write one such function
-and one entry of MAPS.
+A map's `draw(settings, rng)` returns its obstacles, an array of shape (M, 5): x and y
+of the centre, half width, half height, and 1 for a disc (whose half width is its
+radius) or 0 for a rectangle. To add a map, write one such function and one entry of
+MAPS.
 """
 
 import math
@@ -22,7 +23,8 @@ Obstacles = NDArray[np.float64]
 
 
 class Map(NamedTuple):
-    """`size` is the width and height of a map that has its own, in `unit`; `random` says that every trial draws it.
+    """`size` is the width and height of a map that has its own, in `unit`; `random`
+    says that every trial draws it.
 
     A map without a unit goes with any model.
     """
@@ -35,10 +37,17 @@ class Map(NamedTuple):
     random: bool = False
 
 
-def _table(x: float, y: float, radius: float, chairs: int, chair: float, distance: float) -> list[list[float]]:
-    """A round table and `chairs` square chairs of half width `chair` at `distance` from its centre."""
+def _table(
+    x: float, y: float, radius: float, chairs: int, chair: float, distance: float
+) -> list[list[float]]:
+    """A round table and `chairs` square chairs of half width `chair` at `distance` from
+    its centre.
+    """
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
-    seats = [[x + distance * math.cos(a), y + distance * math.sin(a), chair, chair, 0.0] for a in angles]
+    seats = [
+        [x + distance * math.cos(a), y + distance * math.sin(a), chair, chair, 0.0]
+        for a in angles
+    ]
     return [[x, y, radius, radius, 1.0], *seats]
 
 
@@ -50,13 +59,20 @@ def empty(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
 def random_obstacles(settings: WorldSettings, rng: np.random.Generator) -> Obstacles:
     """`n_obstacles` discs, uniform at least `obstacle_margin` from the borders."""
     low, n = settings.obstacle_margin, settings.n_obstacles
-    x, y = (_drawn(low, side - low, n, settings.obstacle_positions, rng) for side in (settings.width, settings.height))
+    x, y = (
+        _drawn(low, side - low, n, settings.obstacle_positions, rng)
+        for side in (settings.width, settings.height)
+    )
     radius = np.full(n, settings.obstacle_radius)
     return np.column_stack([x, y, radius, radius, np.ones(n)])
 
 
-def _drawn(low: float, high: float, n: int, positions: int, rng: np.random.Generator) -> Floats:
-    """`n` coordinates uniform between two bounds, or among the integers from one to the other."""
+def _drawn(
+    low: float, high: float, n: int, positions: int, rng: np.random.Generator
+) -> Floats:
+    """`n` coordinates uniform between two bounds, or among the integers from one to the
+    other.
+    """
     if positions == INTEGER:
         return rng.integers(int(low), int(high), n, endpoint=True).astype(np.float64)
     return rng.uniform(low, high, n)
@@ -71,7 +87,9 @@ TABLE_PLACES = [(x, y) for y in (150, 300, 450) for x in (150, 300, 450, 600)]
 
 
 def dense_cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Twelve shifted tables of four to eight chairs: each table's shift and number of chairs drawn together."""
+    """Twelve shifted tables of four to eight chairs: each table's shift and number of
+    chairs drawn together.
+    """
     draws = random.Random(100)
     obstacles: list[list[float]] = []
     for x, y in TABLE_PLACES:
@@ -80,33 +98,68 @@ def dense_cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obst
     return np.array(obstacles)
 
 
-def dense_cafeteria_heatmap(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """The dense cafeteria of the published heatmaps: all shifts drawn first, then all numbers of chairs."""
+def dense_cafeteria_heatmap(
+    _settings: WorldSettings, _rng: np.random.Generator
+) -> Obstacles:
+    """The dense cafeteria of the published heatmaps: all shifts drawn first, then all
+    numbers of chairs.
+    """
     draws = random.Random(100)
-    places = [(x + draws.uniform(-40, 40), y + draws.uniform(-40, 40)) for x, y in TABLE_PLACES]
-    return np.array([row for x, y in places for row in _table(x, y, 30, draws.randint(4, 8), 8, 45)])
+    places = [
+        (x + draws.uniform(-40, 40), y + draws.uniform(-40, 40))
+        for x, y in TABLE_PLACES
+    ]
+    return np.array(
+        [row for x, y in places for row in _table(x, y, 30, draws.randint(4, 8), 8, 45)]
+    )
 
 
 def narrow_corridor(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
     """Two square blocks of half width 100 about (400, 135) and (400, 465)."""
-    return np.array([[400.0, 135.0, 100.0, 100.0, 0.0], [400.0, 465.0, 100.0, 100.0, 0.0]])
+    return np.array(
+        [[400.0, 135.0, 100.0, 100.0, 0.0], [400.0, 465.0, 100.0, 100.0, 0.0]]
+    )
 
 
 _RUSTAMANI = "rustamani2024, section 3"
 _AZIEL = "aziel_chen2025, section 3.1"
 MAPS: dict[str, Map] = {
     "empty": Map(empty, "no obstacles, any size", _AZIEL),
-    "random_obstacles": Map(random_obstacles, "n_obstacles discs", "nguyen2024, section 3.1", random=True),
-    "cafeteria": Map(cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0), "px"),
-    "dense_cafeteria": Map(dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"),
-    "dense_cafeteria_heatmap": Map(dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0), "px"),
-    "narrow_corridor": Map(narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0), "px"),
-    "arena": Map(arenas.arena, "an empty square for robots", _RUSTAMANI, (10.0, 10.0), "m"),
-    "arena_two_obstacles": Map(
-        *(arenas.arena_two_obstacles, "a disc and a box on the diagonal", _RUSTAMANI), (10.0, 10.0), "m"
+    "random_obstacles": Map(
+        random_obstacles, "n_obstacles discs", "nguyen2024, section 3.1", random=True
     ),
-    "maze": Map(arenas.maze, "walls across the diagonal", "ours, in the spirit of " + _RUSTAMANI, (10.0, 10.0), "m"),
-    "field": Map(arenas.arena, "an empty rectangle, three times as long", _RUSTAMANI, (30.0, 10.0), "m"),
+    "cafeteria": Map(cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0), "px"),
+    "dense_cafeteria": Map(
+        dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"
+    ),
+    "dense_cafeteria_heatmap": Map(
+        dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0), "px"
+    ),
+    "narrow_corridor": Map(
+        narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0), "px"
+    ),
+    "arena": Map(
+        arenas.arena, "an empty square for robots", _RUSTAMANI, (10.0, 10.0), "m"
+    ),
+    "arena_two_obstacles": Map(
+        *(arenas.arena_two_obstacles, "a disc and a box on the diagonal", _RUSTAMANI),
+        (10.0, 10.0),
+        "m",
+    ),
+    "maze": Map(
+        arenas.maze,
+        "walls across the diagonal",
+        "ours, in the spirit of " + _RUSTAMANI,
+        (10.0, 10.0),
+        "m",
+    ),
+    "field": Map(
+        arenas.arena,
+        "an empty rectangle, three times as long",
+        _RUSTAMANI,
+        (30.0, 10.0),
+        "m",
+    ),
 }
 
 
@@ -114,13 +167,24 @@ def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
     """The World of `settings` with the given obstacles, as a map draws them."""
     x, y, half_width, half_height, is_round = np.ascontiguousarray(obstacles.T)
     size = (settings.width, settings.height, settings.borders, settings.minimum_image)
-    return World(*size, x, y, half_width, half_height, is_round == 1.0, settings.goal_x, settings.goal_y)
+    return World(
+        *size,
+        x,
+        y,
+        half_width,
+        half_height,
+        is_round == 1.0,
+        settings.goal_x,
+        settings.goal_y,
+    )
 
 
 class Reach(NamedTuple):
-    """Which obstacles can act at a place: a grid whose cell c holds `obstacle[first[c] : first[c + 1]]`, ascending.
+    """Which obstacles can act at a place: a grid whose cell c holds `obstacle[first[c]
+    : first[c + 1]]`, ascending.
 
-    The grid covers the world; a place outside may be reached by all M obstacles, whose indices stand last.
+    The grid covers the world; a place outside may be reached by all M obstacles, whose
+    indices stand last.
     """
 
     columns: int
@@ -136,10 +200,17 @@ MOST_COLUMNS = 80
 
 
 def build_reach(world: World, margin: float) -> Reach:
-    """The Reach of obstacles that act up to `margin` beyond their larger half width (in the world's unit)."""
+    """The Reach of obstacles that act up to `margin` beyond their larger half width (in
+    the world's unit).
+    """
     n = world.obstacle_x.size
-    cell = max(world.width, world.height) / (1 if math.isinf(margin) or n == 0 else MOST_COLUMNS)
-    columns, rows = max(1, round(world.width / cell)), max(1, round(world.height / cell))
+    cell = max(world.width, world.height) / (
+        1 if math.isinf(margin) or n == 0 else MOST_COLUMNS
+    )
+    columns, rows = (
+        max(1, round(world.width / cell)),
+        max(1, round(world.height / cell)),
+    )
     per_width, per_height = columns / world.width, rows / world.height
     extent = np.maximum(world.half_width, world.half_height) + margin
     count, nowhere = np.zeros(columns * rows + 1, np.int64), np.empty(0, np.int64)
@@ -148,20 +219,27 @@ def build_reach(world: World, margin: float) -> Reach:
     first = np.concatenate([[0], np.cumsum(count)])
     obstacle = np.empty(first[-1], np.int64)
     obstacle[first[-2] :] = np.arange(n)
-    _enter(world, extent, Reach(columns, rows, per_width, per_height, first[:-1].copy(), obstacle))
+    _enter(
+        world,
+        extent,
+        Reach(columns, rows, per_width, per_height, first[:-1].copy(), obstacle),
+    )
     return Reach(columns, rows, per_width, per_height, first, obstacle)
 
 
 @jit
 def _enter(world: World, extent: Floats, reach: Reach) -> None:
-    """Enter every obstacle into the cells within its `extent` (M,), each at `first`, which moves on by one.
+    """Enter every obstacle into the cells within its `extent` (M,), each at `first`,
+    which moves on by one.
 
     Where `obstacle` is empty, this counts.
     """
     for m in range(extent.size):
         x, y, r = world.obstacle_x[m], world.obstacle_y[m], extent[m] * (1 + 1e-9)
         for row in range(*_cells(y - r, y + r, reach.rows_per_length, reach.rows)):
-            for column in range(*_cells(x - r, x + r, reach.columns_per_length, reach.columns)):
+            for column in range(
+                *_cells(x - r, x + r, reach.columns_per_length, reach.columns)
+            ):
                 cell = row * reach.columns + column
                 if reach.obstacle.size > 0:
                     reach.obstacle[reach.first[cell]] = m
@@ -173,7 +251,9 @@ def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int
     """The first of `n` cells that an interval touches, and the one after the last."""
     if math.isinf(high):
         return 0, n
-    return max(0, math.floor(low * per_length)), min(n - 1, math.floor(high * per_length)) + 1
+    return max(0, math.floor(low * per_length)), min(
+        n - 1, math.floor(high * per_length)
+    ) + 1
 
 
 @jit
@@ -211,7 +291,9 @@ def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
 
 @jit
 def inside_any(world: World, contact: Reach, x: float, y: float) -> bool:
-    """Whether (x, y) lies strictly inside an obstacle; `contact` is the Reach with margin 0."""
+    """Whether (x, y) lies strictly inside an obstacle; `contact` is the Reach with
+    margin 0.
+    """
     cell = reach_cell(contact, x, y)
     for k in range(contact.first[cell], contact.first[cell + 1]):
         if inside_obstacle(world, contact.obstacle[k], x, y):

@@ -1,7 +1,9 @@
-"""Run the notebooks of this folder from nothing and write them back with what came out: make notebooks.
+"""Run the notebooks of this folder from nothing and write them back with what came out:
+make notebooks.
 
-A notebook runs in an empty folder, so that nothing stored before helps it, and keeps no time, path or version of that
-run. tests/test_notebooks.py runs them in the same way and compares.
+A notebook runs in an empty folder, so that nothing stored before helps it, and keeps no
+time, path or version of that run. tests/test_notebooks.py runs them in the same way and
+compares.
 """
 
 import codecs
@@ -29,7 +31,8 @@ METADATA = {
 
 
 def executed(path: Path, empty: Path) -> NotebookNode:
-    """The notebook at `path` after a run in the folder `empty`/notebooks, which is made.
+    """The notebook at `path` after a run in the folder `empty`/notebooks, which is
+    made.
 
     Raises nbclient's CellExecutionError where a cell fails.
     """
@@ -37,10 +40,16 @@ def executed(path: Path, empty: Path) -> NotebookNode:
     folder.mkdir()
     shutil.copy(path, folder)
     notebook = nbformat.read(folder / path.name, as_version=4)
-    # The `sweep` of a cell that begins with %%sh is that of this environment, whether it is activated or not.
-    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
+    # The `sweep` of a cell that begins with %%sh is that of this environment, whether
+    # it is activated or not.
+    env = os.environ | {
+        "PATH": os.pathsep.join(
+            [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
+        )
+    }
     at = {"metadata": {"path": str(folder)}}
-    # Sockets in a folder, as a free port may be taken before the kernel has it. Their paths must be short.
+    # Sockets in a folder, as a free port may be taken before the kernel has it. Their
+    # paths must be short.
     with tempfile.TemporaryDirectory() as sockets:
         kernel = {"transport": "ipc", "ip": str(Path(sockets) / "kernel")}
         NotebookClient(
@@ -56,7 +65,9 @@ def executed(path: Path, empty: Path) -> NotebookNode:
 
 
 def cleaned(notebook: NotebookNode) -> NotebookNode:
-    """The notebook without what says on which machine and when it ran, and without the bold type of terminals."""
+    """The notebook without what says on which machine and when it ran, and without the
+    bold type of terminals.
+    """
     notebook.metadata = nbformat.from_dict(METADATA)
     for cell in notebook.cells:
         cell.metadata = NotebookNode()

@@ -39,14 +39,19 @@ __version__ = "0.5.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:
-    """Raise ImportError unless the package `kernels` that Python finds at `found` stands beside `ours`.
+    """Raise ImportError unless the package `kernels` that Python finds at `found`
+    stands beside `ours`.
 
     Another distribution has a package of that name too.
     """
-    if found is None or Path(found).resolve().parent.parent != Path(ours).resolve().parent.parent:
+    if (
+        found is None
+        or Path(found).resolve().parent.parent != Path(ours).resolve().parent.parent
+    ):
         raise ImportError(
-            f"boidsweep needs its own package `kernels`, but Python finds it at {found or 'no place'}: "
-            "another distribution named kernels is installed; remove it, or use a separate environment"
+            "boidsweep needs its own package `kernels`, but Python finds it at"
+            f" {found or 'no place'}: another distribution named kernels is installed;"
+            " remove it, or use a separate environment"
         )
 
 
@@ -59,21 +64,29 @@ logging.getLogger(__name__).addFilter(make_harmless)
 def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
     """The stored results of `study`, e.g. `load("nguyen2024/separation").trials`.
 
-    `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of it is stored there.
+    `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of
+    it is stored there.
     """
     from sweep.tables.stored_study import StoredStudy
 
     return StoredStudy(study, results)
 
 
-def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "results", workers: int = 0) -> "StoredStudy":
-    """Run what is missing of a study, as `sweep launch` and `sweep search` do, and return what is stored of it.
+def run(
+    spec: str | Path | Mapping[str, Any],
+    results: "str | Location" = "results",
+    workers: int = 0,
+) -> "StoredStudy":
+    """Run what is missing of a study, as `sweep launch` and `sweep search` do, and
+    return what is stored of it.
 
-    `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a mapping. It runs in `workers`
-    processes, as many as there are cores for 0. Nothing is printed; trials that did not come to their end are a
-    warning. Raises SpecError for what is wrong with the spec, StoreError where `results` cannot be read or written,
-    ValueError for a negative number of workers, FailedTrialsError where more trials have failed than the spec allows,
-    and KeyboardInterrupt, both with all finished trials stored: after the latter the same call goes on.
+    `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a
+    mapping. It runs in `workers` processes, as many as there are cores for 0. Nothing
+    is printed; trials that did not come to their end are a warning. Raises SpecError
+    for what is wrong with the spec, StoreError where `results` cannot be read or
+    written, ValueError for a negative number of workers, FailedTrialsError where more
+    trials have failed than the spec allows, and KeyboardInterrupt, both with all
+    finished trials stored: after the latter the same call goes on.
     """
     import warnings
 
@@ -84,7 +97,9 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     from sweep.workers.executors import Loky, core_count
 
     if workers < 0:
-        raise ValueError(f"workers: {workers}; allowed: 0, as many as there are cores, or more")
+        raise ValueError(
+            f"workers: {workers}; allowed: 0, as many as there are cores, or more"
+        )
     if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
         study = parse_spec(spec)
     else:
@@ -95,20 +110,30 @@ def run(spec: str | Path | Mapping[str, Any], results: "str | Location" = "resul
     finally:
         engine.stop()
     stored = load(study.name, results)
-    troubled = {status: count for status, count in stored.statuses().items() if status != "done"}
+    troubled = {
+        status: count for status, count in stored.statuses().items() if status != "done"
+    }
     if troubled:
-        counts = ", ".join(f"{count:,} {status}" for status, count in sorted(troubled.items()))
+        counts = ", ".join(
+            f"{count:,} {status}" for status, count in sorted(troubled.items())
+        )
         about = f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials"
         warnings.warn(harmless(about), stacklevel=2)
     return stored
 
 
-def view(model: str = "nguyen2024", preset: str = "as_run", seed: int = 1, **settings: "Value") -> "View":
-    """The live simulator as a widget of a notebook, e.g. `sweep.view(model="nguyen2024", n=300)`.
+def view(
+    model: str = "nguyen2024",
+    preset: str = "as_run",
+    seed: int = 1,
+    **settings: "Value",
+) -> "View":
+    """The live simulator as a widget of a notebook, e.g.
+    `sweep.view(model="nguyen2024", n=300)`.
 
-    `settings` are those of the model, and `map`; the others have the values of the preset. Without a front end it
-    shows the picture of its first frame. Raises SpecError for what a spec would not accept, and ImportError
-    without anywidget.
+    `settings` are those of the model, and `map`; the others have the values of the
+    preset. Without a front end it shows the picture of its first frame. Raises
+    SpecError for what a spec would not accept, and ImportError without anywidget.
     """
     from sweep.web.widget import live
 
@@ -116,10 +141,11 @@ def view(model: str = "nguyen2024", preset: str = "as_run", seed: int = 1, **set
 
 
 def replay(study: "StoredStudy", trial: str) -> "View":
-    """A stored trial run again, as a widget of a notebook in which it is played and scrubbed through.
+    """A stored trial run again, as a widget of a notebook in which it is played and
+    scrubbed through.
 
-    `study` is what `load` returns. Raises ChoiceError where it has no such trial, StoreError where the trial cannot be
-    run again, and ImportError without anywidget.
+    `study` is what `load` returns. Raises ChoiceError where it has no such trial,
+    StoreError where the trial cannot be run again, and ImportError without anywidget.
     """
     from sweep.web.widget import replay
 

@@ -28,11 +28,15 @@ class SpecError(UserError):
 
 
 class ChoiceError(UserError):
-    """What was asked of a study that cannot be: an unknown metric, point, kind of figure."""
+    """What was asked of a study that cannot be: an unknown metric, point, kind of
+    figure.
+    """
 
 
 class StoreError(UserError):
-    """Results that cannot be read or written; the message names the file and the way out."""
+    """Results that cannot be read or written; the message names the file and the way
+    out.
+    """
 
 
 class UnreachableError(StoreError):
@@ -52,8 +56,9 @@ class OutputError(UserError):
 
 
 class WorkersError(UserError):
-    """No worker process can be given a job, or watched: none stays alive, or `run` cannot
-    be sent to it."""
+    """No worker process can be given a job, or watched: none stays alive, or `run`
+    cannot be sent to it.
+    """
 
 
 class CacheError(UserError):

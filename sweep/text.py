@@ -35,14 +35,17 @@ def abridged(sentence: str) -> str:
 
 
 def similar(given: str, names: list[str]) -> str:
-    """The question that follows a name which does not exist, such as `; did you mean "polarization"?`, or nothing."""
+    """The question that follows a name which does not exist, such as `; did you mean
+    "polarization"?`, or nothing.
+    """
     few = len(names) <= MOST_COMPARED and len(given) <= MOST_SHOWN
     close = get_close_matches(given, names, n=1) if few else []
     return f'; did you mean "{close[0]}"?' if close else ""
 
 
 def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
-    """A sentence such as `unknown metric "polarisation"; did you mean "polarization"? Allowed: ...`.
+    """A sentence such as `unknown metric "polarisation"; did you mean "polarization"?
+    Allowed: ...`.
 
     The allowed names are listed where they are few.
     """
@@ -58,10 +61,12 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
 
 
 def harmless(text: str) -> str:
-    r"""`text` with every sign that cannot be printed as JSON writes it, as \u001b; lines and tabs stay.
+    r"""`text` with every sign that cannot be printed as JSON writes it, as \u001b;
+    lines and tabs stay.
 
-    Those are control characters, what turns the direction of writing, separators of lines and lone surrogates. JSON
-    stays the same JSON, since such signs stand only within its strings.
+    Those are control characters, what turns the direction of writing, separators of
+    lines and lone surrogates. JSON stays the same JSON, since such signs stand only
+    within its strings.
     """
     return "\n".join(map(_shown, text.split("\n")))
 
@@ -69,15 +74,18 @@ def harmless(text: str) -> str:
 def _shown(line: str) -> str:
     if line.isprintable():
         return line
-    signs = (sign if sign.isprintable() or sign == "\t" else json.dumps(sign)[1:-1] for sign in line)
+    signs = (
+        sign if sign.isprintable() or sign == "\t" else json.dumps(sign)[1:-1]
+        for sign in line
+    )
     return "".join(signs)
 
 
 class Harmless:
     """A text stream that writes to `stream` what `harmless` leaves.
 
-    `rich_proxied_file` is where rich writes, whose styles are escapes: what it prints goes through
-    `sweep.cli.terminal`.
+    `rich_proxied_file` is where rich writes, whose styles are escapes: what it prints
+    goes through `sweep.cli.terminal`.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -101,11 +109,15 @@ def guard_streams() -> None:
 
 
 def unguarded(stream: Any) -> Any:
-    """The stream below a guard, for what is to steer the terminal: a bar, the beginning of a line."""
+    """The stream below a guard, for what is to steer the terminal: a bar, the beginning
+    of a line.
+    """
     return getattr(stream, "rich_proxied_file", stream)
 
 
 def make_harmless(record: logging.LogRecord) -> bool:
-    """A filter of log records, which lets all of them through with a harmless message."""
+    """A filter of log records, which lets all of them
+    through with a harmless message.
+    """
     record.msg, record.args = harmless(record.getMessage()), None
     return True

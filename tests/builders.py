@@ -54,9 +54,15 @@ def job(
     time_limit: float | None = None,
     **changes: Any,
 ) -> Job:
-    """A job with the settings of a preset but for `changes`; those that the model does not have are left out."""
+    """A job with the settings of a preset but for `changes`; those that the model does
+    not have are left out.
+    """
     known = fields(model)
-    changed = {name: known[name].coerce(value) for name, value in changes.items() if name in known}
+    changed = {
+        name: known[name].coerce(value)
+        for name, value in changes.items()
+        if name in known
+    }
     settings = preset_settings(model, preset) | changed
     recorded = MODELS[model].metrics if metrics is None else metrics
     return Job(
@@ -68,19 +74,27 @@ def job(
         model=model,
         preset=preset,
         settings=settings,
-        record=Record(tuple(dict.fromkeys((*recorded, *series))), series, every, heatmaps),
+        record=Record(
+            tuple(dict.fromkeys((*recorded, *series))), series, every, heatmaps
+        ),
         streams=Streams(),
         time_limit=time_limit,
     )
 
 
 def maps_of(model: str) -> list[str]:
-    """The maps that go with a model: those in its unit of length, and those without a unit."""
-    return [name for name, entry in MAPS.items() if entry.unit in ("", MODELS[model].length)]
+    """The maps that go with a model: those in its unit of length, and those without a
+    unit.
+    """
+    return [
+        name for name, entry in MAPS.items() if entry.unit in ("", MODELS[model].length)
+    ]
 
 
 def scale(model: str) -> float:
-    """How many of a model's units of length stand for a pixel, where a test's world is measured in pixels."""
+    """How many of a model's units of length stand for a pixel, where a test's world is
+    measured in pixels.
+    """
     return {"px": 1, "m": 0.02}[MODELS[model].length]
 
 
@@ -89,32 +103,60 @@ def scaled(model: str, **lengths: float) -> dict[str, float]:
     return {name: length * scale(model) for name, length in lengths.items()}
 
 
-PRESETS_ON_MAPS = [(model, preset, name) for model, preset in PRESETS for name in maps_of(model)]
+PRESETS_ON_MAPS = [
+    (model, preset, name) for model, preset in PRESETS for name in maps_of(model)
+]
 
 
 def map_size(model: str, name: str) -> dict[str, float]:
-    """The width and height that a map has, or of 800 by 600 px where it has none of its own."""
+    """The width and height that a map has, or of 800 by 600 px where it has none of its
+    own.
+    """
     size = MAPS[name].size
-    return {"width": size[0], "height": size[1]} if size else scaled(model, width=800, height=600)
+    return (
+        {"width": size[0], "height": size[1]}
+        if size
+        else scaled(model, width=800, height=600)
+    )
 
 
 def weightless(model: str) -> dict[str, Any]:
-    """The changes that switch off every force of a model, and what else would change its velocities."""
+    """The changes that switch off every force of a model, and what else would change
+    its velocities.
+    """
     off = {name: 0.0 for name in fields(model) if name.endswith("_weight")}
     off |= {name: 0.0 for name in ("border_turn", "min_speed") if name in fields(model)}
-    return off | ({"border_adds_velocity": "never"} if "border_adds_velocity" in fields(model) else {})
+    return off | (
+        {"border_adds_velocity": "never"}
+        if "border_adds_velocity" in fields(model)
+        else {}
+    )
 
 
 def isotropic(model: str) -> dict[str, Any]:
-    """The changes that leave a model with only the forces between boids, which know neither place nor direction."""
-    others = ("wander_weight", "wall_weight", "goal_weight", "obstacle_weight", "border_turn")
+    """The changes that leave a model with only the forces between boids, which know
+    neither place nor direction.
+    """
+    others = (
+        "wander_weight",
+        "wall_weight",
+        "goal_weight",
+        "obstacle_weight",
+        "border_turn",
+    )
     others += ("seek_weight", "arrival_weight")
     off = {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
-    return off | ({"border_adds_velocity": "never"} if "border_adds_velocity" in fields(model) else {})
+    return off | (
+        {"border_adds_velocity": "never"}
+        if "border_adds_velocity" in fields(model)
+        else {}
+    )
 
 
 def handless(model: str) -> dict[str, float]:
-    """The changes that switch off what prefers one side: boids that steer round cells try growing angles first."""
+    """The changes that switch off what prefers one side: boids that steer round cells
+    try growing angles first.
+    """
     return {"obstacle_weight": 0.0} if MODELS[model].occupancy else {}
 
 
@@ -124,17 +166,30 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         array[:] = values
     reach = simulation.model.interaction_range(simulation.params)
     there = simulation.place
-    simulation.work = build_workspace(simulation.flock, simulation.world, reach, there.reach, there.occupancy)
+    simulation.work = build_workspace(
+        simulation.flock, simulation.world, reach, there.reach, there.occupancy
+    )
     watch = simulation.record.watch
-    for state in (watch.outside, watch.inside, watch.touching, watch.arrived, watch.events):
+    for state in (
+        watch.outside,
+        watch.inside,
+        watch.touching,
+        watch.arrived,
+        watch.events,
+    ):
         state[:] = 0
     note_start(simulation.flock, simulation.world, watch)
     return simulation
 
 
 def to_end(simulation: Simulation, steps_a_call: int = 1000) -> Simulation:
-    """The simulation after its last step, or the one that diverged, with all its frames."""
-    assert simulation.schedule.steps < len(simulation.record.frames.step) * simulation.record.every
+    """The simulation after its last step, or the one that diverged, with all its
+    frames.
+    """
+    assert (
+        simulation.schedule.steps
+        < len(simulation.record.frames.step) * simulation.record.every
+    )
     while simulation.steps_left > 0 and simulation.advance(steps_a_call):
         pass
     return simulation
@@ -146,7 +201,9 @@ def state(flock: Flock) -> np.ndarray:
 
 
 def trajectory(simulation: Simulation) -> np.ndarray:
-    """The frames of a simulation with every frame still there, as an array (F, 6, N)."""
+    """The frames of a simulation with every frame still
+    there, as an array (F, 6, N).
+    """
     return simulation.record.frames.bodies[: simulation.record.progress[1]]
 
 
@@ -159,19 +216,41 @@ def a_flock(x: Any, y: Any, vx: Any = 0.0, vy: Any = 0.0) -> Flock:
 
 
 def a_world(
-    width: float = 800.0, height: float = 600.0, borders: int = OPEN, minimum_image: bool = False, obstacles: Any = ()
+    width: float = 800.0,
+    height: float = 600.0,
+    borders: int = OPEN,
+    minimum_image: bool = False,
+    obstacles: Any = (),
 ) -> World:
-    """A world; each of the obstacles is x, y, half width, half height and 1 for a disc."""
+    """A world; each of the obstacles is x, y, half width,
+    half height and 1 for a disc.
+    """
     columns = np.array(obstacles, float).reshape(-1, 5).T.copy()
-    return World(width, height, borders, minimum_image, *columns[:4], columns[4] == 1.0, width / 2, height / 2)
+    return World(
+        width,
+        height,
+        borders,
+        minimum_image,
+        *columns[:4],
+        columns[4] == 1.0,
+        width / 2,
+        height / 2,
+    )
 
 
 def fingerprint(result: Result) -> str:
     """A hash of every number of a result but the seconds it took."""
     digest = hashlib.sha256(f"{result.status} {result.step}".encode())
     numbers = [*result.last.values(), *result.mean.values()]
-    for array in (np.array(numbers), *result.series.values(), result.frames, result.heatmap):
-        digest.update(b"none" if array is None else np.ascontiguousarray(array).tobytes())
+    for array in (
+        np.array(numbers),
+        *result.series.values(),
+        result.frames,
+        result.heatmap,
+    ):
+        digest.update(
+            b"none" if array is None else np.ascontiguousarray(array).tobytes()
+        )
     return digest.hexdigest()
 
 
@@ -179,22 +258,39 @@ def bits(a_job: Job) -> str:
     """A hash of every number of a trial: its result, and the whole state at its end."""
     simulation = Simulation(a_job)
     digest = hashlib.sha256(fingerprint(simulation.result(began=0.0)).encode())
-    for array in (*simulation.flock, simulation.record.watch.events, simulation.record.coverage.sums):
+    for array in (
+        *simulation.flock,
+        simulation.record.watch.events,
+        simulation.record.coverage.sums,
+    ):
         digest.update(array.tobytes())
     return digest.hexdigest()
 
 
 def exact_jobs(model: str) -> Iterator[Job]:
-    """Small jobs of a model, which together take every path: presets, updates, borders, maps, metrics.
+    """Small jobs of a model, which together take every path: presets, updates, borders,
+    maps, metrics.
 
-    Pixels are large, since without compilation the 480,000 of a whole world take a second.
+    Pixels are large, since without compilation the 480,000 of a whole world take a
+    second.
     """
     every_metric = tuple(METRICS)
     small = {"map": "random_obstacles", "n_obstacles": 3, "n": 14, "steps": 10}
-    small |= scaled(model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=2)
+    small |= scaled(
+        model, width=240, height=210, obstacle_radius=12, obstacle_margin=30, pixel=2
+    )
     wanted = {"metrics": every_metric, "heatmaps": True, "seed": 27}
     for preset, update, borders in product(MODELS[model].presets, UPDATES, BORDERS):
-        yield job(model, preset, series=every_metric, every=3, update=update, **borders, **small, **wanted)
+        yield job(
+            model,
+            preset,
+            series=every_metric,
+            every=3,
+            update=update,
+            **borders,
+            **small,
+            **wanted,
+        )
     for name in maps_of(model):
         size = map_size(model, name) | scaled(model, pixel=4)
         yield job(model, "as_run", series=("speed",), map=name, **size, n=20, steps=6)

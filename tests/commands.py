@@ -1,7 +1,8 @@
 """The command line for tests: within this process, or as a user starts it.
 
-A process of its own spends two to four seconds on imports. What the start adds, the exit code, the two streams, Ctrl-C
-and workers, is shown with processes in tests/test_cli.py; what a command says and does is the same without.
+A process of its own spends two to four seconds on imports. What the start adds, the
+exit code, the two streams, Ctrl-C and workers, is shown with processes in
+tests/test_cli.py; what a command says and does is the same without.
 """
 
 import io
@@ -21,17 +22,32 @@ SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 
 def started(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The finished command, run in `folder` in a process of its own."""
-    return subprocess.run([*SWEEP, *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
+    return subprocess.run(
+        [*SWEEP, *arguments], cwd=folder, capture_output=True, text=True, timeout=120
+    )
 
 
 def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The finished command, run in `folder` within this process, and its trials too; an error in it is raised here."""
+    """The finished command, run in `folder` within this process, and its trials too; an
+    error in it is raised here.
+    """
     output, errors, code = io.StringIO(), io.StringIO(), 0
-    with pytest.MonkeyPatch.context() as patch, chdir(folder), redirect_stdout(output), redirect_stderr(errors):
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        chdir(folder),
+        redirect_stdout(output),
+        redirect_stderr(errors),
+    ):
         patch.setattr(sys, "argv", ["sweep", *arguments])
         patch.setattr("sweep.workers.executors.Loky", Serial)
         try:
             main()
         except SystemExit as ending:
-            code = ending.code if isinstance(ending.code, int) else int(ending.code is not None)
-    return subprocess.CompletedProcess(["sweep", *arguments], code, output.getvalue(), errors.getvalue())
+            code = (
+                ending.code
+                if isinstance(ending.code, int)
+                else int(ending.code is not None)
+            )
+    return subprocess.CompletedProcess(
+        ["sweep", *arguments], code, output.getvalue(), errors.getvalue()
+    )

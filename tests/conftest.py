@@ -1,6 +1,10 @@
 """Settings of all tests."""
 
-import environment  # noqa: F401  # isort: skip (before anything that looks at its environment is imported)
+# isort: off
+# Before anything that looks at its environment is imported.
+import environment  # noqa: F401
+
+# isort: on
 
 import fcntl
 import os
@@ -18,17 +22,20 @@ from sweep.trial.simulation import run
 settings.register_profile("kernels", deadline=None, derandomize=True)
 settings.load_profile("kernels")
 
-# A shell starts its background jobs deaf to Ctrl-C, and nohup its jobs to SIGHUP, which tests of interruptions need.
+# A shell starts its background jobs deaf to Ctrl-C, and nohup its jobs to SIGHUP, which
+# tests of interruptions need.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """The kernels of all models and metrics are compiled once, shared out among the workers of a test run.
+    """The kernels of all models and metrics are compiled once, shared out among the
+    workers of a test run.
 
-    Without it every worker compiles what it meets first, and so do the processes that its tests start meanwhile. The
-    first job has what all have in common; with it compiled, the others can be compiled at the same time.
+    Without it every worker compiles what it meets first, and so do the processes that
+    its tests start meanwhile. The first job has what all have in common; with it
+    compiled, the others can be compiled at the same time.
     """
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker is None:
@@ -37,6 +44,8 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> None:
     jobs.append(job(metrics=tuple(METRICS), n=4, steps=2))
     others = list(range(1, len(jobs)))
     for number in [0, *(others if worker == "gw0" else reversed(others))]:
-        with (tmp_path_factory.getbasetemp().parent / f"compiled-{number}").open("w") as lock:
+        with (tmp_path_factory.getbasetemp().parent / f"compiled-{number}").open(
+            "w"
+        ) as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             run(jobs[number])

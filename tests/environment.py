@@ -1,4 +1,5 @@
-"""The environment of all tests: none of the user's, so that theirs is the same everywhere.
+"""The environment of all tests: none of the user's, so that theirs is the same
+everywhere.
 
 What a user has set, for Amazon, dask, numba, matplotlib, git, a proxy or a language, in
 variables or below the home folder, is not seen by any test, nor by what a test starts.
@@ -21,7 +22,11 @@ KEPT_PREFIXES = ("PYTEST_", "HYPOTHESIS_", "COV_")
 def cleaned(environment: Mapping[str, str], home: Path) -> dict[str, str]:
     """The variables of a user whose home folder is `home` and who has set nothing."""
     caches = environment.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    kept = {name: value for name, value in environment.items() if name in KEPT or name.startswith(KEPT_PREFIXES)}
+    kept = {
+        name: value
+        for name, value in environment.items()
+        if name in KEPT or name.startswith(KEPT_PREFIXES)
+    }
     own = {"HOME": str(home), "XDG_CACHE_HOME": caches, "TZ": "UTC", "LANG": "C.UTF-8"}
     return kept | own
 

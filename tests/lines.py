@@ -18,8 +18,9 @@ class Line:
     """A port of this machine that leads to another, `target`, which may be changed.
 
     At first it is cut: nobody listens at it, but the port stays ours. `greets` is asked
-    about each connection, counted from 1, and closes it by False; `passes` is called for
-    each packet, counted from 1, before that is passed on: it may take its time, and cut.
+    about each connection, counted from 1, and closes it by False; `passes` is called
+    for each packet, counted from 1, before that is passed on: it may take its time, and
+    cut.
     """
 
     def __init__(self, target: int = 0) -> None:
@@ -49,7 +50,9 @@ class Line:
             request_queue_size = 128
 
         self._server = Server((HERE, self.port), Handler)
-        serving = threading.Thread(target=self._server.serve_forever, args=(0.01,), daemon=True)
+        serving = threading.Thread(
+            target=self._server.serve_forever, args=(0.01,), daemon=True
+        )
         serving.start()
         return self
 
@@ -88,7 +91,9 @@ class Line:
     def talk(self, caller: socket.socket) -> None:
         """What becomes of a connection that is greeted."""
         with suppress(OSError), socket.create_connection((HERE, self.target)) as server:
-            back = threading.Thread(target=self._pour, args=(server, caller), daemon=True)
+            back = threading.Thread(
+                target=self._pour, args=(server, caller), daemon=True
+            )
             back.start()
             self._pour(caller, server)
             back.join()

@@ -1,4 +1,6 @@
-"""Searches made up for the tests: tables as those of a search that has run, without any trial."""
+"""Searches made up for the tests: tables as those of a search that has run, without any
+trial.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,15 +23,26 @@ class MadeUp:
     about: dict[str, Any]
 
 
-def rows(run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0) -> pd.DataFrame:
-    """The rows of one candidate; each column but those of one value is (blocks, scenarios)."""
+def rows(
+    run: str, phase: str, candidate: int, columns: dict[str, Any], *, batch: int = 0
+) -> pd.DataFrame:
+    """The rows of one candidate; each column but those of one value is (blocks,
+    scenarios).
+    """
     shaped = {name: np.asarray(values) for name, values in columns.items()}
     shape = next(values.shape for values in shaped.values() if values.ndim == 2)
     block, scenario = (index.ravel() for index in np.indices(shape))
-    columns = {"status": "done"} | {name: np.broadcast_to(values, shape).ravel() for name, values in shaped.items()}
-    ids = [f"{run}-{phase}-{candidate}-{b}-{s}" for b, s in zip(block, scenario, strict=True)]
+    columns = {"status": "done"} | {
+        name: np.broadcast_to(values, shape).ravel() for name, values in shaped.items()
+    }
+    ids = [
+        f"{run}-{phase}-{candidate}-{b}-{s}"
+        for b, s in zip(block, scenario, strict=True)
+    ]
     where = {"run": run, "phase": phase, "candidate": candidate, "batch": batch}
-    return pd.DataFrame({**where, "block": block, "scenario": scenario, "trial_id": ids, **columns})
+    return pd.DataFrame(
+        {**where, "block": block, "scenario": scenario, "trial_id": ids, **columns}
+    )
 
 
 def searched(

@@ -35,7 +35,9 @@ class ObjectStore:
 
     def __init__(self) -> None:
         command = [sys.executable, "-c", SERVER]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
         assert self.process.stdout is not None
         self.port = int(self.process.stdout.readline())
 
@@ -53,7 +55,9 @@ class ObjectStore:
         return status
 
     def url(self, bucket: str, port: int | None = None) -> str:
-        """The place of results in a bucket, which is made; over a line to the server where its port is given."""
+        """The place of results in a bucket, which is made; over a line to the server
+        where its port is given.
+        """
         assert self.request("PUT", f"/{bucket}") in (200, 409)
         return f"s3://{bucket}/results?endpoint_override=127.0.0.1:{port or self.port}&scheme=http"
 
@@ -82,9 +86,11 @@ class Crashed(BaseException):
 
 
 class Memory:
-    """The calls of pyarrow's file system that a store makes, on a dictionary; after `allowed` requests it is over.
+    """The calls of pyarrow's file system that a store makes, on a dictionary; after
+    `allowed` requests it is over.
 
-    Like pyarrow it deletes what is below a prefix by several requests, here one for each object, in no good order.
+    Like pyarrow it deletes what is below a prefix by several requests, here one for
+    each object, in no good order.
     """
 
     def __init__(self) -> None:
@@ -93,21 +99,33 @@ class Memory:
         self.requests = 0
 
     def _ask(self, _key: str) -> None:
-        """A request begins, for an object, or for those below a prefix that ends in a slash."""
+        """A request begins, for an object, or for those below a prefix that ends in a
+        slash.
+        """
         if self.requests >= self.allowed:
             raise Crashed
         self.requests += 1
 
     def _found(self, key: str) -> fs.FileInfo:
         if key in self.objects:
-            return fs.FileInfo(key, fs.FileType.File, mtime_ns=0, size=len(self.objects[key]))
-        return fs.FileInfo(key, fs.FileType.NotFound if "/" in key else fs.FileType.Directory)
+            return fs.FileInfo(
+                key, fs.FileType.File, mtime_ns=0, size=len(self.objects[key])
+            )
+        return fs.FileInfo(
+            key, fs.FileType.NotFound if "/" in key else fs.FileType.Directory
+        )
 
-    def get_file_info(self, what: "str | fs.FileSelector") -> "fs.FileInfo | list[fs.FileInfo]":
+    def get_file_info(
+        self, what: "str | fs.FileSelector"
+    ) -> "fs.FileInfo | list[fs.FileInfo]":
         self._ask(what if isinstance(what, str) else f"{what.base_dir}/")
         if isinstance(what, str):
             return self._found(what)
-        return [self._found(key) for key in sorted(self.objects) if key.startswith(f"{what.base_dir}/")]
+        return [
+            self._found(key)
+            for key in sorted(self.objects)
+            if key.startswith(f"{what.base_dir}/")
+        ]
 
     def open_input_file(self, key: str) -> pa.BufferReader:
         self._ask(key)

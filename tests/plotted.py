@@ -49,17 +49,29 @@ seed: 5
 record: {metrics: [speed, dispersion]}
 """
 
-FLYING = SMALL.replace("study: small", "study: flying").replace("every: 2", "every: 3, trajectories: true")
+FLYING = SMALL.replace("study: small", "study: flying").replace(
+    "every: 2", "every: 3, trajectories: true"
+)
 ABLATED = SMALL.replace("study: small", "study: ablated").replace(
     "  separation_weight: [0.5, 1]", "  detail: {ablate: as_written}"
 )
 SEARCHED = edited(
     TINY,
     ("study: tiny", "study: searched"),
-    ("flock_radius: {minimize: mean}", "flock_radius: {minimize: mean}\n    speed: {maximize: mean}"),
+    (
+        "flock_radius: {minimize: mean}",
+        "flock_radius: {minimize: mean}\n    speed: {maximize: mean}",
+    ),
     ("metrics: [flock_radius]", "metrics: [flock_radius, speed]"),
 )
-SPECS = {"small": SMALL, "grid": GRID, "drawn": DRAWN, "covering": COVERING, "flying": FLYING, "ablated": ABLATED}
+SPECS = {
+    "small": SMALL,
+    "grid": GRID,
+    "drawn": DRAWN,
+    "covering": COVERING,
+    "flying": FLYING,
+    "ablated": ABLATED,
+}
 SPECS |= {"searched": SEARCHED}
 
 _folder = Path(mkdtemp(prefix="plotted-"))
@@ -68,14 +80,20 @@ atexit.register(rmtree, _folder)
 
 @cache
 def study(name: str) -> StoredStudy:
-    """One of SPECS, launched once for all tests of a process, or searched with two repetitions."""
+    """One of SPECS, launched once for all tests of a process, or searched with two
+    repetitions.
+    """
     if name == "searched":
         asked_by(SEARCHED, _folder, repetitions=2)
         return StoredStudy(name, _folder)
     return launched(SPECS[name], _folder)
 
 
-def made_up(sweep: str, function: Callable[[pd.DataFrame], np.ndarray] = ishigami, **options: Any) -> MadeUp:
+def made_up(
+    sweep: str,
+    function: Callable[[pd.DataFrame], np.ndarray] = ishigami,
+    **options: Any,
+) -> MadeUp:
     """A study of `sampled.study_of` that has a spec too."""
     study = study_of(sweep, function, **options)
     study.provenance["spec"] = f"sweep: {{{sweep}}}"
@@ -94,7 +112,9 @@ def shown(figure: Figure) -> str:
 
 def titles(figure: Figure) -> list[str]:
     """What stands above its panels, each in one line, in their order."""
-    return [text.replace("\n", " ") for axes in figure.axes if (text := axes.get_title())]
+    return [
+        text.replace("\n", " ") for axes in figure.axes if (text := axes.get_title())
+    ]
 
 
 def legend_texts(figure: Figure) -> list[str]:

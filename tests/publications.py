@@ -1,4 +1,6 @@
-"""A folder of experiments with one tiny publication, for the tests of claims, pages and reproductions."""
+"""A folder of experiments with one tiny publication, for the tests of claims, pages and
+reproductions.
+"""
 
 from pathlib import Path
 
@@ -65,7 +67,9 @@ contradictions:
 """
 
 
-def experiments(folder: Path, published: str = PUBLISHED, spec: str = SPEC, figures: str = FIGURES) -> Path:
+def experiments(
+    folder: Path, published: str = PUBLISHED, spec: str = SPEC, figures: str = FIGURES
+) -> Path:
     """A folder with the publication `tiny`."""
     tiny = folder / "experiments" / "tiny"
     tiny.mkdir(parents=True, exist_ok=True)

@@ -62,7 +62,13 @@ def break_at_start() -> None:
 
 def run_all(jobs: Any, run: Any, executor: Any, **options: Any) -> list[Any]:
     """Everything that `drive` yields, flattened; a failed job is (job, Failure)."""
-    batches = drive(jobs, run, executor=executor, failed=failed, **{"costs": a_millisecond} | options)
+    batches = drive(
+        jobs,
+        run,
+        executor=executor,
+        failed=failed,
+        **{"costs": a_millisecond} | options,
+    )
     return [result for batch in batches for result in batch]
 
 
@@ -93,13 +99,20 @@ def processes_below(parent: int) -> set[int]:
 
 
 def said_by_us(errors: str) -> list[str]:
-    """What is on stderr but for loky's tracker, which may warn of a semaphore that is gone already: nothing is left."""
-    return [line for line in errors.splitlines() if "resource_tracker" not in line and line != "  warnings.warn("]
+    """What is on stderr but for loky's tracker, which may warn of a semaphore that is
+    gone already: nothing is left.
+    """
+    return [
+        line
+        for line in errors.splitlines()
+        if "resource_tracker" not in line and line != "  warnings.warn("
+    ]
 
 
 @contextmanager
 def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[str]"]:
-    """A running command in a session of its own, of which nothing is left at the end, whatever happens.
+    """A running command in a session of its own, of which nothing is left at the end,
+    whatever happens.
 
     It is killed after LAST_RESORT seconds, so that who waits for its words sees it end.
     """
@@ -109,7 +122,12 @@ def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[
             os.killpg(process.pid, signal.SIGKILL)
 
     with subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     ) as process:
         resort = threading.Timer(LAST_RESORT, kill)
         resort.start()

@@ -1,4 +1,6 @@
-"""Studies with sampled axes and made-up results, without a kernel: what a metric is at each point is given."""
+"""Studies with sampled axes and made-up results, without a kernel: what a metric is at
+each point is given.
+"""
 
 import json
 from collections.abc import Callable
@@ -18,7 +20,9 @@ from sweep.tables.stored_study import StoredStudy
 
 FIELDS = ("separation_weight", "alignment_weight", "cohesion_weight")
 VARIANCE = 7.0**2 / 8 + 0.1 * np.pi**4 / 5 + 0.1**2 * np.pi**8 / 18 + 0.5
-"""Of the Ishigami function with a = 7 and b = 0.1, as in Saltelli et al. (2008, Global Sensitivity Analysis, 4.2)."""
+"""Of the Ishigami function with a = 7 and b = 0.1, as in Saltelli et al. (2008, Global
+Sensitivity Analysis, 4.2).
+"""
 
 FIRST = np.array([0.5 * (1 + 0.1 * np.pi**4 / 5) ** 2, 7.0**2 / 8, 0.0]) / VARIANCE
 PAIR = 8 * 0.1**2 * np.pi**8 / 225 / VARIANCE
@@ -37,8 +41,15 @@ def ishigami(settings: pd.DataFrame) -> np.ndarray:
 
 def axis(sample: str, points: int, **options: object) -> str:
     """The axis `joint` over FIELDS, each uniform from 0 to 1, as a line of a spec."""
-    words = [f"sample: {sample}", f"points: {points}", *(f"{name}: {value}" for name, value in options.items())]
-    return f"joint: {{{', '.join([*words, *(f'{name}: {{uniform: [0, 1]}}' for name in FIELDS)])}}}"
+    words = [
+        f"sample: {sample}",
+        f"points: {points}",
+        *(f"{name}: {value}" for name, value in options.items()),
+    ]
+    return (
+        "joint:"
+        f" {{{', '.join([*words, *(f'{name}: {{uniform: [0, 1]}}' for name in FIELDS)])}}}"
+    )
 
 
 class MadeUp(StoredStudy):
@@ -60,14 +71,21 @@ def study_of(
     replicates: int = 2,
     seed: int = 1,
 ) -> MadeUp:
-    """A study, all of whose trials are done: its `speed` is `function` of the settings and noise (points, replicates).
+    """A study, all of whose trials are done: its `speed` is `function` of the settings
+    and noise (points, replicates).
 
     `seed` is that of the noise and of the spec.
     """
-    text = short(f"sweep: {{{sweep}}}").replace("replicates: 2", f"replicates: {replicates}")
+    text = short(f"sweep: {{{sweep}}}").replace(
+        "replicates: 2", f"replicates: {replicates}"
+    )
     spec = parse_spec(text.replace("seed: 1", f"seed: {seed}"))
     design = expand(spec)
-    values = np.repeat(function(pd.DataFrame(design.columns))[:, None], replicates, axis=1)
+    values = np.repeat(
+        function(pd.DataFrame(design.columns))[:, None], replicates, axis=1
+    )
     if noise:
         values = values + noise(default_rng(seed), values.shape)
-    return MadeUp(plan_table(spec, design, Jobs(spec, design, "kernels"), {}), values.ravel())
+    return MadeUp(
+        plan_table(spec, design, Jobs(spec, design, "kernels"), {}), values.ravel()
+    )

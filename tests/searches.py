@@ -62,7 +62,12 @@ BEST = {"cohesion_weight": 0.3, "alignment_weight": 0.6, "separation_weight": 0.
 """Where the analytic coverage is largest, 0."""
 
 
-def asked_by(spec: str, results: Path, executor: ExecutorFactory | None = None, repetitions: int = 0) -> Asked:
+def asked_by(
+    spec: str,
+    results: Path,
+    executor: ExecutorFactory | None = None,
+    repetitions: int = 0,
+) -> Asked:
     """What a search has asked for, after it has run."""
     study = parse_spec(spec)
     search(study, results, executor or Serial(), repetitions=repetitions)
@@ -80,12 +85,16 @@ def phase(asked: Asked, run: str = "search", name: str = "search") -> pd.DataFra
 
 
 def true_coverage(settings: Mapping[str, Any]) -> float:
-    """What the mean coverage of an analytic trial is, apart from what a block adds for all."""
+    """What the mean coverage of an analytic trial is, apart from what a block adds for
+    all.
+    """
     return float(-20 * sum((settings[name] - best) ** 2 for name, best in BEST.items()))
 
 
 def analytic(noise: float = 1.0, block: float = 1.0) -> Callable[[Job], Result]:
-    """A trial with the true coverage, what its block adds, and normal noise with these standard deviations."""
+    """A trial with the true coverage, what its block adds, and normal noise with these
+    standard deviations.
+    """
 
     def run(job: Job) -> Result:
         common = np.random.default_rng([job.seed, job.replicate]).normal(0.0, block)
@@ -102,18 +111,24 @@ def done(job: Job, values: dict[str, float]) -> Result:
 
 
 class KnownLedger(Ledger):
-    """A ledger that stores nothing: `run` gives the coverage of every trial that is asked for."""
+    """A ledger that stores nothing: `run` gives the coverage of every trial that is
+    asked for.
+    """
 
     def __init__(self, run: Callable[[Job], Result]) -> None:
         self.trial, self.columns, self.known = run, ("coverage",), {}
 
     def run(self, jobs: Iterable[Job]) -> bool:
         """Have the results of these jobs."""
-        self.known |= {job.trial_id: (self.trial(job).last["coverage"],) for job in jobs}
+        self.known |= {
+            job.trial_id: (self.trial(job).last["coverage"],) for job in jobs
+        }
         return True
 
 
-def replace_trials(monkeypatch: pytest.MonkeyPatch, run: Callable[[Job], Result]) -> list[Job]:
+def replace_trials(
+    monkeypatch: pytest.MonkeyPatch, run: Callable[[Job], Result]
+) -> list[Job]:
     """Have `run` in place of trials; the jobs that it is given, as they come."""
     given: list[Job] = []
 
@@ -127,7 +142,9 @@ def replace_trials(monkeypatch: pytest.MonkeyPatch, run: Callable[[Job], Result]
 
 
 def equal(one: Asked, other: Asked) -> None:
-    """Assert that two searches have asked for the same and found the same, to the last bit."""
+    """Assert that two searches have asked for the same and found the same, to the last
+    bit.
+    """
     pd.testing.assert_frame_equal(one.table, other.table, check_exact=True)
     assert one.about == other.about
 

@@ -41,11 +41,15 @@ ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
 ORIGIN = {PROVENANCE.decode(): json.dumps(ABOUT)}
 """Metadata without which a table of trials is not taken for one; they say nothing."""
 
-IMPOSSIBLE = SMALL.replace("n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,")
+IMPOSSIBLE = SMALL.replace(
+    "n: 12,", "n: 12, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+)
 """No free place for a boid: every trial raises."""
 
 
-def launched(spec: str, results: Path, executor: ExecutorFactory | None = None) -> StoredStudy:
+def launched(
+    spec: str, results: Path, executor: ExecutorFactory | None = None
+) -> StoredStudy:
     """The study of `spec` after a launch into `results`."""
     study = parse_spec(spec)
     launch(study, results, executor or Serial())

@@ -9,7 +9,9 @@ from sweep.analysis import by_point, curves, mean_estimate, mean_interval, rank_
 
 
 def test_the_interval_is_students() -> None:
-    """For 1, 2, 3: mean 2, standard error 1/sqrt(3), and t of two degrees of freedom at 97.5 % is 4.302653."""
+    """For 1, 2, 3: mean 2, standard error 1/sqrt(3), and t of two degrees of freedom at
+    97.5 % is 4.302653.
+    """
     mean, low, high, n = mean_interval(np.array([1.0, 2.0, 3.0]))
     assert (mean, n) == (2.0, 3)
     assert high - mean == pytest.approx(4.302653 / np.sqrt(3), rel=1e-6)
@@ -17,8 +19,12 @@ def test_the_interval_is_students() -> None:
 
 
 @pytest.mark.parametrize("n", [2, 3, 10])
-def test_intervals_of_normal_values_cover_the_truth_as_often_as_they_say(n: int) -> None:
-    """20,000 intervals; two-sided bound at 4 standard errors, so one false alarm in 16,000."""
+def test_intervals_of_normal_values_cover_the_truth_as_often_as_they_say(
+    n: int,
+) -> None:
+    """20,000 intervals; two-sided bound at 4 standard errors, so one false alarm in
+    16,000.
+    """
     rng = np.random.default_rng(1)
     intervals = [mean_interval(values) for values in rng.normal(3.0, 2.0, (20_000, n))]
     share = np.mean([low <= 3.0 <= high for _, low, high, _ in intervals])
@@ -53,7 +59,9 @@ def test_points_keep_their_order_and_count_what_is_not_done() -> None:
 
 
 def test_curves_are_means_by_frame_with_the_same_interval() -> None:
-    series = pd.DataFrame({"trial_id": list("aabb"), "frame": [0, 1, 0, 1], "speed": [1.0, 2.0, 3.0, 6.0]})
+    series = pd.DataFrame(
+        {"trial_id": list("aabb"), "frame": [0, 1, 0, 1], "speed": [1.0, 2.0, 3.0, 6.0]}
+    )
     table = curves(series, trials(), "weight", "speed")
     assert list(table["mean"]) == [2.0, 4.0]
     assert list(table["n"]) == [2, 2]
@@ -65,7 +73,9 @@ def test_the_interval_of_a_difference_is_welchs() -> None:
     rng = np.random.default_rng(3)
     one, other = rng.normal(5, 1, 9), rng.normal(3, 4, 23)
     expected = ttest_ind(one, other, equal_var=False).confidence_interval(0.99)
-    assert mean_estimate(one, other).interval(0.99) == pytest.approx((expected.low, expected.high))
+    assert mean_estimate(one, other).interval(0.99) == pytest.approx(
+        (expected.low, expected.high)
+    )
     assert mean_estimate(one, other).value == pytest.approx(one.mean() - other.mean())
 
 
@@ -75,9 +85,11 @@ def test_one_sample_has_the_interval_of_a_mean() -> None:
 
 
 def test_the_interval_of_a_rank_correlation_covers_the_truth() -> None:
-    """Normal pairs with correlation 0.6 have a rank correlation of 6/pi asin(0.3); 2000 intervals of 40 pairs.
+    """Normal pairs with correlation 0.6 have a rank correlation of 6/pi asin(0.3); 2000
+    intervals of 40 pairs.
 
-    The method is approximate: 95 % to within one per cent, and 4 standard errors for chance.
+    The method is approximate: 95 % to within one per cent, and 4 standard errors for
+    chance.
     """
     rng, covered = np.random.default_rng(4), []
     truth = 6 / np.pi * np.arcsin(0.3)

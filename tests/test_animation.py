@@ -23,7 +23,9 @@ from sweep.replays.animation import Scene, frames_apart, write_animation, write_
 from sweep.replays.flight import frames, write_flight
 from sweep.tables.stored_study import StoredStudy
 
-SPEC = SMALL.replace("every: 2", "every: 3, trajectories: true").replace("n: 12,", "n: 12, n_obstacles: 3,")
+SPEC = SMALL.replace("every: 2", "every: 3, trajectories: true").replace(
+    "n: 12,", "n: 12, n_obstacles: 3,"
+)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,9 @@ def silent(_done: int, _whole: int) -> None:
     """Says nothing of the progress."""
 
 
-def test_every_frame_is_written_and_agrees_with_those_stored(study: StoredStudy, trial: str, tmp_path: Path) -> None:
+def test_every_frame_is_written_and_agrees_with_those_stored(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
     show(study, trial, Wanted(trajectory=tmp_path / "flight.parquet"))
     table = pq.read_table(tmp_path / "flight.parquet")
     assert table["frame"].to_pylist() == list(range(10))
@@ -48,7 +52,9 @@ def test_every_frame_is_written_and_agrees_with_those_stored(study: StoredStudy,
     assert steps.tolist() == [0, 3, 6, 9]
     for row, name in enumerate(("x", "y", "vx", "vy")):
         written = np.stack(table[name].to_pylist())
-        assert written[steps].tobytes() == np.ascontiguousarray(stored[:, row]).tobytes()
+        assert (
+            written[steps].tobytes() == np.ascontiguousarray(stored[:, row]).tobytes()
+        )
     assert table.schema.field("x").metadata == {b"unit": b"px", b"text": b"positions"}
     about = json.loads(table.schema.metadata[b"boidsweep"])
     assert (about["trial"], about["spec"]) == (trial, study.spec)
@@ -75,7 +81,11 @@ def test_long_flights_are_written_block_by_block(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("few_steps_a_call")
 def test_progress_goes_from_step_to_step() -> None:
     said: list[tuple[int, int]] = []
-    for _ in frames(builders.job(n=40, steps=300), 100, lambda done, whole: said.append((done, whole))):
+    for _ in frames(
+        builders.job(n=40, steps=300),
+        100,
+        lambda done, whole: said.append((done, whole)),
+    ):
         pass
     assert said[-1] == (300, 300)
     assert said == sorted(said)
@@ -83,9 +93,18 @@ def test_progress_goes_from_step_to_step() -> None:
 
 
 def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
-    """Where something is drawn, the pixel has its colour; the axes tell which pixel that is."""
+    """Where something is drawn, the pixel has its colour; the axes tell which pixel
+    that is.
+    """
     a_job = builders.job(
-        "rustamani2024", map="empty", obstacle_radius=0.5, n=1, width=10, height=10, goal_x=9, goal_y=9
+        "rustamani2024",
+        map="empty",
+        obstacle_radius=0.5,
+        n=1,
+        width=10,
+        height=10,
+        goal_x=9,
+        goal_y=9,
     )
     a_job = replace(a_job, obstacles=((3.0, 6.0, 1.0, 1.0, 1.0),))
     scene = Scene("test", a_job)
@@ -116,13 +135,17 @@ def test_a_frame_says_its_number_its_time_and_who_is_outside() -> None:
     assert pixels._words(0, np.zeros((4, 2))) == "step 0 of 40; 2 boids"
 
 
-@pytest.mark.parametrize(("steps", "apart"), [(1, 1), (599, 1), (600, 2), (3600, 7), (10**6, 1670)])
+@pytest.mark.parametrize(
+    ("steps", "apart"), [(1, 1), (599, 1), (600, 2), (3600, 7), (10**6, 1670)]
+)
 def test_an_animation_has_six_hundred_frames_at_most(steps: int, apart: int) -> None:
     assert frames_apart(builders.job(steps=steps)) == apart
     assert steps // apart + 1 + (steps % apart > 0) <= 601
 
 
-def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(study: StoredStudy, trial: str, tmp_path: Path) -> None:
+def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
     job = study.job(study.trial(trial))
     for name in ("one.gif", "two.gif"):
         write_animation(study.name, job, tmp_path / name, 1, silent)
@@ -136,17 +159,23 @@ def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(study: StoredStudy
     assert np.abs(shown - Scene(study.name, job).draw(6, bodies)).mean() < 1.0
 
 
-def test_the_picture_of_a_frame_is_that_frame(study: StoredStudy, trial: str, tmp_path: Path) -> None:
+def test_the_picture_of_a_frame_is_that_frame(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
     job = study.job(study.trial(trial))
     _, stored = study.trajectory(trial)
     for frame, index in ((0, 0), (6, 2), (9, 3)):
         write_picture(study.name, job, frame, tmp_path / f"{frame}.png", silent)
         with Image.open(tmp_path / f"{frame}.png") as image:
-            assert (np.asarray(image) == Scene(study.name, job).draw(frame, stored[index])).all()
+            assert (
+                np.asarray(image) == Scene(study.name, job).draw(frame, stored[index])
+            ).all()
 
 
 def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
-    a_job = builders.job(n=30, steps=400, separation_weight=1e308, separation_range=1000.0)
+    a_job = builders.job(
+        n=30, steps=400, separation_weight=1e308, separation_range=1000.0
+    )
     with pytest.raises(StoreError, match=r"it diverged before frame 400"):
         write_picture("test", a_job, 400, tmp_path / "x.png", silent)
     assert list(tmp_path.iterdir()) == []
@@ -155,12 +184,27 @@ def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
         assert gif.n_frames == 1
 
 
-@pytest.mark.skipif(not (video.shutil.which("ffmpeg") or video.find_spec("imageio_ffmpeg")), reason="no ffmpeg")
-def test_an_mp4_can_be_decoded_and_has_all_frames(study: StoredStudy, trial: str, tmp_path: Path) -> None:
+@pytest.mark.skipif(
+    not (video.shutil.which("ffmpeg") or video.find_spec("imageio_ffmpeg")),
+    reason="no ffmpeg",
+)
+def test_an_mp4_can_be_decoded_and_has_all_frames(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
     job = study.job(study.trial(trial))
     write_animation(study.name, job, tmp_path / "flight.mp4", 1, silent)
-    command = [video.find_ffmpeg(), "-v", "error", "-i", str(tmp_path / "flight.mp4"), "-f", "rawvideo"]
-    decoded = subprocess.run([*command, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout
+    command = [
+        video.find_ffmpeg(),
+        "-v",
+        "error",
+        "-i",
+        str(tmp_path / "flight.mp4"),
+        "-f",
+        "rawvideo",
+    ]
+    decoded = subprocess.run(
+        [*command, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True
+    ).stdout
     bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])
     scene = Scene(study.name, job)
     drawn = np.stack([scene.draw(step, bodies[step]) for step in range(10)])
@@ -174,12 +218,18 @@ def test_without_ffmpeg_mp4_says_what_to_do(
     monkeypatch.setattr(video.shutil, "which", lambda _name: None)
     monkeypatch.setattr(video, "find_spec", lambda _name: None)
     with pytest.raises(
-        StoreError, match=r'MP4 needs ffmpeg, .* pip install "\.\[video\]" brings one .*; a .gif needs none'
+        StoreError,
+        match=(
+            r'MP4 needs ffmpeg, .* pip install "\.\[video\]" brings one .*; a .gif'
+            r" needs none"
+        ),
     ):
         check(study, trial, Wanted(animation=tmp_path / "x.mp4"))
 
 
-def test_an_ffmpeg_that_fails_is_quoted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_ffmpeg_that_fails_is_quoted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     broken = tmp_path / "broken"
     broken.write_text("#!/bin/sh\necho no such codec >&2\nexit 3\n")
     broken.chmod(0o755)
@@ -204,20 +254,55 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("wanted", "message"), WRONG)
-def test_a_mistake_is_said_before_any_work(study: StoredStudy, trial: str, wanted: Wanted, message: str) -> None:
+def test_a_mistake_is_said_before_any_work(
+    study: StoredStudy, trial: str, wanted: Wanted, message: str
+) -> None:
     with pytest.raises(StoreError) as error:
         check(study, trial, wanted)
     assert message in str(error.value)
 
 
-def test_the_command_writes_all_of_it(study: StoredStudy, trial: str, tmp_path: Path) -> None:
-    options = ["--trajectory", "a.parquet", "--animate", "a.gif", "--frame", "4", "a.png", "--every", "2"]
-    command = ["replay", "small", trial, *options, "--results", str(study.store.folder.parent)]
+def test_the_command_writes_all_of_it(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    options = [
+        "--trajectory",
+        "a.parquet",
+        "--animate",
+        "a.gif",
+        "--frame",
+        "4",
+        "a.png",
+        "--every",
+        "2",
+    ]
+    command = [
+        "replay",
+        "small",
+        trial,
+        *options,
+        "--results",
+        str(study.store.folder.parent),
+    ]
     done = sweep(tmp_path, *command)
     assert done.returncode == 0, done.stderr
-    assert "equal to what is stored, to the last bit: trials, series, trajectories" in done.stdout
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.parquet", "a.png"]
-    assert pq.read_table(tmp_path / "a.parquet")["frame"].to_pylist() == [0, 2, 4, 6, 8, 9]
+    assert (
+        "equal to what is stored, to the last bit: trials, series, trajectories"
+        in done.stdout
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "a.gif",
+        "a.parquet",
+        "a.png",
+    ]
+    assert pq.read_table(tmp_path / "a.parquet")["frame"].to_pylist() == [
+        0,
+        2,
+        4,
+        6,
+        8,
+        9,
+    ]
     again = sweep(tmp_path, *command)
     assert again.returncode == 2
     assert again.stderr == "a.parquet: exists already; --force replaces it\n"

@@ -1,4 +1,6 @@
-"""A trial that goes on from a checkpoint has the bits of an undisturbed one; what is not a good one is not used."""
+"""A trial that goes on from a checkpoint has the bits of an undisturbed one; what is
+not a good one is not used.
+"""
 
 import json
 import logging
@@ -54,13 +56,25 @@ def numbers(result: Result) -> dict[str, Any]:
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return value.dtype.str, value.shape, value.tobytes()
-        return {name: plain(member) for name, member in value.items()} if isinstance(value, dict) else repr(value)
+        return (
+            {name: plain(member) for name, member in value.items()}
+            if isinstance(value, dict)
+            else repr(value)
+        )
 
-    return {field.name: plain(getattr(result, field.name)) for field in fields(Result) if field.name != "seconds"}
+    return {
+        field.name: plain(getattr(result, field.name))
+        for field in fields(Result)
+        if field.name != "seconds"
+    }
 
 
-def killed_after(calls: int, a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run a trial whose worker dies after so many kernel calls, each followed by a checkpoint."""
+def killed_after(
+    calls: int, a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Run a trial whose worker dies after so many kernel calls, each followed by a
+    checkpoint.
+    """
     look, left = checkpoint._Checkpoint.look, iter(range(calls - 1))
 
     def looking(self: Any, seconds: float) -> None:
@@ -81,7 +95,9 @@ def step_of(folder: Path) -> int:
 
 
 def resumed(a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Result:
-    """The result of a trial, which must go on from the step of its checkpoint and no other."""
+    """The result of a trial, which must go on from the step of its checkpoint and no
+    other.
+    """
     step, began = step_of(folder), []
     result_of = Simulation.result
 
@@ -98,20 +114,41 @@ def resumed(a_job: Job, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Result
 
 
 def jobs_of(model: str) -> Iterator[Job]:
-    """Each preset with every update and kind of borders, every map, and the start of a published program."""
-    for preset, update, borders in product(MODELS[model].presets, builders.UPDATES, builders.BORDERS):
+    """Each preset with every update and kind of borders, every map, and the start of a
+    published program.
+    """
+    for preset, update, borders in product(
+        MODELS[model].presets, builders.UPDATES, builders.BORDERS
+    ):
         yield small(model, preset=preset, update=update, **borders)
     for name in builders.maps_of(model):
         size = builders.map_size(model, name)
-        yield builders.job(model, metrics=("coverage", "escapes"), series=("speed",), map=name, **size, n=12, steps=20)
-    yield small(model, seed=2**40, literal=True, replicate=3, start_draws="python_random", every=7)
+        yield builders.job(
+            model,
+            metrics=("coverage", "escapes"),
+            series=("speed",),
+            map=name,
+            **size,
+            n=12,
+            steps=20,
+        )
+    yield small(
+        model,
+        seed=2**40,
+        literal=True,
+        replicate=3,
+        start_draws="python_random",
+        every=7,
+    )
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_trial_goes_on_from_any_call_to_the_same_bits(
     model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Twice, once with and once without its trajectory, by way of files; where to is drawn."""
+    """Twice, once with and once without its trajectory, by way of files; where to is
+    drawn.
+    """
     random = Random(model)
     for number, a_job in enumerate(map(named, jobs_of(model))):
         wanted = flown(a_job) if number % 2 else a_job
@@ -120,7 +157,9 @@ def test_a_trial_goes_on_from_any_call_to_the_same_bits(
         folder = tmp_path / str(number)
         for _ in range(2):
             killed_after(random.randint(1, 2), wanted, folder, monkeypatch)
-        assert numbers(resumed(wanted, folder, monkeypatch)) == numbers(run(wanted)), wanted
+        assert numbers(resumed(wanted, folder, monkeypatch)) == numbers(run(wanted)), (
+            wanted
+        )
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -129,11 +168,15 @@ def test_all_that_changes_is_in_a_checkpoint(model: str, tmp_path: Path) -> None
     earlier, later = (Simulation(named(small(model))) for _ in range(2))
     earlier.advance(9)
     earlier.take_frames()
-    for number, array in enumerate((earlier.work.heading_x, earlier.work.before.x, earlier.work.near.dx)):
+    for number, array in enumerate(
+        (earlier.work.heading_x, earlier.work.before.x, earlier.work.near.dx)
+    ):
         array[:] = number + 0.5
     saved = checkpoint_file.Saved(earlier.state(), 1.5, 2, 3)
     checkpoint_file.write_state(tmp_path / "state", TRIAL, saved, own_key())
-    found = checkpoint_file.read_state(tmp_path / "state", TRIAL, later.state(), own_key())
+    found = checkpoint_file.read_state(
+        tmp_path / "state", TRIAL, later.state(), own_key()
+    )
     later.restore(found.state)
     assert found[1:] == saved[1:]
     assert (later.step, later.noise.state) == (9, earlier.noise.state)
@@ -141,8 +184,18 @@ def test_all_that_changes_is_in_a_checkpoint(model: str, tmp_path: Path) -> None
     assert {name: array.tobytes() for name, array in mine.items()} == {
         name: array.tobytes() for name, array in theirs.items()
     }
-    names = {f"flock.{name}" for name in earlier.flock._fields} | {"work.heading_x", "record.coverage.visits"}
-    assert names | {f"record.watch.{name}" for name in ("touching", "arrived", "in_step", "events")} <= mine.keys()
+    names = {f"flock.{name}" for name in earlier.flock._fields} | {
+        "work.heading_x",
+        "record.coverage.visits",
+    }
+    assert (
+        names
+        | {
+            f"record.watch.{name}"
+            for name in ("touching", "arrived", "in_step", "events")
+        }
+        <= mine.keys()
+    )
 
 
 def plain_job(**changes: Any) -> Job:
@@ -150,28 +203,48 @@ def plain_job(**changes: Any) -> Job:
     return named(small("aziel_chen2025", **changes))
 
 
-def broken_off(folder: Path, monkeypatch: pytest.MonkeyPatch, a_job: Job | None = None) -> Path:
+def broken_off(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, a_job: Job | None = None
+) -> Path:
     """The state of a trial that was killed after two of its calls."""
     killed_after(2, a_job or plain_job(), folder, monkeypatch)
     return folder / f"{TRIAL}.state"
 
 
-def test_a_trial_goes_on_in_another_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trial_goes_on_in_another_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     a_job = flown(plain_job())
     broken_off(tmp_path, monkeypatch, a_job)
     code = (
         "import test_checkpoint as t, pathlib\n"
         "t.simulation.BOID_STEPS_A_CALL = 36\n"
-        f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}), 1e9)(t.flown(t.plain_job()))\n"
+        f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}),"
+        " 1e9)(t.flown(t.plain_job()))\n"
         "print(t.zlib.crc32(repr(t.numbers(result)).encode()))"
     )
-    assert int(in_another_process(code)) == zlib.crc32(repr(numbers(run(a_job))).encode())
+    assert int(in_another_process(code)) == zlib.crc32(
+        repr(numbers(run(a_job))).encode()
+    )
     assert [path.name for path in tmp_path.glob("*.state")] == [f"{TRIAL}.state"]
 
 
-def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A flock too large for lists of everyone, which gathers until those it has overflow."""
-    a_job = named(builders.job("aziel_chen2025", n=300, steps=24, cohesion_weight=0.2, cohesion_range=150, fov=360))
+def test_lists_that_had_to_grow_are_as_long_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A flock too large for lists of everyone, which gathers until those it has
+    overflow.
+    """
+    a_job = named(
+        builders.job(
+            "aziel_chen2025",
+            n=300,
+            steps=24,
+            cohesion_weight=0.2,
+            cohesion_range=150,
+            fov=360,
+        )
+    )
     rooms = []
 
     def gathered(self: Simulation, *arguments: Any) -> Result:
@@ -189,7 +262,9 @@ def test_lists_that_had_to_grow_are_as_long_again(tmp_path: Path, monkeypatch: p
     assert rooms[1] > rooms[0] == rooms[2]
 
 
-def test_a_trial_of_one_call_is_run_without_a_look_at_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_trial_of_one_call_is_run_without_a_look_at_files(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     checkpointed = Checkpointed(lambda _job: "run", tmp_path, 0.0)  # type: ignore[arg-type,return-value]
     monkeypatch.setattr(checkpoint, "_Checkpoint", None)
     monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 20)
@@ -198,10 +273,16 @@ def test_a_trial_of_one_call_is_run_without_a_look_at_files(monkeypatch: pytest.
     assert checkpointed(plain_job()).status == "failed"
 
 
-def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """After so many seconds since the last one began, and not before 100 times what that took."""
+def test_checkpoints_come_when_it_is_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After so many seconds since the last one began, and not before 100 times what
+    that took.
+    """
     written = []
-    monkeypatch.setattr(checkpoint._Checkpoint, "_write", lambda _self, seconds: written.append(seconds))
+    monkeypatch.setattr(
+        checkpoint._Checkpoint, "_write", lambda _self, seconds: written.append(seconds)
+    )
     one = checkpoint._Checkpoint(tmp_path, Simulation(plain_job()), 60.0, own_key())
     for seconds in range(1, 200):
         one.look(float(seconds))
@@ -212,7 +293,9 @@ def test_checkpoints_come_when_it_is_time(tmp_path: Path, monkeypatch: pytest.Mo
     assert written[3:] == [1000.0]
 
 
-def test_the_seconds_of_all_attempts_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_seconds_of_all_attempts_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = broken_off(tmp_path, monkeypatch)
     change(path, seconds=5000.0)
     result = Checkpointed(run, tmp_path, 1e9)(plain_job())
@@ -225,14 +308,18 @@ def test_the_seconds_of_all_attempts_count(tmp_path: Path, monkeypatch: pytest.M
 
 
 def change(path: Path, **header: Any) -> None:
-    """Write other values into the header of a checkpoint, and its checksum so that they are believed."""
+    """Write other values into the header of a checkpoint, and its checksum so that they
+    are believed.
+    """
     _, about, arrays = path.read_bytes().split(b"\n", 2)
     content = json.dumps(json.loads(about) | header).encode() + b"\n" + arrays
     path.write_bytes(checkpoint_file._first_line(content, own_key()) + content)
 
 
 def put(path: Path, name: str, value: int) -> None:
-    """Write a number of 8 bytes at the beginning of an array, and the checksum so that it is believed."""
+    """Write a number of 8 bytes at the beginning of an array, and the checksum so that
+    it is believed.
+    """
     content = path.read_bytes().split(b"\n", 1)[1]
     header, arrays = content.split(b"\n", 1)
     start = 0
@@ -240,7 +327,13 @@ def put(path: Path, name: str, value: int) -> None:
         if array == name:
             break
         start += int(np.dtype(kind).itemsize * np.prod(shape))
-    content = header + b"\n" + arrays[:start] + value.to_bytes(8, "little") + arrays[start + 8 :]
+    content = (
+        header
+        + b"\n"
+        + arrays[:start]
+        + value.to_bytes(8, "little")
+        + arrays[start + 8 :]
+    )
     path.write_bytes(checkpoint_file._first_line(content, own_key()) + content)
 
 
@@ -262,36 +355,79 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "half": (lambda path: os.truncate(path, path.stat().st_size // 2), "is damaged"),
     "flipped": (flip, "is damaged"),
     "long": (lambda path: os.truncate(path, 2**22), "is larger than"),
-    "something else": (lambda path: path.write_bytes(b"PK\x03\x04" * 100), "is not a checkpoint"),
+    "something else": (
+        lambda path: path.write_bytes(b"PK\x03\x04" * 100),
+        "is not a checkpoint",
+    ),
     "too new": (
-        lambda path: path.write_bytes(path.read_bytes().replace(b"checkpoint 2", b"checkpoint 3", 1)),
+        lambda path: path.write_bytes(
+            path.read_bytes().replace(b"checkpoint 2", b"checkpoint 3", 1)
+        ),
         "is of a format that this version does not know; it knows 2",
     ),
-    "another trial's": (lambda path: change(path, trial_id="another"), "is of another trial"),
+    "another trial's": (
+        lambda path: change(path, trial_id="another"),
+        "is of another trial",
+    ),
     "another numpy's": (
-        lambda path: change(path, code=json.dumps(json.loads(checkpoint_file.fingerprint()) | {"numpy": "9.9"})),
+        lambda path: change(
+            path,
+            code=json.dumps(
+                json.loads(checkpoint_file.fingerprint()) | {"numpy": "9.9"}
+            ),
+        ),
         "was written by other code: numpy 9.9",
     ),
-    "another processor's": (lambda path: change(path, machine=["an abacus"]), "on another kind of machine"),
-    "another shape": (lambda path: change(path, arrays={"flock.x": ["<f8", 10**12]}), "has other arrays"),
+    "another processor's": (
+        lambda path: change(path, machine=["an abacus"]),
+        "on another kind of machine",
+    ),
+    "another shape": (
+        lambda path: change(path, arrays={"flock.x": ["<f8", 10**12]}),
+        "has other arrays",
+    ),
     "no generator": (lambda path: change(path, generator={}), "begins anew"),
-    "another generator": (lambda path: change(path, generator={"bit_generator": "MT19937"}), "begins anew"),
+    "another generator": (
+        lambda path: change(path, generator={"bit_generator": "MT19937"}),
+        "begins anew",
+    ),
     "room below zero": (lambda path: change(path, room=-5), "begins anew"),
     "a list": (lambda path: change(path, code=[1]), "begins anew"),
-    "not finite": (lambda path: put(path, "flock.x", NAN), "no trial is ever in this state"),
-    "a step too far": (lambda path: put(path, "record.progress", 10**15), "no trial is ever in this state"),
-    "an index too large": (lambda path: put(path, "record.watch.order", 2**40), "no trial is ever in this state"),
+    "not finite": (
+        lambda path: put(path, "flock.x", NAN),
+        "no trial is ever in this state",
+    ),
+    "a step too far": (
+        lambda path: put(path, "record.progress", 10**15),
+        "no trial is ever in this state",
+    ),
+    "an index too large": (
+        lambda path: put(path, "record.watch.order", 2**40),
+        "no trial is ever in this state",
+    ),
     "frames gone": (lambda path: frames_of(path).unlink(), "No such file"),
-    "frames cut": (lambda path: os.truncate(frames_of(path), 10), "has fewer frames than it says"),
+    "frames cut": (
+        lambda path: os.truncate(frames_of(path), 10),
+        "has fewer frames than it says",
+    ),
     "frames flipped": (lambda path: flip(frames_of(path)), "has damaged frames"),
-    "frames below zero": (lambda path: change(path, frames=-1), "has fewer frames than it says"),
-    "frames beyond": (lambda path: change(path, frames=10**30), "has more frames than the trial has steps"),
+    "frames below zero": (
+        lambda path: change(path, frames=-1),
+        "has fewer frames than it says",
+    ),
+    "frames beyond": (
+        lambda path: change(path, frames=10**30),
+        "has more frames than the trial has steps",
+    ),
 }
 
 
 @pytest.mark.parametrize("what", WRONG)
 def test_a_checkpoint_that_is_not_good_is_said_and_not_used(
-    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    what: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     path = broken_off(tmp_path, monkeypatch)
     spoil, message = WRONG[what]
@@ -305,10 +441,19 @@ def test_a_checkpoint_that_is_not_good_is_said_and_not_used(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_any_flipped_bit_of_a_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_any_flipped_bit_of_a_checkpoint_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, own = broken_off(tmp_path, monkeypatch), Simulation(plain_job()).state()
     whole, random = path.read_bytes(), Random(1)
-    for place in (0, 21, 23, 30, 40, *(random.randrange(len(whole)) for _ in range(100))):
+    for place in (
+        0,
+        21,
+        23,
+        30,
+        40,
+        *(random.randrange(len(whole)) for _ in range(100)),
+    ):
         content = bytearray(whole)
         content[place] ^= 1 << random.randrange(8)
         path.write_bytes(content)
@@ -325,7 +470,9 @@ def test_what_was_added_to_the_frames_and_never_declared_is_cut_off(
         file.write(b"x" * 1000)
     killed_after(1, plain_job(), tmp_path, monkeypatch)
     assert frames_of(path).stat().st_size == size * 10 // 7
-    assert numbers(resumed(plain_job(), tmp_path, monkeypatch)) == numbers(run(plain_job()))
+    assert numbers(resumed(plain_job(), tmp_path, monkeypatch)) == numbers(
+        run(plain_job())
+    )
 
 
 def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
@@ -340,10 +487,18 @@ def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
     for number in (1, 2):
         with pytest.raises(Killed):
             Checkpointed(run, tmp_path, 1e9)(plain_job())
-        assert sorted(path.suffix for path in tmp_path.iterdir()) == [".frames", f".tried-{number}"]
+        assert sorted(path.suffix for path in tmp_path.iterdir()) == [
+            ".frames",
+            f".tried-{number}",
+        ]
     with caplog.at_level(logging.WARNING, "sweep"):
-        assert numbers(Checkpointed(run, tmp_path, 1e9)(plain_job())) == numbers(run(plain_job()))
-    assert "ended its worker twice on going on from its checkpoint; begins anew" in caplog.text
+        assert numbers(Checkpointed(run, tmp_path, 1e9)(plain_job())) == numbers(
+            run(plain_job())
+        )
+    assert (
+        "ended its worker twice on going on from its checkpoint; begins anew"
+        in caplog.text
+    )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -363,10 +518,14 @@ def test_being_killed_again_and_again_later_loses_no_checkpoint(
             with pytest.raises(Killed):
                 Checkpointed(run, tmp_path, 1e9)(flown(plain_job()))
         assert path.read_bytes() == before
-    assert numbers(resumed(flown(plain_job()), tmp_path, monkeypatch)) == numbers(run(flown(plain_job())))
+    assert numbers(resumed(flown(plain_job()), tmp_path, monkeypatch)) == numbers(
+        run(flown(plain_job()))
+    )
 
 
-def test_a_trial_that_raises_leaves_no_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trial_that_raises_leaves_no_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     broken_off(tmp_path, monkeypatch)
 
     def broken(*_: object) -> None:
@@ -412,8 +571,12 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
 ) -> None:
     folder = hindrance(tmp_path, monkeypatch)
     with caplog.at_level(logging.WARNING, "sweep"):
-        results = [Checkpointed(run, folder, 0.0)(plain_job(seed=seed)) for seed in (1, 2)]
-    assert [numbers(result) for result in results] == [numbers(run(plain_job(seed=seed))) for seed in (1, 2)]
+        results = [
+            Checkpointed(run, folder, 0.0)(plain_job(seed=seed)) for seed in (1, 2)
+        ]
+    assert [numbers(result) for result in results] == [
+        numbers(run(plain_job(seed=seed))) for seed in (1, 2)
+    ]
     [record] = caplog.records
     assert "no checkpoint can be written (" in record.message
     assert not list(tmp_path.glob("elsewhere/*"))
@@ -425,7 +588,9 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
 def test_a_folder_that_goes_before_the_first_file_is_there_is_made_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Another launch has just deleted the last checkpoint of its own, and the folder with it."""
+    """Another launch has just deleted the last checkpoint of its own, and the folder
+    with it.
+    """
     folder, make, made = tmp_path / "checkpoints", checkpoint.make_folder, []
 
     def making(path: Path) -> None:
@@ -441,11 +606,20 @@ def test_a_folder_that_goes_before_the_first_file_is_there_is_made_again(
     assert not caplog.records
 
 
-def test_checkpoints_are_listed_and_deleted_by_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_checkpoints_are_listed_and_deleted_by_trial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "checkpoints"
     folder.mkdir()
-    assert Checkpoints(folder).trials() == Checkpoints(tmp_path / "none").trials() == set()
-    others = ["a" * 24 + ".state", "a" * 24 + ".frames", "b" * 24 + ".tried-1", "b" * 24 + ".frames"]
+    assert (
+        Checkpoints(folder).trials() == Checkpoints(tmp_path / "none").trials() == set()
+    )
+    others = [
+        "a" * 24 + ".state",
+        "a" * 24 + ".frames",
+        "b" * 24 + ".tried-1",
+        "b" * 24 + ".frames",
+    ]
     for name in others:
         (folder / name).touch()
     broken_off(folder, monkeypatch)
@@ -469,7 +643,9 @@ LONG = SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
 
 
 def interrupted(spec: str, results: Path, monkeypatch: pytest.MonkeyPatch) -> set[str]:
-    """Launch a study and be killed in its fourth trial; the trials that have a checkpoint, those of its chunk."""
+    """Launch a study and be killed in its fourth trial; the trials that have a
+    checkpoint, those of its chunk.
+    """
     look, calls = checkpoint._Checkpoint.look, iter(range(3 * 9 + 1))
 
     def looking(self: Any, seconds: float) -> None:
@@ -497,7 +673,9 @@ def test_checkpoints_go_when_the_disk_holds_the_trial(
     append, folder, seen = Store.append, tmp_path / "small" / "checkpoints", []
 
     def appending(self: Store, parts: Any) -> Any:
-        seen.append(Checkpoints(folder).trials() == set(parts["trials"]["trial_id"].to_pylist()))
+        seen.append(
+            Checkpoints(folder).trials() == set(parts["trials"]["trial_id"].to_pylist())
+        )
         return append(self, parts)
 
     monkeypatch.setattr(Store, "append", appending)
@@ -508,21 +686,33 @@ def test_checkpoints_go_when_the_disk_holds_the_trial(
 
 
 def test_the_next_launch_goes_on_and_drops_what_nobody_asks_for(
-    tmp_path: Path, whole: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    tmp_path: Path,
+    whole: dict[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     """What is stored, and what is not in the plan."""
     folder = tmp_path / "small" / "checkpoints"
-    going_on, stored = interrupted(LONG, tmp_path, monkeypatch), Store(tmp_path / "small").trial_ids()
+    going_on, stored = (
+        interrupted(LONG, tmp_path, monkeypatch),
+        Store(tmp_path / "small").trial_ids(),
+    )
     assert going_on
     assert stored
     (folder / f"{next(iter(stored))}.state").touch()
     (folder / f"{'f' * 24}.state").touch()
     asked_for: list[set[str]] = []
-    monkeypatch.setattr(checkpoint._Checkpoint, "resume", noting_presence(folder, asked_for))
+    monkeypatch.setattr(
+        checkpoint._Checkpoint, "resume", noting_presence(folder, asked_for)
+    )
     with caplog.at_level(logging.WARNING, "sweep"):
         assert relaunch(LONG, tmp_path).stored == len(stored)
     assert asked_for[0] == going_on
-    went_on = {message.split()[1].strip(":") for message in caplog.messages if "goes on from step" in message}
+    went_on = {
+        message.split()[1].strip(":")
+        for message in caplog.messages
+        if "goes on from step" in message
+    }
     assert went_on == going_on
     assert not folder.exists()
     assert tables(tmp_path / "small") == whole
@@ -549,6 +739,8 @@ def test_a_trial_that_took_too_long_is_tried_again_from_its_beginning(
     assert tables(tmp_path / "small") == whole
 
 
-def test_without_checkpoints_there_are_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_checkpoints_there_are_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(checkpoint, "_Checkpoint", None)
     assert relaunch(LONG.replace("1.0e-9", "false"), tmp_path).statuses == {"done": 6}

@@ -134,7 +134,9 @@ def test_where_the_plan_grows_only_what_is_stored_goes_before_the_end(
     assert not checkpoints.exists()
 
 
-def test_a_search_keeps_what_it_may_ask_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_keeps_what_it_may_ask_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     searched(SEARCH, tmp_path)
     folder = tmp_path / "tiny"
     stored = stored_trials(folder)

@@ -34,7 +34,9 @@ class Killed(BaseException):
 
 @contextmanager
 def killed_after(calls: int) -> Iterator[list[str]]:
-    """Inside, so many calls to the file system succeed; the next, and all that follow, do not happen."""
+    """Inside, so many calls to the file system succeed; the next, and all that follow,
+    do not happen.
+    """
     done: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
         for name in CALLS:
@@ -42,7 +44,9 @@ def killed_after(calls: int) -> Iterator[list[str]]:
         yield done
 
 
-def counting(original: Callable[..., Any], name: str, calls: int, done: list[str]) -> Callable[..., Any]:
+def counting(
+    original: Callable[..., Any], name: str, calls: int, done: list[str]
+) -> Callable[..., Any]:
     def call(*arguments: Any, **options: Any) -> Any:
         if len(done) >= calls:
             raise Killed(name)
@@ -54,7 +58,9 @@ def counting(original: Callable[..., Any], name: str, calls: int, done: list[str
 
 @pytest.fixture(scope="module")
 def dirty(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results with a part of which some trials have left, one of which all have, one of other kernels, and reruns."""
+    """Results with a part of which some trials have left, one of which all have, one of
+    other kernels, and reruns.
+    """
     results = tmp_path_factory.mktemp("dirty")
     relaunch(SPEC, results)
     relaunch(SPEC.replace("[0.5, 1]", "[3]"), results)
@@ -65,7 +71,9 @@ def dirty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     relaunch(SPEC.replace("[0.5, 1]", "[1, 2]"), results)
     study = StoredStudy("small", results)
     first = study.plan["trial_id"][:1].combine_chunks()
-    study.store.append({name: study.store.read(name, trial_ids=first) for name in TABLES})
+    study.store.append(
+        {name: study.store.read(name, trial_ids=first) for name in TABLES}
+    )
     return results
 
 
@@ -80,7 +88,13 @@ def kept(study: StoredStudy) -> list[pa.Table]:
     ids = study.plan["trial_id"].combine_chunks()
     tables = [study.store.read(name, trial_ids=ids) for name in TABLES]
     return [
-        table.sort_by([(name, "ascending") for name in ("trial_id", "frame") if name in table.column_names])
+        table.sort_by(
+            [
+                (name, "ascending")
+                for name in ("trial_id", "frame")
+                if name in table.column_names
+            ]
+        )
         for table in tables
     ]
 
@@ -97,7 +111,9 @@ def test_it_says_exactly_what_would_go(study: StoredStudy) -> None:
     assert not waste.exact
     text = waste.as_text(study)
     assert "go         6 trials that have left the spec: about" in text
-    assert f"go         6 trials that were computed by other kernels, {'f' * 16}" in text
+    assert (
+        f"go         6 trials that were computed by other kernels, {'f' * 16}" in text
+    )
     assert "go         1 repeated rows, of trials that were run again since" in text
 
 
@@ -124,8 +140,12 @@ def test_bytes_are_exact_where_whole_parts_go(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("stride", [3, pytest.param(1, marks=pytest.mark.slow)])
-def test_being_killed_at_any_step_loses_no_trial_that_stays(dirty: Path, tmp_path: Path, stride: int) -> None:
-    """After every crash the spec's trials are all there once, and cleaning again comes to the same end."""
+def test_being_killed_at_any_step_loses_no_trial_that_stays(
+    dirty: Path, tmp_path: Path, stride: int
+) -> None:
+    """After every crash the spec's trials are all there once, and cleaning again comes
+    to the same end.
+    """
     reference = kept(StoredStudy("small", dirty))
     crashes = 0
     gone = subprocess.Popen(["true"])
@@ -154,7 +174,9 @@ def test_being_killed_at_any_step_loses_no_trial_that_stays(dirty: Path, tmp_pat
 
 
 def ours_no_longer(folder: Path, pid: int) -> None:
-    """What this process has left behind becomes that of another one, and its lock is gone."""
+    """What this process has left behind becomes that of another one, and its lock is
+    gone.
+    """
     for left in (folder / "writing").iterdir():
         left.rename(left.with_name(left.name.replace(f"~{os.getpid()}~", f"~{pid}~")))
     shutil.rmtree(folder / "lock", ignore_errors=True)
@@ -178,11 +200,19 @@ clean(study, waste)
 """
 
 
-@pytest.mark.parametrize(("call", "after"), [("replace", 0), ("rename", 0), ("rename", 1), ("replace", 1)])
-def test_a_real_kill_loses_no_trial_that_stays(study: StoredStudy, call: str, after: int) -> None:
+@pytest.mark.parametrize(
+    ("call", "after"), [("replace", 0), ("rename", 0), ("rename", 1), ("replace", 1)]
+)
+def test_a_real_kill_loses_no_trial_that_stays(
+    study: StoredStudy, call: str, after: int
+) -> None:
     before = kept(study)
-    script = KILLED.format(results=str(study.store.folder.parent), call=call, after=after)
-    done = subprocess.run([sys.executable, "-c", script], check=False, cwd=Path(__file__).parent.parent)
+    script = KILLED.format(
+        results=str(study.store.folder.parent), call=call, after=after
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], check=False, cwd=Path(__file__).parent.parent
+    )
     assert done.returncode == -signal.SIGKILL
     assert same(kept(study), before)
     clean(study, find_waste(study))
@@ -214,14 +244,19 @@ def test_a_part_that_another_process_took_stops_it(study: StoredStudy) -> None:
     assert same(kept(study), before)
 
 
-def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(tmp_path: Path) -> None:
+def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(
+    tmp_path: Path,
+) -> None:
     """As those of a search or of sequential stopping that was interrupted."""
     study = launched(COVERING.replace("heatmaps: true", "every: 10"), tmp_path)
     study.store.write_plan(study.plan.slice(0, 3))
     shorter = StoredStudy("covering", tmp_path)
     waste = find_waste(shorter)
     assert (waste.rows, waste.unlisted) == ({}, 1)
-    assert "stay       1 trials stored under this very spec that its plan lacks" in waste.as_text(shorter)
+    assert (
+        "stay       1 trials stored under this very spec that its plan lacks"
+        in waste.as_text(shorter)
+    )
     clean(shorter, waste)
     assert len(study.store.trial_ids()) == 4
 
@@ -229,25 +264,39 @@ def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(tmp_path: Path)
 def test_it_warns_where_the_plan_grows_as_the_study_runs(tmp_path: Path) -> None:
     until = "replicates: {until: {metric: speed, half_width: 1000}, min: 3, max: 5}"
     relaunch(SPEC, tmp_path)
-    study = launched(SPEC.replace("replicates: 3", until).replace("[0.5, 1]", "[1]"), tmp_path)
+    study = launched(
+        SPEC.replace("replicates: 3", until).replace("[0.5, 1]", "[1]"), tmp_path
+    )
     assert "the plan of this study grows as it runs" in find_waste(study).as_text(study)
 
 
-def test_links_are_neither_followed_nor_removed(study: StoredStudy, tmp_path: Path) -> None:
+def test_links_are_neither_followed_nor_removed(
+    study: StoredStudy, tmp_path: Path
+) -> None:
     elsewhere = tmp_path / "elsewhere"
     shutil.copytree(study.store.current_parts()[0], elsewhere)
     (study.store.folder / "parts" / f"{1:020d}-abc").symlink_to(elsewhere)
-    with pytest.raises(StoreError, match="is a symbolic link; nothing is read or written outside"):
+    with pytest.raises(
+        StoreError, match="is a symbolic link; nothing is read or written outside"
+    ):
         find_waste(study)
     with pytest.raises(StoreError, match="is a symbolic link"):
         clean(study, Waste())
     assert (elsewhere / "trials.parquet").exists()
 
 
-def gc(study: StoredStudy, *options: str, **how: Any) -> subprocess.CompletedProcess[str]:
+def gc(
+    study: StoredStudy, *options: str, **how: Any
+) -> subprocess.CompletedProcess[str]:
     folder = study.store.folder.parent.parent
     return subprocess.run(
-        [*SWEEP, "gc", "small", *options], cwd=folder, capture_output=True, text=True, timeout=60, check=False, **how
+        [*SWEEP, "gc", "small", *options],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        **how,
     )
 
 
@@ -259,7 +308,10 @@ def test_the_command_asks_and_without_a_terminal_refuses(study: StoredStudy) -> 
     assert (shown.returncode, refused.returncode) == (0, 2)
     assert shown.stdout == refused.stdout
     assert "6 trials that have left the spec" in shown.stdout
-    assert "nothing was removed: there is no terminal to ask in; --yes removes it" in refused.stderr
+    assert (
+        "nothing was removed: there is no terminal to ask in; --yes removes it"
+        in refused.stderr
+    )
     assert study.store.current_parts() == parts
     done = sweep(folder, "gc", "small", "--yes")
     assert done.returncode == 0, done.stderr
@@ -268,7 +320,9 @@ def test_the_command_asks_and_without_a_terminal_refuses(study: StoredStudy) -> 
 
 
 @pytest.mark.parametrize(("answer", "left"), [("\n", 18), ("n\n", 18), ("y\n", 6)])
-def test_in_a_terminal_the_default_is_no(study: StoredStudy, answer: str, left: int) -> None:
+def test_in_a_terminal_the_default_is_no(
+    study: StoredStudy, answer: str, left: int
+) -> None:
     controller, terminal = pty.openpty()
     try:
         os.write(controller, answer.encode())

@@ -52,7 +52,12 @@ except SystemExit as done:
 heavy = {"numpy", "numba", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "kernels"} & set(sys.modules)
 assert not heavy, heavy
 """
-    done = subprocess.run([sys.executable, "-c", code, "--help"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--help"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert done.returncode == 0, done.stderr
     assert "launch" in done.stdout
 
@@ -61,13 +66,19 @@ def test_the_readme_names_every_command() -> None:
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
     for command in app.registered_commands:
         assert command.callback is not None
-        assert re.search(rf"`(sweep )?{command.callback.__name__}\b", readme), command.callback.__name__
+        assert re.search(rf"`(sweep )?{command.callback.__name__}\b", readme), (
+            command.callback.__name__
+        )
 
 
 def test_plan_counts_without_running(folder: Path) -> None:
     done = sweep(folder, "plan", "spec.yaml", "--json")
     plan = json.loads(done.stdout)
-    assert (plan["points"], plan["trials"], plan["varied"]) == (2, 6, ["separation_weight"])
+    assert (plan["points"], plan["trials"], plan["varied"]) == (
+        2,
+        6,
+        ["separation_weight"],
+    )
     text = sweep(folder, "plan", "spec.yaml").stdout
     assert "trials     6 (3 a point)" in text
 
@@ -76,7 +87,9 @@ def test_a_bad_spec_is_one_line_exit_code_2_and_nothing_written(tmp_path: Path) 
     (tmp_path / "spec.yaml").write_text(SMALL.replace("speed", "spead"))
     done = finished(tmp_path, "launch", "spec.yaml")
     assert done.returncode == 2
-    assert done.stderr.startswith('spec.yaml:10: unknown metric "spead"; did you mean "speed"?')
+    assert done.stderr.startswith(
+        'spec.yaml:10: unknown metric "spead"; did you mean "speed"?'
+    )
     assert done.stderr.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["spec.yaml"]
 
@@ -88,8 +101,14 @@ def test_a_table_as_text_csv_and_json(folder: Path) -> None:
     csv = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))
     assert list(csv["separation_weight"]) == [0.5, 1.0]
     assert set(csv["speed_n"]) == {3}
-    records = json.loads(sweep(folder, "table", "small", "--json", "--over", "half").stdout)
-    assert records[0]["speed_mean_low"] < records[0]["speed_mean"] < records[0]["speed_mean_high"]
+    records = json.loads(
+        sweep(folder, "table", "small", "--json", "--over", "half").stdout
+    )
+    assert (
+        records[0]["speed_mean_low"]
+        < records[0]["speed_mean"]
+        < records[0]["speed_mean_high"]
+    )
 
 
 def test_a_table_with_another_interval(folder: Path) -> None:
@@ -97,12 +116,22 @@ def test_a_table_with_another_interval(folder: Path) -> None:
     from sweep.tables.stored_study import StoredStudy
 
     students = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))
-    csv = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv", "--interval", "bootstrap").stdout))
+    csv = pd.read_csv(
+        StringIO(
+            sweep(folder, "table", "small", "--csv", "--interval", "bootstrap").stdout
+        )
+    )
     assert list(csv) == list(students)
     trials = StoredStudy("small", folder / "results").trials
-    expected = mean_interval(trials.loc[trials["separation_weight"] == 0.5, "speed"], interval="bootstrap")
-    assert tuple(csv.iloc[0][["speed", "speed_low", "speed_high"]]) == pytest.approx(expected[:3], rel=1e-12)
-    text = sweep(folder, "table", "small", "--metric", "speed", "--interval", "bootstrap").stdout
+    expected = mean_interval(
+        trials.loc[trials["separation_weight"] == 0.5, "speed"], interval="bootstrap"
+    )
+    assert tuple(csv.iloc[0][["speed", "speed_low", "speed_high"]]) == pytest.approx(
+        expected[:3], rel=1e-12
+    )
+    text = sweep(
+        folder, "table", "small", "--metric", "speed", "--interval", "bootstrap"
+    ).stdout
     assert "mean and 95 % interval by the BCa bootstrap" in text
     assert re.search(r"\d\.\d+ \[\d\.\d+, \d\.\d+\]", text)
 
@@ -113,7 +142,9 @@ def test_a_comparison_of_two_values(folder: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert "A and B differ in separation_weight (0.5; 1)" in done.stdout
     csv = pd.read_csv(StringIO(sweep(folder, "compare", *sides, "--csv").stdout))
-    speeds = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))["speed"]
+    speeds = pd.read_csv(StringIO(sweep(folder, "table", "small", "--csv").stdout))[
+        "speed"
+    ]
     assert csv["difference"][0] == pytest.approx(speeds[1] - speeds[0])
     same = sweep(folder, "compare", sides[0], sides[0])
     assert (same.returncode, same.stderr.count("\n")) == (2, 1)
@@ -136,7 +167,9 @@ def test_a_table_of_an_unrecorded_metric_says_which_there_are(folder: Path) -> N
     ],
     ids=["results of a launch", "results", "csv", "parquet"],
 )
-def test_a_name_that_is_no_utf_8_is_refused_before_any_work(folder: Path, arguments: tuple[str, ...]) -> None:
+def test_a_name_that_is_no_utf_8_is_refused_before_any_work(
+    folder: Path, arguments: tuple[str, ...]
+) -> None:
     there = sorted(folder.iterdir())
     done = sweep(folder, *arguments)
     assert done.returncode == 2
@@ -145,7 +178,9 @@ def test_a_name_that_is_no_utf_8_is_refused_before_any_work(folder: Path, argume
 
 
 def test_status_counts_what_is_stored(folder: Path) -> None:
-    assert json.loads(sweep(folder, "status", "small", "--json").stdout)["statuses"] == {"done": 6}
+    assert json.loads(sweep(folder, "status", "small", "--json").stdout)[
+        "statuses"
+    ] == {"done": 6}
     assert "done      6" in sweep(folder, "status", "small").stdout
 
 
@@ -178,7 +213,9 @@ def table_of(folder: Path) -> str:
     """The trials of the launched study, as JSON."""
     from sweep.tables.stored_study import StoredStudy
 
-    return str(StoredStudy("small", folder / "results").trials.to_json(orient="records"))
+    return str(
+        StoredStudy("small", folder / "results").trials.to_json(orient="records")
+    )
 
 
 def test_replay_of_an_unknown_trial_is_one_line(folder: Path) -> None:
@@ -206,25 +243,40 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
 
 
 def test_the_schema_is_json(folder: Path) -> None:
-    assert json.loads(sweep(folder, "schema").stdout)["$schema"].startswith("https://json-schema.org/")
+    assert json.loads(sweep(folder, "schema").stdout)["$schema"].startswith(
+        "https://json-schema.org/"
+    )
 
 
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) -> None:
     spec = SMALL.replace("[0.5, 1]", "[1]").replace("steps: 9", "steps: 2000")
-    (tmp_path / "spec.yaml").write_text(spec.replace("replicates: 3", "replicates: 100000"))
-    with started([*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+    (tmp_path / "spec.yaml").write_text(
+        spec.replace("replicates: 3", "replicates: 100000")
+    )
+    with started(
+        [*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path
+    ) as process:
         wait_for_part(tmp_path, process)
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
-    assert errors.endswith("interrupted; what is done is stored, and the same command goes on from there\n"), errors
+    assert errors.endswith(
+        "interrupted; what is done is stored, and the same command goes on from there\n"
+    ), errors
     assert "Traceback" not in errors
     stored = json.loads(sweep(tmp_path, "status", "small", "--json").stdout)["statuses"]
     assert 0 < stored["done"] < 100_000
-    (tmp_path / "spec.yaml").write_text(spec.replace("replicates: 3", f"replicates: {stored['done'] + 5}"))
+    (tmp_path / "spec.yaml").write_text(
+        spec.replace("replicates: 3", f"replicates: {stored['done'] + 5}")
+    )
     again = sweep(tmp_path, "launch", "spec.yaml")
     assert again.returncode == 0
-    assert json.loads(sweep(tmp_path, "status", "small", "--json").stdout)["statuses"]["done"] == stored["done"] + 5
+    assert (
+        json.loads(sweep(tmp_path, "status", "small", "--json").stdout)["statuses"][
+            "done"
+        ]
+        == stored["done"] + 5
+    )
     kept = re.search(r"(\d+) of them stored already", again.stderr)
     assert kept is not None
     assert int(kept[1]) > 0
@@ -240,7 +292,9 @@ def wait_for_part(folder: Path, process: "subprocess.Popen[str]") -> None:
     raise AssertionError("nothing was stored in a minute")
 
 
-def test_a_worker_that_is_killed_loses_no_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_is_killed_loses_no_trial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The whole study is there, after one launch."""
     quiet, engine = launched(SMALL, tmp_path / "quiet"), Loky(1)
     with monkeypatch.context() as patch:
@@ -249,16 +303,22 @@ def test_a_worker_that_is_killed_loses_no_trial(tmp_path: Path, monkeypatch: pyt
     engine.stop()
     assert (tmp_path / "died").exists()
     pd.testing.assert_frame_equal(
-        troubled.trials.drop(columns="seconds"), quiet.trials.drop(columns="seconds"), check_exact=True
+        troubled.trials.drop(columns="seconds"),
+        quiet.trials.drop(columns="seconds"),
+        check_exact=True,
     )
 
 
 @pytest.mark.slow
 def test_a_worker_killed_at_any_moment_loses_no_trial(tmp_path: Path) -> None:
     """Of the command itself, from outside."""
-    spec = SMALL.replace("replicates: 3", "replicates: 30").replace("steps: 9", "steps: 8000")
+    spec = SMALL.replace("replicates: 3", "replicates: 30").replace(
+        "steps: 9", "steps: 8000"
+    )
     (tmp_path / "spec.yaml").write_text(spec)
-    with started([*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path) as process:
+    with started(
+        [*STORING_OFTEN, "launch", "spec.yaml", "--workers", "2"], tmp_path
+    ) as process:
         wait_for_part(tmp_path, process)
         os.kill(workers(process.pid)[0], signal.SIGKILL)
         _, errors = process.communicate(timeout=120)
@@ -266,7 +326,9 @@ def test_a_worker_killed_at_any_moment_loses_no_trial(tmp_path: Path) -> None:
     killed = launched_again(tmp_path / "results")
     quiet = launched(spec, tmp_path / "quiet")
     pd.testing.assert_frame_equal(
-        killed.drop(columns="seconds"), quiet.trials.drop(columns="seconds"), check_exact=True
+        killed.drop(columns="seconds"),
+        quiet.trials.drop(columns="seconds"),
+        check_exact=True,
     )
 
 

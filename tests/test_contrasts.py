@@ -22,22 +22,36 @@ from sweep.analysis import (
     simultaneous_confidence,
 )
 
-COMMON, APART = "start=common world=common noise=independent", "start=independent world=common noise=independent"
+COMMON, APART = (
+    "start=common world=common noise=independent",
+    "start=independent world=common noise=independent",
+)
 WEIGHTS = (0.5, 1.0, 2.0)
 
 
 class Tables:
-    """What a contrast needs of a stored study: three weights, two sizes and twelve replicates, rows in any order."""
+    """What a contrast needs of a stored study: three weights, two sizes and twelve
+    replicates, rows in any order.
+    """
 
     def __init__(self, streams: str = COMMON) -> None:
         rng = np.random.default_rng(1)
-        rows = [(weight, n, replicate) for weight in WEIGHTS for n in (10, 20) for replicate in range(12)]
+        rows = [
+            (weight, n, replicate)
+            for weight in WEIGHTS
+            for n in (10, 20)
+            for replicate in range(12)
+        ]
         table = pd.DataFrame(rows, columns=["weight", "n", "replicate"])
         table["trial_id"] = [f"t{number}" for number in range(len(table))]
         table["point"] = table["weight"].astype(str) + "/" + table["n"].astype(str)
         table["seed"], table["streams"], table["status"] = 5, streams, "done"
         shared = rng.normal(size=12)
-        table["speed"] = shared[table["replicate"]] + table["weight"] + 0.1 * rng.normal(size=len(table))
+        table["speed"] = (
+            shared[table["replicate"]]
+            + table["weight"]
+            + 0.1 * rng.normal(size=len(table))
+        )
         self.trials = table.sample(frac=1.0, random_state=2)
         self.varied = ["weight", "n"]
 
@@ -57,8 +71,12 @@ def test_trials_are_paired_by_replicate_whatever_the_order_of_rows() -> None:
     assert found.interval() == pytest.approx(tuple(expected.confidence_interval()))
     assert found.estimate.p_value() == pytest.approx(expected.pvalue)
     assert found.correlation == pytest.approx(np.corrcoef(one, other)[0, 1])
-    assert found.variance_reduction == pytest.approx((one.var() + other.var()) / (one - other).var())
-    table = contrast(study.trials, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10})
+    assert found.variance_reduction == pytest.approx(
+        (one.var() + other.var()) / (one - other).var()
+    )
+    table = contrast(
+        study.trials, "speed", {"weight": 2.0, "n": 10}, {"weight": 0.5, "n": 10}
+    )
     assert table.interval() == found.interval()
 
 
@@ -83,10 +101,17 @@ def test_a_trial_without_a_result_takes_its_partner_along_and_is_counted() -> No
 
 def test_several_points_need_a_unit() -> None:
     study = Tables()
-    with pytest.raises(ValueError, match='2 points are left on one side: "unit" must say'):
+    with pytest.raises(
+        ValueError, match='2 points are left on one side: "unit" must say'
+    ):
         contrast(study, "speed", {"weight": 2.0}, {"weight": 0.5})
-    differences = np.array([study.values(2.0, n) - study.values(0.5, n) for n in (10, 20)])
-    for unit, values in (("trial", differences.ravel()), ("replicate", differences.mean(axis=0))):
+    differences = np.array(
+        [study.values(2.0, n) - study.values(0.5, n) for n in (10, 20)]
+    )
+    for unit, values in (
+        ("trial", differences.ravel()),
+        ("replicate", differences.mean(axis=0)),
+    ):
         found = contrast(study, "speed", {"weight": 2.0}, {"weight": 0.5}, unit)  # type: ignore[arg-type]
         assert found.interval() == pytest.approx(mean_estimate(values).interval())
     with pytest.raises(ValueError, match="settings that are not named"):
@@ -96,15 +121,27 @@ def test_several_points_need_a_unit() -> None:
 @pytest.mark.parametrize(
     ("metric", "first", "second", "message"),
     [
-        ("sped", {"weight": 1.0}, {"weight": 2.0}, 'unknown column "sped"; did you mean "speed"'),
-        ("speed", {"wieght": 1.0}, {"weight": 2.0}, 'unknown column "wieght"; did you mean "weight"'),
+        (
+            "sped",
+            {"weight": 1.0},
+            {"weight": 2.0},
+            'unknown column "sped"; did you mean "speed"',
+        ),
+        (
+            "speed",
+            {"wieght": 1.0},
+            {"weight": 2.0},
+            'unknown column "wieght"; did you mean "weight"',
+        ),
         ("speed", {"weight": 3.0}, {"weight": 2.0}, "no trial has weight = 3.0"),
         ("speed", {"status": 1}, {"weight": 2.0}, "no trial has status = 1"),
         ("speed", {"weight": 1.0}, {"n": 10}, "share trials"),
         ("speed", {}, {"n": 10}, "no setting and n = 10 share trials"),
     ],
 )
-def test_what_is_wrong_with_a_contrast_is_said(metric: str, first: Any, second: Any, message: str) -> None:
+def test_what_is_wrong_with_a_contrast_is_said(
+    metric: str, first: Any, second: Any, message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         contrast(Tables(), metric, first, second)
 
@@ -115,19 +152,38 @@ def test_all_values_against_a_reference() -> None:
     assert sorted(table["weight"]) == [1.0, 2.0]
     row = table[table["weight"] == 2.0].iloc[0]
     one = contrast(study, "speed", {"weight": 2.0, "n": 20}, {"weight": 0.5, "n": 20})
-    assert (row["low"], row["high"]) == pytest.approx(one.interval(simultaneous_confidence(2)))
+    assert (row["low"], row["high"]) == pytest.approx(
+        one.interval(simultaneous_confidence(2))
+    )
     assert (row["difference"], row["n"], row["left_out"]) == (one.value, 12, 0)
-    others = [contrast(study, "speed", {"weight": w, "n": 20}, {"weight": 0.5, "n": 20}) for w in table["weight"]]
-    assert list(table["p"]) == pytest.approx(holm([other.estimate.p_value() for other in others]))
+    others = [
+        contrast(study, "speed", {"weight": w, "n": 20}, {"weight": 0.5, "n": 20})
+        for w in table["weight"]
+    ]
+    assert list(table["p"]) == pytest.approx(
+        holm([other.estimate.p_value() for other in others])
+    )
 
 
-@pytest.mark.parametrize(("together", "p"), [("bonferroni", 2 * 0.03), ("sidak", 1 - 0.97**2), ("holm", 2 * 0.03)])
+@pytest.mark.parametrize(
+    ("together", "p"),
+    [("bonferroni", 2 * 0.03), ("sidak", 1 - 0.97**2), ("holm", 2 * 0.03)],
+)
 def test_contrasts_looked_at_together(together: Any, p: float) -> None:
-    """The first of two tests, of which the one without two values is none: the third is no part of the family."""
+    """The first of two tests, of which the one without two values is none: the third is
+    no part of the family.
+    """
     rng = np.random.default_rng(8)
-    sides = [paired_contrast(pd.Series(rng.normal(mean, 1.0, 15)), pd.Series(np.zeros(15))) for mean in (0.5, 3.0)]
-    family = jointly([*sides, paired_contrast(pd.Series([1.0]), pd.Series([0.0]))], together=together)
-    level = simultaneous_confidence(2, correction="sidak" if together == "sidak" else "bonferroni")
+    sides = [
+        paired_contrast(pd.Series(rng.normal(mean, 1.0, 15)), pd.Series(np.zeros(15)))
+        for mean in (0.5, 3.0)
+    ]
+    family = jointly(
+        [*sides, paired_contrast(pd.Series([1.0]), pd.Series([0.0]))], together=together
+    )
+    level = simultaneous_confidence(
+        2, correction="sidak" if together == "sidak" else "bonferroni"
+    )
     assert (family.low[0], family.high[0]) == sides[0].interval(level)
     alone = [side.estimate.p_value() for side in sides]
     assert list(family.p[:2]) == pytest.approx(list(adjusted(alone, together)))
@@ -138,21 +194,35 @@ def test_contrasts_looked_at_together(together: Any, p: float) -> None:
 def test_all_values_against_a_reference_by_max_t() -> None:
     study = Tables()
     table = contrasts(study, "speed", "weight", 0.5, {"n": 20}, together="max_t")
-    expected = max_t(np.column_stack([study.values(w, 20) - study.values(0.5, 20) for w in table["weight"]]))
+    expected = max_t(
+        np.column_stack(
+            [study.values(w, 20) - study.values(0.5, 20) for w in table["weight"]]
+        )
+    )
     assert list(table["low"]) == pytest.approx(list(expected.low))
     assert list(table["p"]) == pytest.approx(list(expected.p))
-    for lost in ("weight == 1.0 and n == 20 and replicate == 3", "weight == 2.0 and n == 20 and replicate == 8"):
+    for lost in (
+        "weight == 1.0 and n == 20 and replicate == 3",
+        "weight == 2.0 and n == 20 and replicate == 8",
+    ):
         study.trials.loc[study.trials.query(lost).index, "status"] = "failed"
     left = contrasts(study, "speed", "weight", 0.5, {"n": 20}, together="max_t")
-    columns = [np.delete(study.values(w, 20) - study.values(0.5, 20), [3, 8]) for w in left["weight"]]
-    assert list(left["high"]) == pytest.approx(list(max_t(np.column_stack(columns)).high))
+    columns = [
+        np.delete(study.values(w, 20) - study.values(0.5, 20), [3, 8])
+        for w in left["weight"]
+    ]
+    assert list(left["high"]) == pytest.approx(
+        list(max_t(np.column_stack(columns)).high)
+    )
     assert (list(left["n"]), list(left["left_out"])) == ([10, 10], [1, 1])
     with pytest.raises(ValueError, match="started in common"):
         contrasts(Tables(APART), "speed", "weight", 0.5, {"n": 20}, together="max_t")
 
 
 def test_what_is_wrong_with_contrasts_is_said() -> None:
-    with pytest.raises(ValueError, match='unknown together "hollm"; did you mean "holm"'):
+    with pytest.raises(
+        ValueError, match='unknown together "hollm"; did you mean "holm"'
+    ):
         contrasts(Tables(), "speed", "weight", 0.5, {"n": 20}, together="hollm")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="no trial has another n than 20"):
         contrasts(Tables(), "speed", "n", 20, {"n": 20, "weight": 1.0})
@@ -169,7 +239,9 @@ def bivariate(correlation: float, n: int) -> Contrast:
 
 @pytest.mark.parametrize("correlation", [0.0, 0.8, -0.5])
 def test_the_variance_reduction_of_normal_pairs_is_known(correlation: float) -> None:
-    """1/(1 - rho); the estimate has a standard error of (1 + rho)/(1 - rho)/sqrt(n), here 4 of them are allowed."""
+    """1/(1 - rho); the estimate has a standard error of (1 + rho)/(1 - rho)/sqrt(n),
+    here 4 of them are allowed.
+    """
     found, n = bivariate(correlation, 40_000), 40_000
     assert abs(found.correlation - correlation) < 4 * (1 - correlation**2) / np.sqrt(n)
     error = (1 + correlation) / (1 - correlation) / np.sqrt(n)
@@ -182,7 +254,9 @@ def test_equal_differences_have_an_infinite_reduction_and_no_width() -> None:
 
 
 def test_one_pair_has_no_interval_and_pairs_must_be_told_apart() -> None:
-    assert np.isnan(paired_contrast(pd.Series([1.0]), pd.Series([2.0])).interval()).all()
+    assert np.isnan(
+        paired_contrast(pd.Series([1.0]), pd.Series([2.0])).interval()
+    ).all()
     with pytest.raises(ValueError, match="cannot be paired"):
         paired_contrast(pd.Series([1.0, 2.0], index=[0, 0]), pd.Series([1.0]))
 
@@ -191,26 +265,38 @@ def equivalent_share(truth: float, margin: float, n: int, repeats: int) -> float
     """How often n normal values with variance 1 are shown to be equivalent to zero."""
     rng = np.random.default_rng(4)
     samples = (mean_estimate(rng.normal(truth, 1.0, n)) for _ in range(repeats))
-    return float(np.mean([equivalence(sample, -margin, margin).equivalent for sample in samples]))
+    return float(
+        np.mean([equivalence(sample, -margin, margin).equivalent for sample in samples])
+    )
 
 
 def test_equivalence_is_claimed_of_a_value_on_the_margin_one_time_in_twenty() -> None:
     """4000 samples, 4 standard errors; the other margin is 12 errors away."""
-    assert abs(equivalent_share(1.5, 1.5, 16, 4000) - 0.05) < 4 * np.sqrt(0.05 * 0.95 / 4000)
+    assert abs(equivalent_share(1.5, 1.5, 16, 4000) - 0.05) < 4 * np.sqrt(
+        0.05 * 0.95 / 4000
+    )
 
 
 def test_the_power_of_equivalence_is_the_known_one() -> None:
-    """For a true value of zero: P(|mean| < margin - t s/sqrt(n)), integrated over s; 2000 samples, 4 errors."""
+    """For a true value of zero: P(|mean| < margin - t s/sqrt(n)), integrated over s;
+    2000 samples, 4 errors.
+    """
     n, margin = 12, 0.8
     quantile = t.ppf(0.95, n - 1)
 
     def given(squares: float) -> float:
         room = margin * np.sqrt(n) - quantile * np.sqrt(squares / (n - 1))
-        return float((2 * norm.cdf(room) - 1) * chi2.pdf(squares, n - 1)) if room > 0 else 0.0
+        return (
+            float((2 * norm.cdf(room) - 1) * chi2.pdf(squares, n - 1))
+            if room > 0
+            else 0.0
+        )
 
     power = quad(given, 0, (margin * np.sqrt(n) / quantile) ** 2 * (n - 1))[0]
     assert 0.5 < power < 0.9
-    assert abs(equivalent_share(0.0, margin, n, 2000) - power) < 4 * np.sqrt(power * (1 - power) / 2000)
+    assert abs(equivalent_share(0.0, margin, n, 2000) - power) < 4 * np.sqrt(
+        power * (1 - power) / 2000
+    )
 
 
 def test_equivalence_is_where_the_90_percent_interval_lies_within_the_margins() -> None:

@@ -1,4 +1,6 @@
-"""Visited pixels, escapes and collisions, against arrays of the whole world and hand-made flights."""
+"""Visited pixels, escapes and collisions, against arrays of the whole world and
+hand-made flights.
+"""
 
 import builders
 import naive
@@ -17,13 +19,21 @@ ROWS, COLUMNS = 50, 60
 OBSTACLES = [[20, 20, 7, 7, 1], [45, 30, 6, 4, 0], [59, 49, 5, 5, 1]]
 WORLD = builders.a_world(COLUMNS, ROWS, obstacles=OBSTACLES)
 BLOCKED = naive.blocked(WORLD, ROWS, COLUMNS)
-SMALL = {"map": "random_obstacles", "width": 160, "height": 120, "n_obstacles": 3, "obstacle_radius": 9}
+SMALL = {
+    "map": "random_obstacles",
+    "width": 160,
+    "height": 120,
+    "n_obstacles": 3,
+    "obstacle_radius": 9,
+}
 SMALL |= {"obstacle_margin": 20, "start_margin": 0, "pixel": 1, "grid_cell": 1}
 
 anywhere = st.floats(-8, 68).map(lambda place: round(place, 2))
 
 
-def marked(positions: np.ndarray, footprint: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def marked(
+    positions: np.ndarray, footprint: int, radius: float
+) -> tuple[np.ndarray, np.ndarray]:
     """The heatmap, and the running sums, after footprints at `positions` (K, 2)."""
     seen = builders.OBSERVATION._replace(footprint=footprint, footprint_radius=radius)
     coverage = build_coverage(WORLD, build_reach(WORLD, 0.0), seen)
@@ -40,19 +50,26 @@ def marked(positions: np.ndarray, footprint: int, radius: float) -> tuple[np.nda
 def test_marks_and_their_sums_are_those_of_the_naive_array(
     positions: list[tuple[float, float]], footprint: int, radius: float
 ) -> None:
-    """Positions of two decimals, inside and outside; ties are those of whole numbers, which are exact."""
+    """Positions of two decimals, inside and outside; ties are those of whole numbers,
+    which are exact.
+    """
     places = np.array(positions).reshape(-1, 2)
     tied = footprint == DISC and near_a_tie(places, radius)
     counts, sums = marked(places, footprint, radius)
     visits = naive.visits(places, radius, footprint == STAMP, ROWS, COLUMNS)[~BLOCKED]
     if not tied:
         np.testing.assert_array_equal(counts[~BLOCKED], visits)
-    assert sums.tolist() == [np.count_nonzero(counts[~BLOCKED]), *((counts[~BLOCKED] ** k).sum() for k in (1, 2))]
+    assert sums.tolist() == [
+        np.count_nonzero(counts[~BLOCKED]),
+        *((counts[~BLOCKED] ** k).sum() for k in (1, 2)),
+    ]
     assert (counts[BLOCKED] == -1).all()
 
 
 def near_a_tie(places: np.ndarray, radius: float) -> bool:
-    """Whether a pixel is as far as the radius up to rounding: then it may be in the disc or not."""
+    """Whether a pixel is as far as the radius up to rounding: then it may be in the
+    disc or not.
+    """
     row, column = np.mgrid[-20 : ROWS + 20, -20 : COLUMNS + 20]
     squares = [(column - x) ** 2 + (row - y) ** 2 for x, y in places]
     return any((np.abs(square - radius**2) < 1e-9).any() for square in squares)
@@ -85,10 +102,22 @@ def test_a_stamp_of_radius_2_has_13_pixels_about_the_truncated_position() -> Non
 
 @pytest.mark.parametrize("footprint", ["disc", "stamp"])
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
-def test_a_whole_trial_marks_what_its_trajectory_covers(model: str, preset: str, footprint: str) -> None:
+def test_a_whole_trial_marks_what_its_trajectory_covers(
+    model: str, preset: str, footprint: str
+) -> None:
     """Boids that leave the small world and return included; the start is not marked."""
-    changes = {"n": 10, "steps": 60, "footprint": footprint, "borders": "open", "cohesion_weight": 0.01}
-    simulation = Simulation(builders.job(model, preset, metrics=("speed",), heatmaps=True, **SMALL, **changes))
+    changes = {
+        "n": 10,
+        "steps": 60,
+        "footprint": footprint,
+        "borders": "open",
+        "cohesion_weight": 0.01,
+    }
+    simulation = Simulation(
+        builders.job(
+            model, preset, metrics=("speed",), heatmaps=True, **SMALL, **changes
+        )
+    )
     path = builders.trajectory(builders.to_end(simulation))
     places = np.hstack(path[1:, :2]).T
     counts = heatmap(simulation.record.coverage)
@@ -103,33 +132,64 @@ def test_coverage_metrics_are_those_of_the_heatmap(ddof: int) -> None:
     """The deviation from running sums of squares loses few of its digits: 1e-9."""
     covering = ("coverage", "coverage_total", "coverage_cv")
     result = run(
-        builders.job("aziel_chen2025", metrics=covering, heatmaps=True, n=20, steps=80, coverage_cv_ddof=ddof, **SMALL)
+        builders.job(
+            "aziel_chen2025",
+            metrics=covering,
+            heatmaps=True,
+            n=20,
+            steps=80,
+            coverage_cv_ddof=ddof,
+            **SMALL,
+        )
     )
     counts = result.heatmap[result.heatmap >= 0]
     assert result.last["coverage"] == 100 * np.count_nonzero(counts) / counts.size
-    assert result.last["coverage_total"] == 100 * np.count_nonzero(counts) / result.heatmap.size
-    assert result.last["coverage_cv"] == pytest.approx(counts.std(ddof=ddof) / counts.mean(), rel=1e-9)
+    assert (
+        result.last["coverage_total"]
+        == 100 * np.count_nonzero(counts) / result.heatmap.size
+    )
+    assert result.last["coverage_cv"] == pytest.approx(
+        counts.std(ddof=ddof) / counts.mean(), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("preset", ["as_written", "as_run"])
 def test_the_coverage_curve_starts_at_0_and_never_falls(preset: str) -> None:
-    a_job = builders.job("aziel_chen2025", preset, series=("coverage",), n=15, steps=60, every=4, **SMALL)
+    a_job = builders.job(
+        "aziel_chen2025", preset, series=("coverage",), n=15, steps=60, every=4, **SMALL
+    )
     curve = run(a_job).series["coverage"]
     assert curve[0] == 0.0
     assert (np.diff(curve) >= 0.0).all()
     assert 0.0 < curve[-1] <= 100.0
 
 
-def flight(x: float, y: float, vx: float, vy: float, steps: int, **changes: object) -> dict[str, float]:
-    """Escapes and collisions of one boid that nothing acts upon, in a small world of round obstacles."""
-    settings = SMALL | {"n": 1, "steps": steps, "borders": "open"} | builders.weightless("nguyen2024") | changes
-    a_job = builders.job("nguyen2024", "as_written", metrics=("escapes", "collisions"), **settings)
+def flight(
+    x: float, y: float, vx: float, vy: float, steps: int, **changes: object
+) -> dict[str, float]:
+    """Escapes and collisions of one boid that nothing acts upon, in a small world of
+    round obstacles.
+    """
+    settings = (
+        SMALL
+        | {"n": 1, "steps": steps, "borders": "open"}
+        | builders.weightless("nguyen2024")
+        | changes
+    )
+    a_job = builders.job(
+        "nguyen2024", "as_written", metrics=("escapes", "collisions"), **settings
+    )
     simulation = builders.place(Simulation(a_job), x, y, vx, vy)
-    world = simulation.world._replace(obstacle_x=np.array([50.0, 80.0, 110.0]), obstacle_y=np.full(3, 60.0))
+    world = simulation.world._replace(
+        obstacle_x=np.array([50.0, 80.0, 110.0]), obstacle_y=np.full(3, 60.0)
+    )
     watch = simulation.record.watch._replace(contact=build_reach(world, 0.0))
     simulation.world, simulation.record = world, simulation.record._replace(watch=watch)
     builders.to_end(simulation)
-    return {"escapes": int(watch.events[ESCAPES]), "collisions": int(watch.events[COLLISIONS])}
+    return {
+        "escapes": int(watch.events[ESCAPES]),
+        "collisions": int(watch.events[COLLISIONS]),
+    }
 
 
 def test_crossing_three_obstacles_and_leaving_counts_each_once() -> None:
@@ -139,7 +199,9 @@ def test_crossing_three_obstacles_and_leaving_counts_each_once() -> None:
 
 def test_staying_outside_is_one_escape_and_each_return_allows_another() -> None:
     assert flight(150.0, 20.0, 30.0, 0.0, steps=9) == {"escapes": 1, "collisions": 0}
-    assert flight(-40.0, 20.0, 30.0, 0.0, steps=9) == {"escapes": 1, "collisions": 0}, "it did not leave where it began"
+    assert flight(-40.0, 20.0, 30.0, 0.0, steps=9) == {"escapes": 1, "collisions": 0}, (
+        "it did not leave where it began"
+    )
 
 
 def test_touching_a_surface_is_no_collision_and_the_border_is_no_escape() -> None:

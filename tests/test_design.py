@@ -1,4 +1,6 @@
-"""A design is the product of its axes in the order of the file, with the conditions of the spec applied."""
+"""A design is the product of its axes in the order of the file, with the conditions of
+the spec applied.
+"""
 
 from itertools import product
 
@@ -14,14 +16,28 @@ from sweep.spec.study import parse_spec
 
 
 def rows(design: Design) -> list[tuple[Value, ...]]:
-    return list(zip(*(column.tolist() for column in design.columns.values()), strict=True))
+    return list(
+        zip(*(column.tolist() for column in design.columns.values()), strict=True)
+    )
 
 
 def test_examples_expand() -> None:
-    assert rows(expand(parse_spec(SEPARATION))) == [(0.5,), (0.75,), (1.0,), (1.5,), (2.0,)]
+    assert rows(expand(parse_spec(SEPARATION))) == [
+        (0.5,),
+        (0.75,),
+        (1.0,),
+        (1.5,),
+        (2.0,),
+    ]
     gains = expand(parse_spec(GAINS))
     assert gains.n_points == 16_000
-    assert list(gains.columns) == ["map", "n", "cohesion_weight", "alignment_weight", "separation_weight"]
+    assert list(gains.columns) == [
+        "map",
+        "n",
+        "cohesion_weight",
+        "alignment_weight",
+        "separation_weight",
+    ]
     assert expand(parse_spec(EVERYTHING)).n_points > 0
 
 
@@ -32,10 +48,16 @@ def test_study_without_axes_has_one_point() -> None:
 
 
 def test_settings_are_plain_python_values_of_every_field() -> None:
-    design = expand(short_study("sweep: {n: [3, 4], drag: [0, 1], map: [empty], minimum_image: [true]}"))
+    design = expand(
+        short_study(
+            "sweep: {n: [3, 4], drag: [0, 1], map: [empty], minimum_image: [true]}"
+        )
+    )
     settings = design.settings(1)
     assert set(settings) == set(fields("nguyen2024"))
-    assert {name: repr(settings[name]) for name in ("n", "drag", "map", "minimum_image")} == {
+    assert {
+        name: repr(settings[name]) for name in ("n", "drag", "map", "minimum_image")
+    } == {
         "n": "3",
         "drag": "1.0",
         "map": "'empty'",
@@ -48,28 +70,49 @@ VALUES = st.lists(st.integers(1, 50), min_size=1, max_size=4, unique=True)
 
 @settings(deadline=None)
 @given(VALUES, VALUES, VALUES)
-def test_product_has_the_order_of_itertools(n: list[int], steps: list[int], weights: list[int]) -> None:
-    design = expand(short_study(f"sweep: {{n: {n}, steps: {steps}, separation_weight: {weights}}}"))
+def test_product_has_the_order_of_itertools(
+    n: list[int], steps: list[int], weights: list[int]
+) -> None:
+    design = expand(
+        short_study(f"sweep: {{n: {n}, steps: {steps}, separation_weight: {weights}}}")
+    )
     assert rows(design) == list(product(n, steps, weights))
 
 
 @settings(deadline=None)
 @given(VALUES, VALUES, st.integers(1, 50))
-def test_conditional_axis_agrees_with_a_loop(n: list[int], steps: list[int], limit: int) -> None:
-    study = short_study(f"sweep: {{n: {n}, steps: {{values: {steps}, when: n < {limit}}}, drag: [0, 1]}}")
+def test_conditional_axis_agrees_with_a_loop(
+    n: list[int], steps: list[int], limit: int
+) -> None:
+    study = short_study(
+        f"sweep: {{n: {n}, steps: {{values: {steps}, when: n < {limit}}}, drag: [0,"
+        " 1]}"
+    )
     expected = [
-        (number, step, drag) for number in n for step in (steps if number < limit else [500]) for drag in (0.0, 1.0)
+        (number, step, drag)
+        for number in n
+        for step in (steps if number < limit else [500])
+        for drag in (0.0, 1.0)
     ]
     assert rows(expand(study)) == expected
 
 
 def test_zip_and_product_combine() -> None:
-    study = short_study("sweep: {z: {zip: {n: [1, 2], steps: {linspace: [10, 20, 2]}}}, drag: [0, 1]}")
-    assert rows(expand(study)) == [(1, 10, 0.0), (1, 10, 1.0), (2, 20, 0.0), (2, 20, 1.0)]
+    study = short_study(
+        "sweep: {z: {zip: {n: [1, 2], steps: {linspace: [10, 20, 2]}}}, drag: [0, 1]}"
+    )
+    assert rows(expand(study)) == [
+        (1, 10, 0.0),
+        (1, 10, 1.0),
+        (2, 20, 0.0),
+        (2, 20, 1.0),
+    ]
 
 
 def test_repeated_rows_of_an_axis_are_merged() -> None:
-    design = expand(short_study("sweep: {z: {zip: {n: [1, 2, 1], drag: [0, 0, 0]}}, steps: [5, 6]}"))
+    design = expand(
+        short_study("sweep: {z: {zip: {n: [1, 2, 1], drag: [0, 0, 0]}}, steps: [5, 6]}")
+    )
     assert rows(design) == [(1, 0.0, 5), (1, 0.0, 6), (2, 0.0, 5), (2, 0.0, 6)]
     assert design.duplicates == 1
 
@@ -77,46 +120,72 @@ def test_repeated_rows_of_an_axis_are_merged() -> None:
 def test_derived_fields_follow_their_dependencies() -> None:
     study = short_study(
         "sweep: {n: [1, 2]}",
-        "derive: {alignment_weight: separation_weight / 2, separation_weight: 4 * n, steps: n + drag * 10}",
+        "derive: {alignment_weight: separation_weight / 2, separation_weight: 4 * n,"
+        " steps: n + drag * 10}",
     )
     design = expand(study)
-    assert list(design.columns) == ["n", "separation_weight", "steps", "alignment_weight"]
+    assert list(design.columns) == [
+        "n",
+        "separation_weight",
+        "steps",
+        "alignment_weight",
+    ]
     assert rows(design) == [(1, 4.0, 2, 2.0), (2, 8.0, 3, 4.0)]
 
 
 def test_derived_choices_and_truths() -> None:
     study = short_study(
         "sweep: {n: [1, 2]}",
-        "derive: {update: \"'sequential' if n > 1 else 'synchronous'\", minimum_image: n > 1}",
+        "derive: {update: \"'sequential' if n > 1 else 'synchronous'\", minimum_image:"
+        " n > 1}",
     )
     assert rows(expand(study)) == [(1, "synchronous", False), (2, "sequential", True)]
 
 
 def test_rejected_points_are_counted_by_the_first_reason() -> None:
-    design = expand(short_study("sweep: {n: [1, 2, 3, 4, 5]}", "require: [n > 1, n % 2 == 1, n < 100]"))
+    design = expand(
+        short_study(
+            "sweep: {n: [1, 2, 3, 4, 5]}", "require: [n > 1, n % 2 == 1, n < 100]"
+        )
+    )
     assert rows(design) == [(3,), (5,)]
-    assert design.rejected == (Rejection("n > 1", 1), Rejection("n % 2 == 1", 2), Rejection("n < 100", 0))
+    assert design.rejected == (
+        Rejection("n > 1", 1),
+        Rejection("n % 2 == 1", 2),
+        Rejection("n < 100", 0),
+    )
 
 
 def test_nothing_is_derived_for_a_rejected_point() -> None:
-    study = short_study("sweep: {n: [1, 2, 3]}", "derive: {steps: n - 1}", "require: [n > 1, steps < 2]")
+    study = short_study(
+        "sweep: {n: [1, 2, 3]}", "derive: {steps: n - 1}", "require: [n > 1, steps < 2]"
+    )
     assert rows(expand(study)) == [(2, 1)]
 
 
 def test_map_brings_its_size() -> None:
-    swept = expand(short_study("sweep: {map: [random_obstacles, cafeteria], n: [1, 2]}"))
-    sides = [(settings["width"], settings["height"]) for settings in map(swept.settings, range(4))]
+    swept = expand(
+        short_study("sweep: {map: [random_obstacles, cafeteria], n: [1, 2]}")
+    )
+    sides = [
+        (settings["width"], settings["height"])
+        for settings in map(swept.settings, range(4))
+    ]
     assert sides == [(1280.0, 740.0)] * 2 + [(800.0, 600.0)] * 2
     fixed = expand(short_study("fixed: {map: cafeteria}", "sweep: {n: [1, 2]}"))
     assert fixed.settings(1)["width"] == 800.0
     assert list(fixed.columns) == ["n"]
     agreeing = expand(short_study("fixed: {map: cafeteria, width: 800}"))
-    assert (agreeing.settings(0)["width"], agreeing.settings(0)["height"]) == (800.0, 600.0)
+    assert (agreeing.settings(0)["width"], agreeing.settings(0)["height"]) == (
+        800.0,
+        600.0,
+    )
 
 
 def test_condition_and_derived_field_see_the_size_of_the_map() -> None:
     study = short_study(
-        "sweep: {map: [random_obstacles, cafeteria], n: {values: [1, 2], when: width < 1000}}",
+        "sweep: {map: [random_obstacles, cafeteria], n: {values: [1, 2], when: width <"
+        " 1000}}",
         "derive: {start_margin: height / 10}",
     )
     assert [(row[0], row[1], row[-1]) for row in rows(expand(study))] == [
@@ -131,17 +200,29 @@ MISTAKES = [
         ["fixed: {map: cafeteria}", "sweep: {width: [800, 900]}"],
         "7: map cafeteria is 800 x 600 px: leave width and height out",
     ),
-    (["fixed:", "  height: 601", "sweep: {map: [cafeteria]}"], "7: map cafeteria is 800 x 600 px: leave width"),
-    (["sweep: {n: [2, 1]}", "derive:", "  drag: 1 / (n - 1)"], '8: "1 / (n - 1)" is not a finite number where n = 1'),
+    (
+        ["fixed:", "  height: 601", "sweep: {map: [cafeteria]}"],
+        "7: map cafeteria is 800 x 600 px: leave width",
+    ),
+    (
+        ["sweep: {n: [2, 1]}", "derive:", "  drag: 1 / (n - 1)"],
+        '8: "1 / (n - 1)" is not a finite number where n = 1',
+    ),
     (
         ["sweep: {n: [1, 2], steps: [3]}", "derive: {drag: n + steps}"],
-        '7: "n + steps": 4.0 is not allowed for drag: it is a number from 0 to 1 where n = 1, steps = 3',
+        (
+            '7: "n + steps": 4.0 is not allowed for drag: it is a number from 0 to 1'
+            " where n = 1, steps = 3"
+        ),
     ),
     (
         ["sweep: {n: [1, 3]}", "derive: {steps: n / 2}"],
         '7: "n / 2": 0.5 is not allowed for steps: it is a whole number',
     ),
-    (["require: ['1 / n_obstacles > 0']", "fixed: {n_obstacles: 0}"], '6: "1 / n_obstacles" is not a finite number'),
+    (
+        ["require: ['1 / n_obstacles > 0']", "fixed: {n_obstacles: 0}"],
+        '6: "1 / n_obstacles" is not a finite number',
+    ),
     (["sweep: {n: [0, 1]}"], "6: 0 is not allowed for n"),
     (
         ["sweep: {n: [1, 2, 3]}", "require:", "  - n > 1", "  - n > 5"],
@@ -167,7 +248,9 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize(("lines", "message"), MISTAKES, ids=[lines[-1][:50] for lines, _ in MISTAKES])
+@pytest.mark.parametrize(
+    ("lines", "message"), MISTAKES, ids=[lines[-1][:50] for lines, _ in MISTAKES]
+)
 def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
     with pytest.raises(SpecError) as error:
         expand(parse_spec(short(*lines)))
@@ -175,6 +258,12 @@ def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
 
 
 def test_absurd_number_of_trials_is_refused() -> None:
-    spec = SHORT.replace("replicates: 2", "replicates: 15_000_000") + "sweep: {n: [1, 2]}\n"
-    with pytest.raises(SpecError, match=r"^spec.yaml:4: the study has 30,000,000 trials; at most 20,000,000"):
+    spec = (
+        SHORT.replace("replicates: 2", "replicates: 15_000_000")
+        + "sweep: {n: [1, 2]}\n"
+    )
+    with pytest.raises(
+        SpecError,
+        match=r"^spec.yaml:4: the study has 30,000,000 trials; at most 20,000,000",
+    ):
         expand(parse_spec(spec))

@@ -28,14 +28,23 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
     return launched(ABLATING, tmp_path_factory.mktemp("effects"))
 
 
-def pairs(study: StoredStudy, setting: str, value: object) -> tuple[np.ndarray, np.ndarray]:
-    """Speeds at cohesion weight 2 without any change, and with one setting changed, by replicate."""
+def pairs(
+    study: StoredStudy, setting: str, value: object
+) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds at cohesion weight 2 without any change, and with one setting changed, by
+    replicate.
+    """
     trials = study.trials[study.trials["cohesion_weight"] == 2]
     others = [name for name in study.varied if name not in (setting, "cohesion_weight")]
     unchanged = trials.iloc[0]
     same = (trials[others] == unchanged[others]).all(axis=1)
-    before, after = trials[same & (trials[setting] != value)], trials[same & (trials[setting] == value)]
-    return before.sort_values("replicate")["speed"].to_numpy(), after.sort_values("replicate")["speed"].to_numpy()
+    before, after = (
+        trials[same & (trials[setting] != value)],
+        trials[same & (trials[setting] == value)],
+    )
+    return before.sort_values("replicate")["speed"].to_numpy(), after.sort_values(
+        "replicate"
+    )["speed"].to_numpy()
 
 
 def test_an_effect_is_the_mean_of_paired_differences(study: StoredStudy) -> None:
@@ -49,7 +58,9 @@ def test_an_effect_is_the_mean_of_paired_differences(study: StoredStudy) -> None
 
 
 def test_a_factor_is_a_geometric_mean_of_paired_ratios(study: StoredStudy) -> None:
-    table = paired_effects(study, "as_written", ["speed"], "cohesion_weight", factor=True)
+    table = paired_effects(
+        study, "as_written", ["speed"], "cohesion_weight", factor=True
+    )
     row = table[(table["detail"] == "drag") & (table["cohesion_weight"] == 2)].iloc[0]
     before, after = pairs(study, "drag", 0.0)
     assert row["value"] == pytest.approx(np.exp(np.log(after / before).mean()))
@@ -58,7 +69,9 @@ def test_a_factor_is_a_geometric_mean_of_paired_ratios(study: StoredStudy) -> No
 
 def test_intervals_are_wider_the_more_there_are(study: StoredStudy) -> None:
     one = paired_effects(study, "as_written", ["speed"], "cohesion_weight")
-    two = paired_effects(study, "as_written", ["speed", "dispersion"], "cohesion_weight")
+    two = paired_effects(
+        study, "as_written", ["speed", "dispersion"], "cohesion_weight"
+    )
     two = two[two["metric"] == "speed"].reset_index(drop=True)
     width, wider = one["high"] - one["low"], two["high"] - two["low"]
     assert (wider[width > 0] > width[width > 0]).all()
@@ -66,9 +79,16 @@ def test_intervals_are_wider_the_more_there_are(study: StoredStudy) -> None:
 
 
 @pytest.mark.parametrize("factor", [False, True])
-def test_the_figure_names_details_values_units_and_numbers(study: StoredStudy, factor: bool) -> None:
-    metrics, names = {"speed": "speed", "dispersion": "dispersion"}, {1.0: "weight 1", 2.0: "weight 2"}
-    figure = effects_figure(study, "as_written", metrics, "cohesion_weight", names, factor=factor)
+def test_the_figure_names_details_values_units_and_numbers(
+    study: StoredStudy, factor: bool
+) -> None:
+    metrics, names = (
+        {"speed": "speed", "dispersion": "dispersion"},
+        {1.0: "weight 1", 2.0: "weight 2"},
+    )
+    figure = effects_figure(
+        study, "as_written", metrics, "cohesion_weight", names, factor=factor
+    )
     panel = figure.axes[0]
     rows = [label.get_text() for label in panel.get_yticklabels()]
     assert len(rows) == DETAILS + 1
@@ -81,7 +101,10 @@ def test_the_figure_names_details_values_units_and_numbers(study: StoredStudy, f
     said = figure.get_supxlabel()
     assert "ablating: 4 pairs" in said
     assert "simultaneous 95 % interval (Bonferroni, 44 comparisons)" in said
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["weight 1", "weight 2"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "weight 1",
+        "weight 2",
+    ]
     drawn(figure)
 
 

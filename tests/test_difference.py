@@ -45,11 +45,19 @@ def test_it_counts_what_is_added_kept_and_dropped_as_a_launch_does(
         assert (made.points, made.trials) == (points, trials)
         assert (made.stored, made.to_run) == (trials.kept, trials.added)
     progress = relaunch(spec(change).text, tmp_path)
-    assert (progress.missing, progress.stored, progress.apart) == (trials.added, trials.kept, trials.dropped)
+    assert (progress.missing, progress.stored, progress.apart) == (
+        trials.added,
+        trials.kept,
+        trials.dropped,
+    )
 
 
 def test_it_names_the_keys_that_changed_with_both_values() -> None:
-    changed = spec(("steps: 9", "steps: 10, drag: 0.5"), ("replicates: 3", "seeds: [1, 2]"), ("[0.5, 1]", "[0.5]"))
+    changed = spec(
+        ("steps: 9", "steps: 10, drag: 0.5"),
+        ("replicates: 3", "seeds: [1, 2]"),
+        ("[0.5, 1]", "[0.5]"),
+    )
     made = compare(spec(), changed, Path("nowhere"))
     assert made.changes == (
         Change("fixed.steps", 9, 10),
@@ -69,7 +77,9 @@ def test_comments_and_layout_change_nothing() -> None:
     assert (made.changes, made.notes, made.trials) == ((), (), Overlap(0, 6, 0))
 
 
-def test_what_is_stored_already_counts_though_another_spec_was_launched_last(tmp_path: Path) -> None:
+def test_what_is_stored_already_counts_though_another_spec_was_launched_last(
+    tmp_path: Path,
+) -> None:
     relaunch(SMALL, tmp_path)
     stored = launched(spec(("[0.5, 1]", "[2]")).text, tmp_path)
     made = compare(stored, spec(), tmp_path)
@@ -80,11 +90,17 @@ def test_another_study_takes_no_trial_along(tmp_path: Path) -> None:
     launched(SMALL, tmp_path)
     made = compare(spec(), spec(("study: small", "study: other")), tmp_path)
     assert (made.trials, made.stored) == (Overlap(0, 6, 0), 0)
-    assert "other has a folder of its own and takes no trial from small" in made.as_text()
+    assert (
+        "other has a folder of its own and takes no trial from small" in made.as_text()
+    )
 
 
-def test_changed_kernels_and_tables_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = SMALL.replace("separation_weight: [0.5, 1]", "j: {sample: table, file: t.csv}")
+def test_changed_kernels_and_tables_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = SMALL.replace(
+        "separation_weight: [0.5, 1]", "j: {sample: table, file: t.csv}"
+    )
     table = tmp_path / "t.csv"
     table.write_text("drag\n0.1\n")
     first = parse_spec(text, tmp_path / "spec.yaml")
@@ -107,16 +123,24 @@ def test_a_study_that_stops_by_itself_is_counted_at_its_most() -> None:
 
 
 def test_what_a_search_would_add_is_not_known(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"spec\.yaml:\d+: a search asks for its trials as it goes"):
+    with pytest.raises(
+        SpecError, match=r"spec\.yaml:\d+: a search asks for its trials as it goes"
+    ):
         compare(spec(), parse_spec(TINY), tmp_path)
 
 
 def test_a_hundred_thousand_points_are_compared_by_their_ids() -> None:
-    axis = "gains: {sample: random, points: 50000, separation_weight: {uniform: [0, 1]}, drag: {uniform: [0, 1]}}"
+    axis = (
+        "gains: {sample: random, points: 50000, separation_weight: {uniform: [0, 1]},"
+        " drag: {uniform: [0, 1]}}"
+    )
     more = axis.replace("50000", "60000")
     old = "separation_weight: [0.5, 1]"
     made = compare(spec((old, axis)), spec((old, more)), Path("nowhere"))
-    assert (made.points, made.trials) == (Overlap(10_000, 50_000, 0), Overlap(30_000, 150_000, 0))
+    assert (made.points, made.trials) == (
+        Overlap(10_000, 50_000, 0),
+        Overlap(30_000, 150_000, 0),
+    )
 
 
 def diff(folder: Path, *arguments: str) -> Any:

@@ -32,12 +32,16 @@ def test_new_folders_are_flushed_one_by_one(tmp_path: Path, flushed: list[str]) 
     assert flushed == [tmp_path.name, "there", "one"]
 
 
-def test_a_folder_that_is_there_costs_nothing(tmp_path: Path, flushed: list[str]) -> None:
+def test_a_folder_that_is_there_costs_nothing(
+    tmp_path: Path, flushed: list[str]
+) -> None:
     make_folders(tmp_path)
     assert flushed == []
 
 
-def test_a_place_that_cannot_be_flushed_is_no_hindrance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_place_that_cannot_be_flushed_is_no_hindrance(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """As a folder of somebody else's that may not be read."""
 
     def refused(*_: object) -> int:

@@ -44,10 +44,17 @@ def test_what_a_user_has_set_is_not_seen(tmp_path: Path) -> None:
     )
     said = json.loads(done.stdout)
     seen, own = said["seen"], {"HOME", "XDG_CACHE_HOME", "TZ", "LANG", "LC_CTYPE"}
-    assert {name for name in seen if not name.startswith(KEPT_PREFIXES)} <= {*KEPT, *own}
+    assert {name for name in seen if not name.startswith(KEPT_PREFIXES)} <= {
+        *KEPT,
+        *own,
+    }
     assert not Path(seen["HOME"]).is_relative_to(tmp_path)
     assert not Path(seen["HOME"]).exists()  # it is gone with the process
-    assert (seen["XDG_CACHE_HOME"], seen["TZ"], said["umask"]) == ("/caches", "UTC", 0o022)
+    assert (seen["XDG_CACHE_HOME"], seen["TZ"], said["umask"]) == (
+        "/caches",
+        "UTC",
+        0o022,
+    )
 
 
 def test_the_tests_themselves_run_so() -> None:

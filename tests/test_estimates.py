@@ -17,8 +17,16 @@ WEIGHTS, SEEDS = (0.5, 1.0, 2.0), (27, 729, 4913)
 class Tables:
     """What a measure needs of a stored study: three weights and three seeds."""
 
-    def __init__(self, speeds: Sequence[float], streams: str = "start=common world=common noise=independent") -> None:
-        rows = [(weight, seed, replicate) for weight in WEIGHTS for replicate, seed in enumerate(SEEDS)]
+    def __init__(
+        self,
+        speeds: Sequence[float],
+        streams: str = "start=common world=common noise=independent",
+    ) -> None:
+        rows = [
+            (weight, seed, replicate)
+            for weight in WEIGHTS
+            for replicate, seed in enumerate(SEEDS)
+        ]
         self.trials = pd.DataFrame(rows, columns=["weight", "seed", "replicate"])
         self.trials["trial_id"] = [f"t{number}" for number in range(9)]
         self.trials["point"] = [f"p{weight}" for weight in self.trials["weight"]]
@@ -27,7 +35,11 @@ class Tables:
         self.trials["speed"] = np.array(speeds, np.float64)
         self.varied = ["weight"]
         self.series = pd.DataFrame(
-            [(f"t{number}", frame, number + frame / 10) for number in range(9) for frame in (0, 5, 10)],
+            [
+                (f"t{number}", frame, number + frame / 10)
+                for number in range(9)
+                for frame in (0, 5, 10)
+            ],
             columns=["trial_id", "frame", "speed"],
         )
 
@@ -35,7 +47,12 @@ class Tables:
 SPEEDS = (1.0, 2.0, 6.0, 2.0, 4.0, 9.0, 5.0, 5.0, 8.0)
 
 
-def mean(unit: Any = "trial", frames: tuple[int, int] | None = None, spec: str = "s", **settings: float) -> Mean:
+def mean(
+    unit: Any = "trial",
+    frames: tuple[int, int] | None = None,
+    spec: str = "s",
+    **settings: float,
+) -> Mean:
     return Mean(spec, "speed", frames, settings, unit)
 
 
@@ -56,16 +73,23 @@ def test_a_mean_is_over_the_chosen_trials() -> None:
 
 
 @pytest.mark.parametrize(
-    ("unit", "values"), [("trial", SPEEDS), ("point", (3, 5, 6)), ("replicate", (8 / 3, 11 / 3, 23 / 3))]
+    ("unit", "values"),
+    [("trial", SPEEDS), ("point", (3, 5, 6)), ("replicate", (8 / 3, 11 / 3, 23 / 3))],
 )
-def test_the_unit_decides_what_is_independent(unit: str, values: Sequence[float]) -> None:
+def test_the_unit_decides_what_is_independent(
+    unit: str, values: Sequence[float]
+) -> None:
     one = found(mean(unit))
     assert_same(one, values)
     assert one.trials == "9"
 
 
-@pytest.mark.parametrize(("frames", "added"), [((0, 0), 0.0), ((5, 10), 0.75), ((0, 10), 0.5)])
-def test_frames_are_averaged_within_a_trial(frames: tuple[int, int], added: float) -> None:
+@pytest.mark.parametrize(
+    ("frames", "added"), [((0, 0), 0.0), ((5, 10), 0.75), ((0, 10), 0.5)]
+)
+def test_frames_are_averaged_within_a_trial(
+    frames: tuple[int, int], added: float
+) -> None:
     assert_same(found(mean(frames=frames, weight=0.5)), [added, 1 + added, 2 + added])
 
 
@@ -93,7 +117,11 @@ def test_a_pair_that_lacks_a_trial_is_left_out() -> None:
 
 def test_a_difference_at_independent_starts_is_welchs() -> None:
     study = Tables(SPEEDS, "start=independent world=common noise=independent")
-    assert_same(found(Difference(mean(weight=1.0), mean(weight=0.5)), study), [2, 4, 9], [1, 2, 6])
+    assert_same(
+        found(Difference(mean(weight=1.0), mean(weight=0.5)), study),
+        [2, 4, 9],
+        [1, 2, 6],
+    )
 
 
 def test_so_is_one_between_other_units() -> None:
@@ -105,10 +133,14 @@ def test_so_is_one_between_other_units() -> None:
 
 
 def test_points_are_paired_by_the_settings_that_no_side_names() -> None:
-    """Two sizes at the same three weights: the differences of the means of each weight."""
+    """Two sizes at the same three weights: the differences
+    of the means of each weight.
+    """
     small, large = Tables(SPEEDS), Tables([speed * speed for speed in SPEEDS])
     both = Tables(SPEEDS)
-    both.trials = pd.concat([small.trials.assign(n=10), large.trials.assign(n=20)], ignore_index=True)
+    both.trials = pd.concat(
+        [small.trials.assign(n=10), large.trials.assign(n=20)], ignore_index=True
+    )
     both.trials["trial_id"] = [f"t{number}" for number in range(18)]
     both.trials["point"] += both.trials["n"].astype(str)
     both.varied = ["n", "weight"]
@@ -123,7 +155,9 @@ def test_a_rank_correlation_is_over_points() -> None:
 
 
 def test_functions_give_one_or_two_samples() -> None:
-    assert_same(found(Call("f"), f=lambda studies: studies["s"].trials["speed"]), SPEEDS)
+    assert_same(
+        found(Call("f"), f=lambda studies: studies["s"].trials["speed"]), SPEEDS
+    )
     two = found(Call("f"), f=lambda _: (np.arange(4.0), np.array([1.0, np.nan, 3.0])))
     assert_same(two, [0, 1, 2, 3], [1, 3])
     assert (two.trials, two.left_out) == ("4 and 2", 1)

@@ -1,4 +1,6 @@
-"""A search in a storage of optuna: its best trial is our winner, and nothing there is written over."""
+"""A search in a storage of optuna: its best trial is our winner, and nothing there is
+written over.
+"""
 
 import warnings
 from collections.abc import Iterator
@@ -17,7 +19,11 @@ from sweep.errors import StoreError
 from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
-RANGES = {"weight": {"loguniform": [0.001, 1.0]}, "n": {"integers": [1, 9]}, "kind": {"choice": ["a", "b", True]}}
+RANGES = {
+    "weight": {"loguniform": [0.001, 1.0]},
+    "n": {"integers": [1, 9]},
+    "kind": {"choice": ["a", "b", True]},
+}
 HITS = Constraint("hits", 1.0, True, Statistic("worst"))
 
 
@@ -36,8 +42,19 @@ def stored(monkeypatch: pytest.MonkeyPatch, asked: MadeUp) -> Any:
 
 
 def candidate(number: int, values: list[float], **more: Any):
-    columns = {"gain": np.array(values)[:, None], "hits": 0.0, "weight": 0.01 * (number + 1), "n": 1 + number % 9}
-    return rows("search", "search", number, columns | {"kind": "ab"[number % 2]} | more, batch=number // 12)
+    columns = {
+        "gain": np.array(values)[:, None],
+        "hits": 0.0,
+        "weight": 0.01 * (number + 1),
+        "n": 1 + number % 9,
+    }
+    return rows(
+        "search",
+        "search",
+        number,
+        columns | {"kind": "ab"[number % 2]} | more,
+        batch=number // 12,
+    )
 
 
 def some_search() -> MadeUp:
@@ -49,7 +66,9 @@ def some_search() -> MadeUp:
     return searched(*parts, constraints=(HITS,), full=2)
 
 
-def test_optuna_finds_our_winner_and_can_work_with_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_optuna_finds_our_winner_and_can_work_with_the_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     url = f"sqlite:///{tmp_path}/gains.db"
     assert export(stored(monkeypatch, some_search()), url) == "my/gains"
     study = optuna.load_study(study_name="my/gains", storage=url)
@@ -58,7 +77,10 @@ def test_optuna_finds_our_winner_and_can_work_with_the_study(tmp_path: Path, mon
     assert best.value == 7.0
     assert best.params == {"weight": pytest.approx(0.07), "n": 7, "kind": "a"}
     assert best.user_attrs["held_out"] == {"gain": 6.5}
-    assert best.user_attrs["trial_ids"] == ["search-search-6-0-0", "search-search-6-1-0"]
+    assert best.user_attrs["trial_ids"] == [
+        "search-search-6-0-0",
+        "search-search-6-1-0",
+    ]
     assert best.intermediate_values == {0: 6.0, 1: 7.0}
     assert best.distributions["weight"].log
     assert set(optuna.importance.get_param_importances(study)) == set(RANGES)
@@ -83,24 +105,42 @@ def test_what_was_raced_out_is_pruned_what_failed_has_failed_and_constraints_are
     study._storage._backend.engine.dispose()
 
 
-def test_several_objectives_have_best_trials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_several_objectives_have_best_trials(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     points = [(1.0, 1.0), (3.0, 3.0), (2.0, 5.0)]
     parts = [candidate(k, [gain], loss=loss) for k, (gain, loss) in enumerate(points)]
     url = f"sqlite:///{tmp_path}/front.db"
-    export(stored(monkeypatch, searched(*parts, objectives=(GAIN, LOSS), full=1)), url, "other")
+    export(
+        stored(monkeypatch, searched(*parts, objectives=(GAIN, LOSS), full=1)),
+        url,
+        "other",
+    )
     study = optuna.load_study(study_name="other", storage=url)
-    assert sorted(trial.user_attrs["candidate"] for trial in study.best_trials) == [0, 1]
-    assert [direction.name for direction in study.directions] == ["MAXIMIZE", "MINIMIZE"]
+    assert sorted(trial.user_attrs["candidate"] for trial in study.best_trials) == [
+        0,
+        1,
+    ]
+    assert [direction.name for direction in study.directions] == [
+        "MAXIMIZE",
+        "MINIMIZE",
+    ]
     study._storage._backend.engine.dispose()
 
 
-def test_a_study_that_is_there_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_that_is_there_is_left_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     url, study = f"sqlite:///{tmp_path}/gains.db", stored(monkeypatch, some_search())
     check_export(url, "my/gains")
     export(study, url)
     for again in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
         with pytest.raises(
-            StoreError, match=r'has a study "my/gains" already, which is left as it is; give another URL'
+            StoreError,
+            match=(
+                r'has a study "my/gains" already, which is left as it is; give'
+                r" another URL"
+            ),
         ):
             again()
     assert export(study, url, "again") == "again"
@@ -109,7 +149,9 @@ def test_a_study_that_is_there_is_left_as_it_is(tmp_path: Path, monkeypatch: pyt
     loaded._storage._backend.engine.dispose()
 
 
-def test_an_export_that_breaks_off_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_export_that_breaks_off_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     url, study = f"sqlite:///{tmp_path}/gains.db", stored(monkeypatch, some_search())
 
     def interrupted(*_: object) -> None:
@@ -124,9 +166,17 @@ def test_an_export_that_breaks_off_leaves_nothing_behind(tmp_path: Path, monkeyp
 
 @pytest.mark.parametrize(
     "url",
-    ["gains.db", "squelite:///gains.db", "sqlite:////no/such/folder/gains.db", "redis://host", "sqlite://gains.db"],
+    [
+        "gains.db",
+        "squelite:///gains.db",
+        "sqlite:////no/such/folder/gains.db",
+        "redis://host",
+        "sqlite://gains.db",
+    ],
 )
-def test_a_url_that_is_none_is_one_line(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_url_that_is_none_is_one_line(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     study = stored(monkeypatch, some_search())
     for attempt in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
         with pytest.raises(StoreError) as caught:

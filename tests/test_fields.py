@@ -1,4 +1,6 @@
-"""Settings take values of their type and range only, one at a time and by the column alike."""
+"""Settings take values of their type and range only, one at a time and by the column
+alike.
+"""
 
 import math
 
@@ -11,7 +13,11 @@ from kernels.models import MODELS
 from sweep.spec.settings import Field, NotAllowedError, fields, preset_settings, spelled
 
 FIELDS = fields("nguyen2024")
-NUMBERS = st.one_of(st.floats(), st.integers(-(2**40), 2**40), st.sampled_from([0.0, -0.0, 1, 0.5, math.inf]))
+NUMBERS = st.one_of(
+    st.floats(),
+    st.integers(-(2**40), 2**40),
+    st.sampled_from([0.0, -0.0, 1, 0.5, math.inf]),
+)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -35,13 +41,18 @@ def is_allowed(field: Field, number: float) -> bool:
 
 
 @settings(deadline=None)
-@given(st.sampled_from(["drag", "n", "width", "n_obstacles", "footprint_radius"]), st.lists(NUMBERS, min_size=1))
+@given(
+    st.sampled_from(["drag", "n", "width", "n_obstacles", "footprint_radius"]),
+    st.lists(NUMBERS, min_size=1),
+)
 def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> None:
     field, array = FIELDS[name], np.array(numbers)
     allowed = [is_allowed(field, number) for number in array.tolist()]
     if all(allowed):
         expected = [field.coerce(number) for number in array.tolist()]
-        assert list(map(repr, field.column(array).tolist())) == list(map(repr, expected))
+        assert list(map(repr, field.column(array).tolist())) == list(
+            map(repr, expected)
+        )
     else:
         with pytest.raises(NotAllowedError) as error:
             field.column(array)
@@ -49,14 +60,23 @@ def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> No
 
 
 def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert (FIELDS["width"].unit, FIELDS["start_speed"].unit, FIELDS["footprint_radius"].unit) == (
+    assert (
+        FIELDS["width"].unit,
+        FIELDS["start_speed"].unit,
+        FIELDS["footprint_radius"].unit,
+    ) == (
         "px",
         "px/step",
         "pixels",
     )
-    monkeypatch.setitem(MODELS, "metric", MODELS["nguyen2024"]._replace(length="m", time="s"))
+    monkeypatch.setitem(
+        MODELS, "metric", MODELS["nguyen2024"]._replace(length="m", time="s")
+    )
     assert fields("metric")["start_speed"].unit == "m/s"
-    assert spelled("length/time^2 at times of any lengths", "metric") == "m/s^2 at times of any lengths"
+    assert (
+        spelled("length/time^2 at times of any lengths", "metric")
+        == "m/s^2 at times of any lengths"
+    )
 
 
 def test_error_names_the_first_wrong_value() -> None:

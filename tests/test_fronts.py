@@ -6,25 +6,56 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sweep.campaigns.search.fronts import hypervolume, knee, nondominated, shares_on_front, thinned
+from sweep.campaigns.search.fronts import (
+    hypervolume,
+    knee,
+    nondominated,
+    shares_on_front,
+    thinned,
+)
 
 BOTH = [True, True]
-POINTS = arrays(np.float64, st.tuples(st.integers(1, 12), st.integers(2, 3)), elements=st.integers(0, 5).map(float))
+POINTS = arrays(
+    np.float64,
+    st.tuples(st.integers(1, 12), st.integers(2, 3)),
+    elements=st.integers(0, 5).map(float),
+)
 
 
 def test_a_front_in_every_direction() -> None:
-    points = np.array([[1.0, 5.0], [2.0, 2.0], [5.0, 1.0], [4.0, 4.0], [np.nan, 9.0], [4.0, 4.0]])
+    points = np.array(
+        [[1.0, 5.0], [2.0, 2.0], [5.0, 1.0], [4.0, 4.0], [np.nan, 9.0], [4.0, 4.0]]
+    )
     assert nondominated(points, BOTH).tolist() == [True, False, True, True, False, True]
-    assert nondominated(points, [False, False]).tolist() == [True, True, True, False, False, False]
-    assert nondominated(points, [True, False]).tolist() == [False, False, True, False, False, False]
+    assert nondominated(points, [False, False]).tolist() == [
+        True,
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert nondominated(points, [True, False]).tolist() == [
+        False,
+        False,
+        True,
+        False,
+        False,
+        False,
+    ]
     assert nondominated(np.full((2, 2), np.nan), BOTH).tolist() == [False, False]
 
 
 @given(POINTS)
-def test_a_point_is_on_the_front_if_no_other_is_as_good_everywhere_and_better_somewhere(points: np.ndarray) -> None:
+def test_a_point_is_on_the_front_if_no_other_is_as_good_everywhere_and_better_somewhere(
+    points: np.ndarray,
+) -> None:
     maximize = [True, False, True][: points.shape[1]]
     better = points * np.where(maximize, 1.0, -1.0)
-    expected = [not any((one >= other).all() and (one > other).any() for one in better) for other in better]
+    expected = [
+        not any((one >= other).all() and (one > other).any() for one in better)
+        for other in better
+    ]
     assert nondominated(points, maximize).tolist() == expected
 
 
@@ -32,18 +63,31 @@ def test_the_hypervolume_of_stairs() -> None:
     stairs = np.array([[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]])
     assert hypervolume(stairs, np.zeros(2), BOTH) == 6.0
     assert hypervolume(stairs, np.array([4.0, 4.0]), [False, False]) == 6.0
-    assert hypervolume(stairs, np.array([0.0, 4.0]), [True, False]) == pytest.approx(9.0)
-    assert hypervolume(np.vstack([stairs, [[np.nan, 9.0]], [[-1.0, 9.0]], [[0.0, 5.0]]]), np.zeros(2), BOTH) == 6.0
+    assert hypervolume(stairs, np.array([0.0, 4.0]), [True, False]) == pytest.approx(
+        9.0
+    )
+    assert (
+        hypervolume(
+            np.vstack([stairs, [[np.nan, 9.0]], [[-1.0, 9.0]], [[0.0, 5.0]]]),
+            np.zeros(2),
+            BOTH,
+        )
+        == 6.0
+    )
     assert hypervolume(np.empty((0, 2)), np.zeros(2), BOTH) == 0.0
     assert hypervolume(np.full((1, 2), np.nan), np.zeros(2), BOTH) == 0.0
 
 
 def test_the_hypervolume_of_boxes_in_three_dimensions() -> None:
-    """Three boxes of 1 x 1 x 2, each along another axis: twice three less the corner they share twice too often."""
+    """Three boxes of 1 x 1 x 2, each along another axis: twice three less the corner
+    they share twice too often.
+    """
     boxes = np.array([[2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0]])
     assert hypervolume(boxes, np.zeros(3), [True] * 3) == pytest.approx(4.0)
     assert hypervolume(-boxes, np.zeros(3), [False] * 3) == pytest.approx(4.0)
-    assert hypervolume(boxes * [1, -1, 1], np.zeros(3), [True, False, True]) == pytest.approx(4.0)
+    assert hypervolume(
+        boxes * [1, -1, 1], np.zeros(3), [True, False, True]
+    ) == pytest.approx(4.0)
 
 
 def test_the_hypervolume_of_a_quarter_disc_is_nearly_its_area() -> None:
@@ -52,8 +96,12 @@ def test_the_hypervolume_of_a_quarter_disc_is_nearly_its_area() -> None:
     assert hypervolume(front, np.zeros(2), BOTH) == pytest.approx(np.pi / 4, abs=1e-3)
 
 
-def test_the_knee_of_a_hyperbola_is_where_its_slope_is_that_of_the_line_through_the_ends() -> None:
-    """x y = 1 from 1/4 to 4: by symmetry at (1, 1); scaling an objective does not move it."""
+def test_the_knee_of_a_hyperbola_is_where_its_slope_is_that_of_the_line_through_the_ends() -> (
+    None
+):
+    """x y = 1 from 1/4 to 4: by symmetry at (1, 1); scaling an objective does not move
+    it.
+    """
     x = np.geomspace(0.25, 4.0, 101)
     front = np.column_stack([x, 1.0 / x])
     assert knee(front, [False, False]) == 50
@@ -70,7 +118,9 @@ def test_the_knee_of_a_power_is_where_the_calculus_says() -> None:
     assert x[found] == pytest.approx(1.0 - 3.0**-0.5, abs=1e-3)
 
 
-def test_the_knee_in_three_dimensions_is_the_point_nearest_to_the_ideal_of_a_symmetric_front() -> None:
+def test_the_knee_in_three_dimensions_is_the_point_nearest_to_the_ideal_of_a_symmetric_front() -> (
+    None
+):
     ends = np.eye(3)
     inner = np.array([[0.3, 0.3, 0.3], [0.1, 0.5, 0.39], [0.6, 0.2, 0.19]])
     assert knee(np.vstack([ends, inner]), [False] * 3) == 3
@@ -106,5 +156,12 @@ def test_thinning_leaves_as_many_as_asked_for(points: np.ndarray, most: int) -> 
 
 
 def test_shares_on_the_front_count_draws() -> None:
-    draws = np.array([[[1.0, 1.0], [2.0, 2.0]], [[1.0, 3.0], [2.0, 2.0]], [[3.0, 3.0], [2.0, 2.0]], [[0, 9], [9, 0]]])
+    draws = np.array(
+        [
+            [[1.0, 1.0], [2.0, 2.0]],
+            [[1.0, 3.0], [2.0, 2.0]],
+            [[3.0, 3.0], [2.0, 2.0]],
+            [[0, 9], [9, 0]],
+        ]
+    )
     assert shares_on_front(draws, BOTH).tolist() == [0.75, 0.75]

@@ -23,7 +23,9 @@ from sweep.trial.simulation import run
 
 ROOT = Path(kernels.__file__).parent.parent
 MODULES = {
-    path.relative_to(ROOT).as_posix(): path for part in ("kernels", "sweep") for path in ROOT.glob(f"{part}/**/*.py")
+    path.relative_to(ROOT).as_posix(): path
+    for part in ("kernels", "sweep")
+    for path in ROOT.glob(f"{part}/**/*.py")
 }
 TREES = {name: ast.parse(path.read_text()) for name, path in MODULES.items()}
 
@@ -31,7 +33,9 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def imports(name: str) -> Iterator[str]:
-    """The modules that a module imports anywhere, with `kernels.` or `sweep.` and what follows."""
+    """The modules that a module imports anywhere, with `kernels.` or `sweep.` and what
+    follows.
+    """
     for node in ast.walk(TREES[name]):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -42,7 +46,9 @@ def imports(name: str) -> Iterator[str]:
 
 
 def within(module: str, packages: set[str]) -> bool:
-    return any(module == package or module.startswith(package + ".") for package in packages)
+    return any(
+        module == package or module.startswith(package + ".") for package in packages
+    )
 
 
 def modules(part: str) -> list[str]:
@@ -66,9 +72,13 @@ KERNELS_MAY_IMPORT = {
 
 @pytest.mark.parametrize("name", modules("kernels"))
 def test_kernels_know_nothing_above_them_and_no_input_or_output(name: str) -> None:
-    assert [module for module in imports(name) if not within(module, KERNELS_MAY_IMPORT)] == []
+    assert [
+        module for module in imports(name) if not within(module, KERNELS_MAY_IMPORT)
+    ] == []
     calls = [
-        node.func.id for node in ast.walk(TREES[name]) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        node.func.id
+        for node in ast.walk(TREES[name])
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     ]
     assert {"print", "open", "input"}.isdisjoint(calls)
 
@@ -94,16 +104,25 @@ MAY_IMPORT = {
     "campaigns": "kernels errors analysis spec design trial store workers tables",
     "figures": "errors text analysis spec trial store tables campaigns",
     "replays": "kernels errors spec design trial store workers tables figures",
-    "published": "kernels errors text analysis spec design store workers tables campaigns figures",
+    "published": (
+        "kernels errors text analysis spec design store workers tables campaigns"
+        " figures"
+    ),
     "web": "kernels errors text spec design trial store tables figures replays",
-    "cli": "kernels errors text analysis spec design store workers tables campaigns figures replays published web",
+    "cli": (
+        "kernels errors text analysis spec design store workers tables campaigns"
+        " figures replays published web"
+    ),
 }
 """The house: what each package imports. A study flows down this list, and every arrow
 points up. Imports within functions and for types count like all others.
 """
-KERNEL_FACTS = {"kernels"} | {f"kernels.{name}" for name in ("metrics", "models", "settings", "worlds")}
-"""What a model, a metric, a setting or a map is called and is like: all may know it. The
-rest of the kernels is met in `sweep/trial/` alone."""
+KERNEL_FACTS = {"kernels"} | {
+    f"kernels.{name}" for name in ("metrics", "models", "settings", "worlds")
+}
+"""What a model, a metric, a setting or a map is called and is like: all may know it.
+The rest of the kernels is met in `sweep/trial/` alone.
+"""
 MET_ELSEWHERE = {("sweep.web.overlays", "kernels.metrics.flocks")}
 
 
@@ -135,7 +154,9 @@ def test_packages_import_what_the_table_says_and_no_less() -> None:
     used: dict[str, set[str]] = {name: set() for name in MAY_IMPORT}
     for module, name in FILES.items():
         if module != "sweep":  # the package itself hands everything on
-            used[package(module)] |= {package(other) for other in arrows(name)} - {package(module)}
+            used[package(module)] |= {package(other) for other in arrows(name)} - {
+                package(module)
+            }
     assert used == {name: set(allowed.split()) for name, allowed in MAY_IMPORT.items()}
 
 
@@ -151,22 +172,37 @@ def test_no_files_import_each_other_in_a_circle() -> None:
 
 
 @pytest.mark.parametrize("name", modules("sweep"))
-def test_the_machine_knows_no_experiment_and_meets_kernels_in_one_place(name: str) -> None:
-    assert not any(within(module, {"experiments", "notebooks", "tests"}) for module in imports(name))
+def test_the_machine_knows_no_experiment_and_meets_kernels_in_one_place(
+    name: str,
+) -> None:
+    assert not any(
+        within(module, {"experiments", "notebooks", "tests"})
+        for module in imports(name)
+    )
     if not name.startswith("sweep/trial/"):
         met = {module for module in arrows(name) if within(module, {"kernels"})}
-        assert met - KERNEL_FACTS <= {other for own, other in MET_ELSEWHERE if own == dotted(name)}
+        assert met - KERNEL_FACTS <= {
+            other for own, other in MET_ELSEWHERE if own == dotted(name)
+        }
 
 
-@pytest.mark.parametrize("name", [name for name in modules("sweep") if name.endswith("__init__.py")])
+@pytest.mark.parametrize(
+    "name", [name for name in modules("sweep") if name.endswith("__init__.py")]
+)
 def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
     """Each stands in its docstring, followed by a few words."""
     map_of = ast.get_docstring(TREES[name]) or ""
     inside = {
-        path for path in MODULES[name].parent.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
+        path
+        for path in MODULES[name].parent.iterdir()
+        if path.suffix == ".py" or (path / "__init__.py").exists()
     }
     names = {path.stem + "/" * path.is_dir() for path in inside} - {"__init__"}
-    lost = {one for one in names if not re.search(rf"(^| ){re.escape(one)} +\S", map_of, re.MULTILINE)}
+    lost = {
+        one
+        for one in names
+        if not re.search(rf"(^| ){re.escape(one)} +\S", map_of, re.MULTILINE)
+    }
     assert not lost
 
 
@@ -177,22 +213,36 @@ def test_a_module_says_what_it_is(name: str) -> None:
 
 @pytest.mark.parametrize("name", MODULES)
 def test_public_functions_and_classes_have_a_docstring(name: str) -> None:
-    """Those of a module; of a class's methods the name and its docstring may say enough."""
-    members = [node for node in TREES[name].body if isinstance(node, Function | ast.ClassDef)]
-    silent = [node.name for node in members if not node.name.startswith("_") and not ast.get_docstring(node)]
+    """Those of a module; of a class's methods the name and its docstring may say
+    enough.
+    """
+    members = [
+        node for node in TREES[name].body if isinstance(node, Function | ast.ClassDef)
+    ]
+    silent = [
+        node.name
+        for node in members
+        if not node.name.startswith("_") and not ast.get_docstring(node)
+    ]
     assert silent == []
 
 
-@pytest.mark.parametrize("name", [name for name in modules("kernels/models") if "__init__" not in name])
+@pytest.mark.parametrize(
+    "name", [name for name in modules("kernels/models") if "__init__" not in name]
+)
 def test_a_model_has_params_presets_range_and_advance_and_no_more(name: str) -> None:
     public = [
-        node.name for node in TREES[name].body if isinstance(node, Function | ast.ClassDef) and node.name[0] != "_"
+        node.name
+        for node in TREES[name].body
+        if isinstance(node, Function | ast.ClassDef) and node.name[0] != "_"
     ]
     assert sorted(public) == ["Params", "advance", "interaction_range"]
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_a_model_is_entered_under_its_name_with_both_presets_and_known_metrics(name: str) -> None:
+def test_a_model_is_entered_under_its_name_with_both_presets_and_known_metrics(
+    name: str,
+) -> None:
     model = MODELS[name]
     assert model.name == name
     assert {"as_written", "as_run"} <= set(model.presets)
@@ -201,7 +251,9 @@ def test_a_model_is_entered_under_its_name_with_both_presets_and_known_metrics(n
 
 
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
-def test_a_preset_gives_exactly_every_setting_an_allowed_value(model: str, preset: str) -> None:
+def test_a_preset_gives_exactly_every_setting_an_allowed_value(
+    model: str, preset: str
+) -> None:
     values = MODELS[model].presets[preset]
     assert set(values) == set(fields(model))
     assert preset_settings(model, preset) == values
@@ -210,7 +262,9 @@ def test_a_preset_gives_exactly_every_setting_an_allowed_value(model: str, prese
 @pytest.mark.parametrize("model", MODELS)
 def test_a_setting_has_a_text_and_one_name_one_group(model: str) -> None:
     assert all(field.text for field in fields(model).values())
-    names = [name for _, group in GROUPS for name in group._fields] + list(MODELS[model].params._fields)
+    names = [name for _, group in GROUPS for name in group._fields] + list(
+        MODELS[model].params._fields
+    )
     assert sorted(names) == sorted(set(names)) == sorted(fields(model))
 
 
@@ -219,7 +273,16 @@ def test_a_metric_has_a_text_a_source_and_a_unit_or_none(name: str) -> None:
     metric = METRICS[name]
     assert metric.text
     assert metric.source
-    assert metric.unit in ("", "length", "length/time", "length^2/time^2", "time", "degrees", "%", "boids")
+    assert metric.unit in (
+        "",
+        "length",
+        "length/time",
+        "length^2/time^2",
+        "time",
+        "degrees",
+        "%",
+        "boids",
+    )
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -229,7 +292,13 @@ def test_a_map_has_a_text_and_a_source(name: str) -> None:
 
 
 @jit
-def eastward(frames: Frames, filled: int, _ground: Any, _observation: Observation, values: np.ndarray) -> None:
+def eastward(
+    frames: Frames,
+    filled: int,
+    _ground: Any,
+    _observation: Observation,
+    values: np.ndarray,
+) -> None:
     """Mean x component of the velocity: a metric nobody has entered."""
     for f in range(filled):
         total = 0.0
@@ -247,7 +316,11 @@ def pillar(settings: Any, _rng: np.random.Generator) -> np.ndarray:
 def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A model, a metric and a map, each with one entry of its dict."""
     monkeypatch.setitem(MODELS, "skeleton", _skeleton.MODEL)
-    monkeypatch.setitem(METRICS, "eastward", Metric(eastward, "length/time", "mean velocity along x", "this test"))
+    monkeypatch.setitem(
+        METRICS,
+        "eastward",
+        Metric(eastward, "length/time", "mean velocity along x", "this test"),
+    )
     monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
     fields.cache_clear()
     yield
@@ -258,7 +331,12 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.parametrize("preset", _skeleton.MODEL.presets)
 def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None:
     a_job = builders.job(
-        "skeleton", preset, map="pillar", metrics=("eastward", "speed"), series=("eastward",), steps=30
+        "skeleton",
+        preset,
+        map="pillar",
+        metrics=("eastward", "speed"),
+        series=("eastward",),
+        steps=30,
     )
     result = run(a_job)
     assert result.status == "done", result.error
@@ -269,8 +347,17 @@ def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None
 @pytest.mark.usefixtures("entered")
 def test_the_skeleton_gathers_its_boids() -> None:
     """As it says it does, in an open world that they all see."""
-    changes = {"perception_range": 2000, "fov": 360, "cohesion_weight": 0.05, "borders": "open", "n": 30, "steps": 20}
-    radius = run(builders.job("skeleton", metrics=("flock_radius",), series=("flock_radius",), **changes)).series[
-        "flock_radius"
-    ]
+    changes = {
+        "perception_range": 2000,
+        "fov": 360,
+        "cohesion_weight": 0.05,
+        "borders": "open",
+        "n": 30,
+        "steps": 20,
+    }
+    radius = run(
+        builders.job(
+            "skeleton", metrics=("flock_radius",), series=("flock_radius",), **changes
+        )
+    ).series["flock_radius"]
     assert radius[-1] < radius[0]

@@ -1,4 +1,6 @@
-"""Compiled kernels: the same bits as the interpreter, one signature a model, and a cache that notices edits."""
+"""Compiled kernels: the same bits as the interpreter, one signature a model, and a
+cache that notices edits.
+"""
 
 import os
 import re
@@ -18,11 +20,22 @@ ROOT = Path(kernels.__file__).parent.parent
 
 
 def python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """What `code` prints in a new process that finds kernels and sweep in `folder`, and the tests' helpers."""
+    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
+    the tests' helpers.
+    """
     paths = os.pathsep.join([str(folder), str(TESTS)])
-    environment = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    environment = (
+        os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    )
     command = [sys.executable, "-W", "error", "-c", code]
-    finished = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
+    finished = subprocess.run(
+        command,
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert finished.returncode == 0, finished.stderr
     return finished.stdout
 
@@ -31,29 +44,51 @@ INTERPRETED = "import builders, numba; assert numba.config.DISABLE_JIT\n"
 
 
 def test_the_interpreter_gives_the_same_bits() -> None:
-    """And warns of nothing: every division by zero, overflow and invalid value in a rule is an error there."""
-    code = "for model in builders.MODELS:\n    for job in builders.exact_jobs(model): print(builders.bits(job))"
+    """And warns of nothing: every division by zero, overflow and invalid value in a
+    rule is an error there.
+    """
+    code = (
+        "for model in builders.MODELS:\n    for job in builders.exact_jobs(model):"
+        " print(builders.bits(job))"
+    )
     interpreted = python(INTERPRETED + code, NUMBA_DISABLE_JIT="1").split()
     jobs = [job for model in builders.MODELS for job in builders.exact_jobs(model)]
-    different = [job.settings for job, bits in zip(jobs, interpreted, strict=True) if builders.bits(job) != bits]
+    different = [
+        job.settings
+        for job, bits in zip(jobs, interpreted, strict=True)
+        if builders.bits(job) != bits
+    ]
     assert different == []
 
 
 @pytest.mark.parametrize("model", builders.MODELS)
 def test_whole_and_fractional_numbers_share_one_compiled_signature(model: str) -> None:
     for number in (1, 1.0, 1.5, True + 1):
-        weights = {name: number for name, off in builders.weightless(model).items() if off == 0.0}
+        weights = {
+            name: number
+            for name, off in builders.weightless(model).items()
+            if off == 0.0
+        }
         size = builders.scaled(model, width=400 + number, height=300)
-        assert run(builders.job(model, n=5, steps=2, **size, **weights)).status == "done"
+        assert (
+            run(builders.job(model, n=5, steps=2, **size, **weights)).status == "done"
+        )
     for update in builders.UPDATES:
-        assert run(builders.job(model, n=6, steps=2, update=update, heatmaps=True)).status == "done"
+        assert (
+            run(builders.job(model, n=6, steps=2, update=update, heatmaps=True)).status
+            == "done"
+        )
     assert len(builders.MODELS[model].advance.signatures) == 1
 
 
 @pytest.fixture
 def copied(tmp_path: Path) -> Path:
     """A copy of the kernels alone."""
-    shutil.copytree(ROOT / "kernels", tmp_path / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "kernels",
+        tmp_path / "kernels",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
     return tmp_path
 
 
@@ -69,11 +104,18 @@ from kernels.rules.borders import confine
 def reflected(x: float) -> float:
     return confine(x, 1.0, 800.0, 2)[0]
 """
-CALL = "import kernels; from kernels.caller import reflected; print(kernels.KERNELS_SHA, reflected(-3.0))"
+CALL = (
+    "import kernels; from kernels.caller import reflected; print(kernels.KERNELS_SHA,"
+    " reflected(-3.0))"
+)
 
 
-def test_an_edited_rule_changes_the_number_and_the_stamp_though_its_caller_was_cached(copied: Path) -> None:
-    """The caller stands in another file, which numba's own check of the cache does not look beyond."""
+def test_an_edited_rule_changes_the_number_and_the_stamp_though_its_caller_was_cached(
+    copied: Path,
+) -> None:
+    """The caller stands in another file, which numba's own check of the cache does not
+    look beyond.
+    """
     (copied / "kernels" / "caller.py").write_text(CALLER)
     cache = str(copied / "cache")
     sha, value = python(CALL, copied, NUMBA_CACHE_DIR=cache).split()

@@ -1,4 +1,6 @@
-"""What the drive loop makes of lost chunks: nobody is blamed who is not known to be at fault."""
+"""What the drive loop makes of lost chunks: nobody is blamed who is not known to be at
+fault.
+"""
 
 from collections import Counter
 from collections.abc import Callable
@@ -12,7 +14,12 @@ import runner_jobs
 
 from sweep.errors import WorkersError
 from sweep.workers import fingerprint
-from sweep.workers.executors import ConnectionLostError, JobEndedError, NotYetError, WorkerDiedError
+from sweep.workers.executors import (
+    ConnectionLostError,
+    JobEndedError,
+    NotYetError,
+    WorkerDiedError,
+)
 from sweep.workers.runner import Failure, drive
 from sweep.workers.watch import Limits, Verdict, Watch
 
@@ -23,7 +30,9 @@ Trouble = Callable[[list[int]], Exception | None]
 
 @dataclass
 class Fickle:
-    """An engine in this process that loses the chunks for which `trouble` has an error."""
+    """An engine in this process that loses the chunks for
+    which `trouble` has an error.
+    """
 
     workers: int = 2
     trouble: Trouble | None = None
@@ -95,7 +104,10 @@ def test_a_chunk_that_is_lost_alone_is_split_and_runs_among_all_others() -> None
 
 
 def test_a_job_is_blamed_for_workers_that_died_when_it_had_begun_and_no_other() -> None:
-    queued, guilty = first(9, lambda: WorkerDiedError(0, "gone"), 8), first(9, lambda: WorkerDiedError(2, "gone"), 7)
+    queued, guilty = (
+        first(9, lambda: WorkerDiedError(0, "gone"), 8),
+        first(9, lambda: WorkerDiedError(2, "gone"), 7),
+    )
     engine = Fickle(trouble=lambda jobs: queued(jobs) or guilty(jobs))
     results = dict(squares(engine))
     words = "worker process died 4 times while running this trial alone: gone"
@@ -123,10 +135,14 @@ def test_a_late_job_is_a_row_at_once_one_of_too_much_memory_after_another_try() 
         for job, late in ((7, True), (20, False)):
             if job in jobs:
                 ended.append(jobs)
-                return JobEndedError(Verdict(jobs.index(job), late, "too late" if late else "too much"))
+                return JobEndedError(
+                    Verdict(jobs.index(job), late, "too late" if late else "too much")
+                )
         return None
 
-    results = dict(squares(Fickle(trouble=trouble), overdue=lambda job, error: (job, error)))
+    results = dict(
+        squares(Fickle(trouble=trouble), overdue=lambda job, error: (job, error))
+    )
     assert (results.pop(7), results.pop(20)) == ("too late", Failure("too much"))
     assert results == {job: value for job, value in SQUARES if job not in (7, 20)}
     assert sum(7 in jobs for jobs in ended) == 1
@@ -151,7 +167,9 @@ def test_workers_that_come_get_work_and_smaller_chunks() -> None:
     assert max(sizes[3:]) <= 1000 / 60
 
 
-def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     engine, kept = Fickle(), []
     batches = drive(
         range(40),
@@ -162,9 +180,14 @@ def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(monkeypatch: pyt
         chunk_seconds=1e-6,
     )
     kept += next(batches)
-    monkeypatch.setattr(fingerprint, "refusal", lambda _expected: "other code in sweep/trial/simulation.py")
+    monkeypatch.setattr(
+        fingerprint,
+        "refusal",
+        lambda _expected: "other code in sweep/trial/simulation.py",
+    )
     message = (
-        "not what they were when this launch began: other code in sweep/trial/simulation.py; what is done is stored"
+        "not what they were when this launch began: other code in"
+        " sweep/trial/simulation.py; what is done is stored"
     )
     with pytest.raises(WorkersError, match=message):
         kept.extend(chain.from_iterable(batches))

@@ -12,12 +12,22 @@ from notebooks.execute import METADATA, executed
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 MOST_BYTES = 300_000
-MACHINE = re.compile(r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\|site-packages")
+MACHINE = re.compile(
+    r"/(home|root|tmp|usr|opt|var|private|Users|work)/|[A-Z]:\\|site-packages"
+)
 """Folders of one machine."""
 
-FEWER = {"finite_size": ("replicates: 12", "replicates: 2"), "what_matters": ("points: 64", "points: 8")}
-"""Of notebooks with many boid-steps, what `make test` runs in their place; `make test-slow` runs them whole."""
-IN_PROCESS = "import sweep.workers.executors\n\nsweep.workers.executors.Loky = sweep.workers.executors.Serial\n"
+FEWER = {
+    "finite_size": ("replicates: 12", "replicates: 2"),
+    "what_matters": ("points: 64", "points: 8"),
+}
+"""Of notebooks with many boid-steps, what `make test` runs in their place; `make
+test-slow` runs them whole.
+"""
+IN_PROCESS = (
+    "import sweep.workers.executors\n\nsweep.workers.executors.Loky ="
+    " sweep.workers.executors.Serial\n"
+)
 """Starting workers takes longer than these trials, and changes no bit of them."""
 
 pytestmark = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -41,18 +51,28 @@ def code(notebook: NotebookNode) -> list[NotebookNode]:
 
 
 def words(cell: NotebookNode) -> list[object]:
-    """What a cell put out, pictures by their kind alone: their bytes differ with the fonts of a machine."""
+    """What a cell put out, pictures by their kind alone: their bytes differ with the
+    fonts of a machine.
+    """
     return [
-        {kind: "" if kind.startswith("image/") else text for kind, text in output.data.items()}
-        if "data" in output
-        else (output.get("name"), output.get("text"))
+        (
+            {
+                kind: "" if kind.startswith("image/") else text
+                for kind, text in output.data.items()
+            }
+            if "data" in output
+            else (output.get("name"), output.get("text"))
+        )
         for output in cell.outputs
     ]
 
 
 def kinds(cell: NotebookNode) -> list[list[str]]:
     """Which kinds of output a cell put out."""
-    return [sorted(output["data"]) if "data" in output else [output["name"]] for output in cell.outputs]
+    return [
+        sorted(output["data"]) if "data" in output else [output["name"]]
+        for output in cell.outputs
+    ]
 
 
 def comes_to_what_is_committed(path: Path, folder: Path) -> None:
@@ -73,11 +93,15 @@ def test_it_runs_from_nothing_to_what_is_committed(path: Path, tmp_path: Path) -
     fewer = tmp_path / path.name
     fewer.write_text(text.replace(*FEWER[path.stem]), encoding="utf-8")
     fresh = executed(fewer, tmp_path)
-    assert [kinds(cell) for cell in code(fresh)] == [kinds(cell) for cell in code(committed(path))]
+    assert [kinds(cell) for cell in code(fresh)] == [
+        kinds(cell) for cell in code(committed(path))
+    ]
 
 
 @pytest.mark.slow
-def test_with_workers_it_runs_to_what_is_committed_whole(path: Path, tmp_path: Path) -> None:
+def test_with_workers_it_runs_to_what_is_committed_whole(
+    path: Path, tmp_path: Path
+) -> None:
     comes_to_what_is_committed(path, tmp_path)
 
 
@@ -85,19 +109,33 @@ def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
     cells = code(committed(path))
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
     assert all(cell.outputs for cell in cells)
-    assert any("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs)
+    assert any(
+        "image/png" in output.get("data", {})
+        for cell in cells
+        for output in cell.outputs
+    )
 
 
 def test_no_cell_warns_or_fails(path: Path) -> None:
     outputs = [output for cell in code(committed(path)) for output in cell.outputs]
-    assert {output.output_type for output in outputs} <= {"stream", "display_data", "execute_result"}
-    assert {output.name for output in outputs if output.output_type == "stream"} <= {"stdout"}
+    assert {output.output_type for output in outputs} <= {
+        "stream",
+        "display_data",
+        "execute_result",
+    }
+    assert {output.name for output in outputs if output.output_type == "stream"} <= {
+        "stdout"
+    }
 
 
 def test_it_says_nothing_of_the_machine_and_is_small(path: Path) -> None:
     notebook = committed(path)
     assert notebook.metadata == METADATA
     assert all(cell.metadata == {} for cell in notebook.cells)
-    texts = [cell.source for cell in notebook.cells] + [str(words(cell)) for cell in code(notebook)]
-    assert [found[0] for text in texts for found in [MACHINE.search(text)] if found] == []
+    texts = [cell.source for cell in notebook.cells] + [
+        str(words(cell)) for cell in code(notebook)
+    ]
+    assert [
+        found[0] for text in texts for found in [MACHINE.search(text)] if found
+    ] == []
     assert path.stat().st_size < MOST_BYTES

@@ -1,4 +1,6 @@
-"""Results in an object store: a real server, real requests, and a crash between any two of them."""
+"""Results in an object store: a real server, real requests, and a crash between any two
+of them.
+"""
 
 import logging
 import os
@@ -67,12 +69,16 @@ def keys(results: ObjectPath) -> list[str]:
     return sorted(results.listed().found or ())
 
 
-def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(tmp_path: Path, bucket: str, results: ObjectPath) -> None:
+def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(
+    tmp_path: Path, bucket: str, results: ObjectPath
+) -> None:
     """The command as a user starts it, killed as soon as a part is there."""
     (tmp_path / "spec.yaml").write_text(SPEC)
     folder = results / "faulty"
     command = [*campaign.LAUNCH, "--results", bucket]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True
+    )
     deadline = time.monotonic() + 120
     while process.poll() is None and not Store(folder).all_parts():
         assert time.monotonic() < deadline
@@ -86,7 +92,9 @@ def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(tmp_path: Path, bucke
     assert progress.statuses.total() == 48 - first
     launched(SPEC, tmp_path)
     assert tables(folder) == tables(tmp_path / "faulty")
-    assert not [key for key in keys(results) if "/lock/" in key and key.endswith(".json")]
+    assert not [
+        key for key in keys(results) if "/lock/" in key and key.endswith(".json")
+    ]
 
 
 def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
@@ -94,16 +102,26 @@ def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
 ) -> None:
     for place in (str(tmp_path / "results"), bucket):
         (tmp_path / "spec.yaml").write_text(SMALL)
-        assert command(tmp_path, "launch", "spec.yaml", "--results", place).returncode == 0
+        assert (
+            command(tmp_path, "launch", "spec.yaml", "--results", place).returncode == 0
+        )
     trial = StoredStudy("small", results).plan["trial_id"][0].as_py()
     for arguments in (
         ["table", "small", "--csv"],
-        ["compare", "small:separation_weight=0.5", "small:separation_weight=1", "--csv"],
+        [
+            "compare",
+            "small:separation_weight=0.5",
+            "small:separation_weight=1",
+            "--csv",
+        ],
         ["diff", "spec.yaml"],
         ["replay", "small", trial],
         ["gc", "small", "--dry-run"],
     ):
-        said = [command(tmp_path, *arguments, "--results", place) for place in (str(tmp_path / "results"), bucket)]
+        said = [
+            command(tmp_path, *arguments, "--results", place)
+            for place in (str(tmp_path / "results"), bucket)
+        ]
         assert said[0].stdout == said[1].stdout
         assert [one.returncode for one in said] == [0, 0]
     status = command(tmp_path, "status", "small", "--results", bucket)
@@ -114,24 +132,46 @@ def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
     drawn = command(tmp_path, "plot", "small", "curves", "--results", bucket)
     assert drawn.stdout == "figures/small/curves.png\n"
     assert (tmp_path / "figures" / "small" / "curves.png").exists()
-    page = command(tmp_path, "reproduce", "--results", bucket, str(Path(__file__).parent.parent / "experiments"))
+    page = command(
+        tmp_path,
+        "reproduce",
+        "--results",
+        bucket,
+        str(Path(__file__).parent.parent / "experiments"),
+    )
     assert page.returncode == 2
-    assert "the page and its figures are written to a folder on this machine" in page.stderr
+    assert (
+        "the page and its figures are written to a folder on this machine"
+        in page.stderr
+    )
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("s3://nowhere/x?endpoint_override=127.0.0.1:{port}&scheme=http", "s3://nowhere: there is no such bucket"),
-        ("s3://x/y?endpoint_override=127.0.0.1:{free}&scheme=http", "does not answer (Could not connect to server"),
+        (
+            "s3://nowhere/x?endpoint_override=127.0.0.1:{port}&scheme=http",
+            "s3://nowhere: there is no such bucket",
+        ),
+        (
+            "s3://x/y?endpoint_override=127.0.0.1:{free}&scheme=http",
+            "does not answer (Could not connect to server",
+        ),
         ("s4://x/y", 'unknown kind of place "s4://"; did you mean "s3://"?'),
-        ("s3://x/y?endpoint=here", 'unknown option "endpoint"; did you mean "endpoint_override"?'),
+        (
+            "s3://x/y?endpoint=here",
+            'unknown option "endpoint"; did you mean "endpoint_override"?',
+        ),
         ("s3://key:secret@x/y", "s3://x/y: allowed: a folder, or s3://bucket/prefix"),
         ("s3://", "allowed: a folder, or s3://bucket/prefix"),
     ],
 )
 def test_a_wrong_place_is_said_in_one_line_before_any_work(
-    tmp_path: Path, server: ObjectStore, monkeypatch: pytest.MonkeyPatch, given: str, said: str
+    tmp_path: Path,
+    server: ObjectStore,
+    monkeypatch: pytest.MonkeyPatch,
+    given: str,
+    said: str,
 ) -> None:
     monkeypatch.setattr(locations, "ATTEMPTS", 1)
     (tmp_path / "spec.yaml").write_text(SMALL)
@@ -145,7 +185,10 @@ def test_a_wrong_place_is_said_in_one_line_before_any_work(
 
 
 def test_an_object_store_that_refuses_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    error = "When listing: AWS Error ACCESS_DENIED during ListObjectsV2 operation: Access Denied (Request ID: 1)"
+    error = (
+        "When listing: AWS Error ACCESS_DENIED during ListObjectsV2 operation: Access"
+        " Denied (Request ID: 1)"
+    )
     said = Server().trouble(ObjectPath(Server(), "x/y"), OSError(error))
     assert not isinstance(said, UnreachableError)
     assert str(said).startswith("s3://x/y: the object store refuses (Access Denied")
@@ -176,7 +219,9 @@ def add_a_part(store: Store) -> None:
 
 
 def crashes(act: Callable[[Store], object]) -> Iterator[Store]:
-    """Stores of three parts after `act`, with a crash after each of its requests in turn, and at last with none."""
+    """Stores of three parts after `act`, with a crash after each of its requests in
+    turn, and at last with none.
+    """
     memory, store = in_memory()
     three_parts(store)
     objects, whole, requests = dict(memory.objects), False, 0
@@ -191,7 +236,9 @@ def crashes(act: Callable[[Store], object]) -> Iterator[Store]:
         yield Store(store.folder)
 
 
-def test_a_crash_after_any_request_of_storing_a_part_loses_and_doubles_nothing() -> None:
+def test_a_crash_after_any_request_of_storing_a_part_loses_and_doubles_nothing() -> (
+    None
+):
     _, untouched = in_memory()
     three_parts(untouched)
     before = sorted_tables(untouched)
@@ -219,7 +266,10 @@ def test_a_crash_after_any_request_of_deleting_a_part_leaves_it_whole_or_gone() 
     def delete_oldest(store: Store) -> None:
         store.discard(store.all_parts()[0])
 
-    found = [set(store.read("series")["trial_id"].to_pylist()) for store in crashes(delete_oldest)]
+    found = [
+        set(store.read("series")["trial_id"].to_pylist())
+        for store in crashes(delete_oldest)
+    ]
     assert [len(trials) for trials in found] == [4, 4] + [3] * (len(found) - 2)
 
 
@@ -234,7 +284,9 @@ def test_a_crash_while_a_damaged_part_is_set_aside_leaves_it_to_be_set_aside() -
         if len(store.all_parts()) == 2:
             assert set(store.trial_ids()) == {"a", "b1", "b2"}
             kept = [key for key in keys(store.folder) if key.startswith("damaged/")]
-            assert {"trials.parquet", "series.parquet"} <= {key.split("/")[2] for key in kept}
+            assert {"trials.parquet", "series.parquet"} <= {
+                key.split("/")[2] for key in kept
+            }
         else:
             assert len(store.trial_ids()) == 4
 
@@ -245,7 +297,11 @@ def test_tables_without_a_manifest_are_tidied_when_they_are_old_by_whoever_has_t
     append(store, {"a": "ok"})
     with pytest.MonkeyPatch.context() as patch:
         upload = buckets._upload
-        patch.setattr(buckets, "_upload", lambda file, path: die() if file.name == MANIFEST else upload(file, path))
+        patch.setattr(
+            buckets,
+            "_upload",
+            lambda file, path: die() if file.name == MANIFEST else upload(file, path),
+        )
         with pytest.raises(Crashed):
             append(store, {"b": "ok"})
     assert store.trial_ids() == {"a": "ok"}
@@ -273,7 +329,10 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
     relaunch(SMALL, results)
     whole, part = tables(results / "small"), Store(results / "small").all_parts()[0]
     assert isinstance(part, ObjectPath)
-    file = ObjectPath(results.server, f"{part.key}/{MANIFEST if what == 'manifest' else 'series.parquet'}")
+    file = ObjectPath(
+        results.server,
+        f"{part.key}/{MANIFEST if what == 'manifest' else 'series.parquet'}",
+    )
     content = bytearray(file.open().read())
     if what == "missing":
         buckets._delete(file)
@@ -285,7 +344,12 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
         buckets._write(file, bytes(content[: len(content) // 2]))
     with caplog.at_level(logging.WARNING):
         assert relaunch(SMALL, results).statuses.total() == 6
-    said = {"truncated": " bytes of ", "flipped": "other bytes", "missing": "is missing", "manifest": "cannot be read"}
+    said = {
+        "truncated": " bytes of ",
+        "flipped": "other bytes",
+        "missing": "is missing",
+        "manifest": "cannot be read",
+    }
     assert said[what] in caplog.text
     assert f"set aside as {results}/small/damaged/{part.name}" in caplog.text
     assert tables(results / "small") == whole
@@ -294,15 +358,30 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
 
 def test_reading_names_what_cannot_be_read_and_the_way_out(store: Store) -> None:
     part = append(store, {"a": "ok"})
-    buckets._write(store.folder / "parts" / part.name / "trials.parquet", b"PAR1 nothing PAR1")
-    with pytest.raises(StoreError, match=rf"s3://.*/trials.parquet: cannot be read .*delete s3://.*{part.name}/mani"):
+    buckets._write(
+        store.folder / "parts" / part.name / "trials.parquet", b"PAR1 nothing PAR1"
+    )
+    with pytest.raises(
+        StoreError,
+        match=(
+            rf"s3://.*/trials.parquet: cannot be read .*delete s3://.*{part.name}/mani"
+        ),
+    ):
         store.read("trials")
 
 
-def test_only_the_columns_that_are_asked_for_are_fetched(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_columns_that_are_asked_for_are_fetched(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of a table of 2 MB that cannot be compressed."""
     noise = pa.array(os.urandom(1_000_000) for _ in range(2))
-    store.append({"trials": pa.table({"trial_id": ["a", "b"], "status": ["ok", "ok"], "noise": noise})})
+    store.append(
+        {
+            "trials": pa.table(
+                {"trial_id": ["a", "b"], "status": ["ok", "ok"], "noise": noise}
+            )
+        }
+    )
     fetched, opened = [0], ObjectPath.open
 
     class Counted:
@@ -320,12 +399,16 @@ def test_only_the_columns_that_are_asked_for_are_fetched(store: Store, monkeypat
         def __getattr__(self, name: str) -> Any:
             return getattr(self.file, name)
 
-    monkeypatch.setattr(ObjectPath, "open", lambda path, *_: pa.PythonFile(Counted(opened(path)), "r"))
+    monkeypatch.setattr(
+        ObjectPath, "open", lambda path, *_: pa.PythonFile(Counted(opened(path)), "r")
+    )
     assert store.trial_ids() == {"a": "ok", "b": "ok"}
     assert 0 < fetched[0] < 200_000
 
 
-def test_parts_are_merged_on_the_way(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_are_merged_on_the_way(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("sweep.store.merging.MOST_GATHERED", 3)
     for index in range(7):
         append(store, {f"a{index}": "ok"})
@@ -343,11 +426,18 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_one_launch_at_a_time_or_one_for_each_share(store: Store) -> None:
-    with Lock(store.place), pytest.raises(StoreError, match=r"s3://.*/lock: this study is being launched by \S+ on"):
+    with (
+        Lock(store.place),
+        pytest.raises(
+            StoreError, match=r"s3://.*/lock: this study is being launched by \S+ on"
+        ),
+    ):
         Lock(store.place).__enter__()
     with Lock(store.place, Share(1, 2)), Lock(store.place, Share(2, 2)):
         for share in (None, Share(1, 2), Share(1, 3)):
-            with pytest.raises(StoreError, match=r"share [12]/2 of this study is being launched by"):
+            with pytest.raises(
+                StoreError, match=r"share [12]/2 of this study is being launched by"
+            ):
                 Lock(store.place, share).__enter__()
     assert keys(store.folder) == []
 
@@ -380,8 +470,12 @@ def test_many_who_ask_at_once_have_it_one_after_the_other(store: Store) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_silent_owner_is_taken_over_and_learns_of_it(store: Store, caplog: pytest.LogCaptureFixture) -> None:
-    """It seems to be of another machine, falls silent, and writes its claim once more after that is taken away."""
+def test_a_silent_owner_is_taken_over_and_learns_of_it(
+    store: Store, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It seems to be of another machine, falls silent, and writes its claim once more
+    after that is taken away.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lock_module, "machine", lambda: "elsewhere")
         asleep = Lock(store.place)
@@ -403,7 +497,9 @@ def test_a_silent_owner_is_taken_over_and_learns_of_it(store: Store, caplog: pyt
         taker.check()
 
 
-def test_what_a_living_owner_beats_is_left_alone(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_living_owner_beats_is_left_alone(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(lock_module, "BEAT_SECONDS", 0.02)
     with Lock(store.place) as held:
         file = store.folder / "lock" / f"{held.token}.json"
@@ -424,7 +520,11 @@ def line(server: ObjectStore, monkeypatch: pytest.MonkeyPatch) -> Iterator[Line]
 
 
 def test_a_server_that_comes_back_is_waited_for(
-    server: ObjectStore, line: Line, tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    server: ObjectStore,
+    line: Line,
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     results = server.results("comes-back", line.port)
     append_a_part = store_module.Store.append
@@ -445,13 +545,22 @@ def test_a_server_that_comes_back_is_waited_for(
 def test_a_server_that_stays_away_costs_what_could_not_be_stored(
     server: ObjectStore, line: Line, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    results, point = server.results("stays-away", line.port), SMALL.replace("[0.5, 1]", "[0.5]")
+    results, point = (
+        server.results("stays-away", line.port),
+        SMALL.replace("[0.5, 1]", "[0.5]"),
+    )
     relaunch(point, results)
     with monkeypatch.context() as patch:
         append_a_part = store_module.Store.append
-        patch.setattr(store_module.Store, "append", lambda *given: line.cut() or append_a_part(*given))
+        patch.setattr(
+            store_module.Store,
+            "append",
+            lambda *given: line.cut() or append_a_part(*given),
+        )
         patch.setattr(locations, "PATIENCE_SECONDS", 0.3)
-        with pytest.raises(StoreError, match=r"does not answer .* could not be stored: 3; launch again"):
+        with pytest.raises(
+            StoreError, match=r"does not answer .* could not be stored: 3; launch again"
+        ):
             relaunch(SMALL, results)
     line.mend()
     assert relaunch(SMALL, results).statuses.total() == 3
@@ -475,11 +584,17 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
     from sweep.spec.study import parse_spec
     from sweep.workers.executors import Serial
 
-    done = [launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total() for k in (1, 2, 3)]
+    done = [
+        launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total()
+        for k in (1, 2, 3)
+    ]
     assert sum(done) == 6
     relaunch(SMALL, tmp_path)
     assert tables(results / "small") == tables(tmp_path / "small")
-    with custody(Store(results / "small"), Share(1, 3)), pytest.raises(StoreError, match="share 1/3"):
+    with (
+        custody(Store(results / "small"), Share(1, 3)),
+        pytest.raises(StoreError, match="share 1/3"),
+    ):
         relaunch(SMALL, results)
 
 
@@ -494,11 +609,15 @@ def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> No
     search(spec, results, Serial())
     assert search(spec, results, Serial()).statuses.total() == 0
     search(spec, tmp_path, Serial())
-    there, here = (read_asked(StoredStudy("tiny", place)).table for place in (results, tmp_path))
+    there, here = (
+        read_asked(StoredStudy("tiny", place)).table for place in (results, tmp_path)
+    )
     assert there.equals(here)
 
 
-def test_python_takes_the_same_places(bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_takes_the_same_places(
+    bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import sweep
     from sweep.workers.executors import Serial
 
@@ -511,5 +630,10 @@ def test_python_takes_the_same_places(bucket: str, tmp_path: Path, monkeypatch: 
 
 
 def test_nothing_heavy_is_loaded_before_an_object_store_is_asked() -> None:
-    script = "import sys; from sweep.cli import app; assert 'pyarrow' not in sys.modules, 'pyarrow'"
-    subprocess.run([sys.executable, "-c", script], check=True, cwd=Path(__file__).parent.parent)
+    script = (
+        "import sys; from sweep.cli import app; assert 'pyarrow' not in sys.modules,"
+        " 'pyarrow'"
+    )
+    subprocess.run(
+        [sys.executable, "-c", script], check=True, cwd=Path(__file__).parent.parent
+    )

@@ -11,9 +11,19 @@ from sweep.spec.objectives import Constraint, Objective, Statistic
 LOSS = Objective("loss", False, MEAN)
 
 
-def gains(candidate: int, values: list[float], *, run: str = "search", weight: float | None = None, **more: object):
+def gains(
+    candidate: int,
+    values: list[float],
+    *,
+    run: str = "search",
+    weight: float | None = None,
+    **more: object,
+):
     """A candidate with one scenario and the gain of each block."""
-    columns = {"gain": np.array(values, float)[:, None], "weight": candidate / 100 if weight is None else weight}
+    columns = {
+        "gain": np.array(values, float)[:, None],
+        "weight": candidate / 100 if weight is None else weight,
+    }
     batch = int(more.pop("batch", 0))
     return rows(run, "search", candidate, columns | more, batch=batch)
 
@@ -28,7 +38,18 @@ def test_each_candidate_has_its_blocks_its_estimate_and_what_became_of_it() -> N
     )
     table = candidates(asked)
     assert list(table.columns) == [
-        *("candidate", "batch", "weight", "same_as", "blocks", "trials", "violation", "feasible", "status", "gain")
+        *(
+            "candidate",
+            "batch",
+            "weight",
+            "same_as",
+            "blocks",
+            "trials",
+            "violation",
+            "feasible",
+            "status",
+            "gain",
+        )
     ]
     assert table["blocks"].tolist() == [4, 1, 2, 2]
     assert table["status"].tolist() == ["complete", "raced out", "failed", "raced out"]
@@ -37,18 +58,38 @@ def test_each_candidate_has_its_blocks_its_estimate_and_what_became_of_it() -> N
     assert table["feasible"].all()
 
 
-def test_who_is_in_the_last_batch_when_the_budget_ends_may_have_been_cut_short() -> None:
-    parts = gains(0, [1.0] * 4), gains(1, [1.0]), gains(2, [1.0, 2.0], batch=1), gains(3, [3.0], batch=1)
-    assert candidates(searched(*parts, budget=8))["status"].tolist() == ["complete", "raced out", *["cut short"] * 2]
-    assert candidates(searched(*parts, budget=9))["status"].tolist() == ["complete", *["raced out"] * 3]
+def test_who_is_in_the_last_batch_when_the_budget_ends_may_have_been_cut_short() -> (
+    None
+):
+    parts = (
+        gains(0, [1.0] * 4),
+        gains(1, [1.0]),
+        gains(2, [1.0, 2.0], batch=1),
+        gains(3, [3.0], batch=1),
+    )
+    assert candidates(searched(*parts, budget=8))["status"].tolist() == [
+        "complete",
+        "raced out",
+        *["cut short"] * 2,
+    ]
+    assert candidates(searched(*parts, budget=9))["status"].tolist() == [
+        "complete",
+        *["raced out"] * 3,
+    ]
     unfinished = searched(*parts, budget=99, finished=False)
-    assert candidates(unfinished)["status"].tolist() == ["complete", "raced out", *["cut short"] * 2]
+    assert candidates(unfinished)["status"].tolist() == [
+        "complete",
+        "raced out",
+        *["cut short"] * 2,
+    ]
 
 
 def test_a_block_counts_when_it_has_run_in_every_scenario() -> None:
     values = {"gain": np.array([[1.0, 3.0], [5.0, 7.0], [9.0, 11.0]]), "weight": 0.5}
     states = np.array([["done", "done"], ["done", "missing"], ["done", "done"]])
-    table = candidates(searched(rows("search", "search", 0, values | {"status": states})))
+    table = candidates(
+        searched(rows("search", "search", 0, values | {"status": states}))
+    )
     assert table["blocks"].tolist() == [1]
     assert table["trials"].tolist() == [5]
     assert table["gain"].tolist() == [2.0]
@@ -62,7 +103,9 @@ def test_trials_that_candidates_share_count_once_against_the_budget() -> None:
     assert table["status"].tolist() == ["raced out", "raced out"]
 
 
-def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_feasible() -> None:
+def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_feasible() -> (
+    None
+):
     hits = Constraint("hits", 1.0, True, Statistic("worst"))
     asked = searched(
         gains(0, [1.0, 1.0], hits=np.array([[0.0], [3.0]])),
@@ -76,12 +119,20 @@ def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_fea
     assert table["status"].tolist() == ["raced out", "raced out", "failed"]
 
 
-def test_the_winner_is_the_best_of_those_with_all_blocks_even_if_fewer_blocks_look_better() -> None:
-    asked = searched(gains(0, [2.0] * 4), gains(1, [3.0] * 4), gains(2, [9.0]), gains(3, [1.0] * 4))
+def test_the_winner_is_the_best_of_those_with_all_blocks_even_if_fewer_blocks_look_better() -> (
+    None
+):
+    asked = searched(
+        gains(0, [2.0] * 4), gains(1, [3.0] * 4), gains(2, [9.0]), gains(3, [1.0] * 4)
+    )
     assert chosen(candidates(asked), [GAIN], 2) == [1, 0]
     lower = Objective("gain", False, MEAN)
     assert chosen(
-        candidates(searched(*(gains(k, [k + 1.0] * 4) for k in range(3)), objectives=(lower,))), [lower], 5
+        candidates(
+            searched(*(gains(k, [k + 1.0] * 4) for k in range(3)), objectives=(lower,))
+        ),
+        [lower],
+        5,
     ) == [
         0,
         1,
@@ -90,20 +141,29 @@ def test_the_winner_is_the_best_of_those_with_all_blocks_even_if_fewer_blocks_lo
 
 
 def test_where_none_has_all_blocks_those_with_most_count() -> None:
-    assert chosen(candidates(searched(gains(0, [2.0, 2.0]), gains(1, [3.0]), full=8)), [GAIN], 5) == [0]
+    assert chosen(
+        candidates(searched(gains(0, [2.0, 2.0]), gains(1, [3.0]), full=8)), [GAIN], 5
+    ) == [0]
 
 
 def test_of_equal_candidates_the_first_is_chosen_and_no_setting_twice() -> None:
-    parts = [gains(k, [1.0] * 4, weight=weight) for k, weight in enumerate([0.1, 0.2, 0.1, 0.3])]
+    parts = [
+        gains(k, [1.0] * 4, weight=weight)
+        for k, weight in enumerate([0.1, 0.2, 0.1, 0.3])
+    ]
     assert chosen(candidates(searched(*parts)), [GAIN], 5) == [0, 1, 3]
 
 
-def test_one_candidate_is_the_winner_and_none_is_where_all_are_infeasible_or_failed() -> None:
+def test_one_candidate_is_the_winner_and_none_is_where_all_are_infeasible_or_failed() -> (
+    None
+):
     assert chosen(candidates(searched(gains(4, [1.0]))), [GAIN], 5) == [4]
     failed = gains(0, [1.0], status=np.array([["timeout"]]))
     assert chosen(candidates(searched(failed)), [GAIN], 5) == []
     hits = Constraint("hits", 0.0, True, MEAN)
-    asked = searched(gains(0, [1.0], hits=1.0), gains(1, [1.0], hits=2.0), constraints=(hits,))
+    asked = searched(
+        gains(0, [1.0], hits=1.0), gains(1, [1.0], hits=2.0), constraints=(hits,)
+    )
     assert chosen(candidates(asked), [GAIN], 5) == []
     for value in (np.nan, np.inf):
         unknown = candidates(searched(gains(0, [value])))
@@ -112,7 +172,10 @@ def test_one_candidate_is_the_winner_and_none_is_where_all_are_infeasible_or_fai
 
 
 def two(points: list[tuple[float, float]]) -> pd.DataFrame:
-    parts = [gains(k, [gain] * 4, loss=np.full((4, 1), loss)) for k, (gain, loss) in enumerate(points)]
+    parts = [
+        gains(k, [gain] * 4, loss=np.full((4, 1), loss))
+        for k, (gain, loss) in enumerate(points)
+    ]
     return candidates(searched(*parts, objectives=(GAIN, LOSS)))
 
 
@@ -122,6 +185,8 @@ def test_of_several_objectives_the_front_is_chosen_best_first_objective_first() 
 
 
 @pytest.mark.parametrize(("most", "expected"), [(3, [4, 2, 0]), (1, [2])])
-def test_a_long_front_is_thinned_to_what_adds_most(most: int, expected: list[int]) -> None:
+def test_a_long_front_is_thinned_to_what_adds_most(
+    most: int, expected: list[int]
+) -> None:
     table = two([(0.0, 0.0), (0.1, 2.0), (6.0, 3.0), (6.1, 4.5), (10.0, 10.0)])
     assert chosen(table, [GAIN, LOSS], most) == expected

@@ -18,12 +18,18 @@ ROOT = Path(__file__).parent.parent
 
 
 def test_one_version_everywhere() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))[
+        "project"
+    ]
     assert project["version"] == sweep.__version__
-    assert f"version: {sweep.__version__}" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"version: {sweep.__version__}" in (ROOT / "CITATION.cff").read_text(
+        encoding="utf-8"
+    )
 
 
-@pytest.mark.parametrize("found", [None, "/elsewhere/site-packages/kernels/__init__.py"])
+@pytest.mark.parametrize(
+    "found", [None, "/elsewhere/site-packages/kernels/__init__.py"]
+)
 def test_another_package_named_kernels_is_refused(found: str | None) -> None:
     with pytest.raises(ImportError, match="needs its own package `kernels`"):
         sweep.check_sibling(found, sweep.__file__)
@@ -40,7 +46,9 @@ def test_code_outside_a_repository_has_no_git_state(tmp_path: Path) -> None:
 def test_constraints_pin_exactly_and_name_no_address() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").split()
     assert lines
-    assert all(line.count("==") == 1 and "/" not in line and "@" not in line for line in lines)
+    assert all(
+        line.count("==") == 1 and "/" not in line and "@" not in line for line in lines
+    )
 
 
 @pytest.fixture
@@ -49,10 +57,14 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
 
 
-def test_run_in_two_workers_gives_the_bits_of_a_launch_in_one_process(tmp_path: Path) -> None:
+def test_run_in_two_workers_gives_the_bits_of_a_launch_in_one_process(
+    tmp_path: Path,
+) -> None:
     same = launched(SMALL, tmp_path / "launched").trials
     study = sweep.run(SMALL, tmp_path, workers=2)
-    pd.testing.assert_frame_equal(study.trials.drop(columns="seconds"), same.drop(columns="seconds"))
+    pd.testing.assert_frame_equal(
+        study.trials.drop(columns="seconds"), same.drop(columns="seconds")
+    )
 
 
 @pytest.mark.usefixtures("in_process")
@@ -62,9 +74,13 @@ def test_run_takes_a_text_a_mapping_or_a_file_and_returns_what_a_launch_stores(
     whole = launched(SMALL, tmp_path / "launched")
     file = tmp_path / "small.yaml"
     file.write_text(SMALL, encoding="utf-8")
-    for number, spec in enumerate((SMALL, YAML(typ="safe").load(SMALL), file, str(file))):
+    for number, spec in enumerate(
+        (SMALL, YAML(typ="safe").load(SMALL), file, str(file))
+    ):
         study = sweep.run(spec, results=tmp_path / str(number))
-        pd.testing.assert_frame_equal(study.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds"))
+        pd.testing.assert_frame_equal(
+            study.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds")
+        )
     assert capfd.readouterr() == ("", "")
 
 
@@ -84,7 +100,10 @@ def test_run_warns_of_trials_that_did_not_come_to_their_end(tmp_path: Path) -> N
 
 
 def test_run_says_what_is_wrong_before_any_work(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r'spec.yaml:3: unknown model "nguyen"; did you mean "nguyen2024"'):
+    with pytest.raises(
+        SpecError,
+        match=r'spec.yaml:3: unknown model "nguyen"; did you mean "nguyen2024"',
+    ):
         sweep.run(SMALL.replace("model: nguyen2024", "model: nguyen"), tmp_path)
     with pytest.raises(SpecError, match=r"small.yml: no such file"):
         sweep.run("small.yml", tmp_path)
@@ -96,10 +115,13 @@ def test_run_says_what_is_wrong_before_any_work(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("in_process")
 def test_run_of_a_search_searches(tmp_path: Path) -> None:
     section = (
-        "search:\n  parameters: {separation_weight: {uniform: [0.5, 2]}}\n  objectives: {speed: {maximize: mean}}\n"
-        "  budget: 12\n  batch: 3\n  held_out: {candidates: 2, replicates: 2}\n"
+        "search:\n  parameters: {separation_weight: {uniform: [0.5, 2]}}\n  objectives:"
+        " {speed: {maximize: mean}}\n  budget: 12\n  batch: 3\n  held_out: {candidates:"
+        " 2, replicates: 2}\n"
     )
-    study = sweep.run(SMALL.replace("sweep:\n  separation_weight: [0.5, 1]\n", section), tmp_path)
+    study = sweep.run(
+        SMALL.replace("sweep:\n  separation_weight: [0.5, 1]\n", section), tmp_path
+    )
     asked = read_asked(study)
     assert asked.about["finished"]
     assert set(asked.table["phase"]) == {"search", "held_out"}

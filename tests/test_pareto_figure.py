@@ -1,4 +1,6 @@
-"""Pareto figures: which way is better, both intervals, and the points that no other beats."""
+"""Pareto figures: which way is better, both intervals, and the points that no other
+beats.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,8 @@ from sweep.figures.aims import LOW_IS_BETTER, aim
 
 
 @pytest.mark.parametrize(
-    ("text", "high"), [("speed", True), ("speed+", True), ("speed-", False), ("speed_mean-", False)]
+    ("text", "high"),
+    [("speed", True), ("speed+", True), ("speed-", False), ("speed_mean-", False)],
 )
 def test_the_direction_of_a_metric(text: str, high: bool) -> None:
     assert aim(study("grid"), text) == (text.rstrip("+-"), high)
@@ -28,25 +31,45 @@ def test_of_harm_less_is_better() -> None:
 def test_the_front_is_what_no_point_beats(signs: str) -> None:
     figure = pareto_figure(study("grid"), "speed" + signs[0], "dispersion" + signs[1])
     table = by_point(study("grid").trials, [], ["speed", "dispersion"])
-    better = table[["speed", "dispersion"]].to_numpy() * [1 if sign == "+" else -1 for sign in signs]
-    beaten = [((better >= row).all(axis=1) & (better > row).any(axis=1)).any() for row in better]
-    wanted = table.loc[~np.array(beaten), ["speed", "dispersion"]].sort_values("speed").to_numpy()
+    better = table[["speed", "dispersion"]].to_numpy() * [
+        1 if sign == "+" else -1 for sign in signs
+    ]
+    beaten = [
+        ((better >= row).all(axis=1) & (better > row).any(axis=1)).any()
+        for row in better
+    ]
+    wanted = (
+        table.loc[~np.array(beaten), ["speed", "dispersion"]]
+        .sort_values("speed")
+        .to_numpy()
+    )
     points, front = figure.axes[0].lines
     np.testing.assert_array_equal(front.get_xydata(), wanted)
     assert len(points.get_xydata()) == len(table) == 18
     words = {"+": "more", "-": "less"}
-    assert figure.axes[0].get_xlabel() == f"speed (px/step), {words[signs[0]]} is better"
-    assert figure.axes[0].get_ylabel() == f"dispersion (px), {words[signs[1]]} is better"
+    assert (
+        figure.axes[0].get_xlabel() == f"speed (px/step), {words[signs[0]]} is better"
+    )
+    assert (
+        figure.axes[0].get_ylabel() == f"dispersion (px), {words[signs[1]]} is better"
+    )
 
 
 def test_both_intervals_are_drawn() -> None:
     figure = pareto_figure(study("grid"), "speed", "dispersion")
     table = by_point(study("grid").trials, [], ["speed", "dispersion"])
     across, up = figure.axes[0].collections
-    np.testing.assert_array_equal([part[:, 0] for part in across.get_segments()], table[["speed_low", "speed_high"]])
+    np.testing.assert_array_equal(
+        [part[:, 0] for part in across.get_segments()],
+        table[["speed_low", "speed_high"]],
+    )
     ends = table[["dispersion_low", "dispersion_high"]]
     np.testing.assert_array_equal([part[:, 1] for part in up.get_segments()], ends)
-    assert shown(figure) == "grid: 18 points a panel, 3 trials a point, means with 95 % intervals, each for itself"
+    assert (
+        shown(figure)
+        == "grid: 18 points a panel, 3 trials a point, means with 95 % intervals, each"
+        " for itself"
+    )
 
 
 def test_where_settings_are_sampled_listed_ones_have_fronts_of_their_own() -> None:
@@ -65,9 +88,18 @@ def test_by_default_more_coverage_and_a_smaller_cv_are_better() -> None:
 @pytest.mark.parametrize(
     ("metrics", "message"),
     [
-        ([], "pareto needs two metrics and has 0; say which and which way is better, for example speed+ dispersion+"),
+        (
+            [],
+            (
+                "pareto needs two metrics and has 0; say which and which way is better,"
+                " for example speed+ dispersion+"
+            ),
+        ),
         (["speed"], "pareto needs two metrics and has 1"),
-        (["speed+", "speed-"], "pareto with speed twice; allowed: two different metrics"),
+        (
+            ["speed+", "speed-"],
+            "pareto with speed twice; allowed: two different metrics",
+        ),
         (["sped+", "dispersion"], 'unknown metric "sped"; did you mean "speed"?'),
     ],
 )

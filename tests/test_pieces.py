@@ -10,10 +10,21 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from studies import COVERING, launched
 
-from sweep.figures import BLUE, draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note
+from sweep.figures import (
+    BLUE,
+    draw_flock,
+    draw_map,
+    draw_values,
+    draw_visits,
+    legend,
+    name_rows,
+    note,
+)
 from sweep.trial.world import TrialWorld
 
-WORLD = TrialWorld(40.0, 30.0, np.array([[10.0, 20.0, 5.0, 5.0, 1.0], [30.0, 5.0, 4.0, 2.0, 0.0]]))
+WORLD = TrialWorld(
+    40.0, 30.0, np.array([[10.0, 20.0, 5.0, 5.0, 1.0], [30.0, 5.0, 4.0, 2.0, 0.0]])
+)
 
 
 @pytest.fixture
@@ -28,7 +39,9 @@ def test_a_map_has_its_size_its_unit_and_its_obstacles(axes: Axes) -> None:
     assert axes.get_aspect() == 1.0
     (shapes,) = axes.collections
     assert isinstance(shapes, PatchCollection)
-    corners = [path.get_extents().get_points().ravel().tolist() for path in shapes.get_paths()]
+    corners = [
+        path.get_extents().get_points().ravel().tolist() for path in shapes.get_paths()
+    ]
     np.testing.assert_allclose(corners, [[5, 15, 15, 25], [26, 3, 34, 7]], atol=1e-9)
 
 
@@ -39,7 +52,9 @@ def test_a_map_can_have_y_upwards_and_no_obstacles(axes: Axes) -> None:
 
 
 def test_a_boid_is_a_triangle_that_points_where_it_flies(axes: Axes) -> None:
-    draw_flock(axes, np.array([[10.0, 1.0], [20.0, 2.0], [0.0, 0.0], [-3.0, 0.0]]), length=3.0)
+    draw_flock(
+        axes, np.array([[10.0, 1.0], [20.0, 2.0], [0.0, 0.0], [-3.0, 0.0]]), length=3.0
+    )
     (triangles,) = axes.collections
     assert isinstance(triangles, PolyCollection)
     flying, resting = (path.vertices[:3] for path in triangles.get_paths())
@@ -52,7 +67,9 @@ def test_no_boids_are_no_error(axes: Axes) -> None:
     assert axes.collections[0].get_paths() == []
 
 
-def test_visits_lie_where_their_pixels_are_and_obstacles_are_outlined(axes: Axes, tmp_path: Path) -> None:
+def test_visits_lie_where_their_pixels_are_and_obstacles_are_outlined(
+    axes: Axes, tmp_path: Path
+) -> None:
     study = launched(COVERING, tmp_path)
     trial, visits = study.heatmaps.iloc[0]
     image = draw_visits(axes, visits, study.world(trial), most=3.0)
@@ -66,10 +83,14 @@ def test_visits_lie_where_their_pixels_are_and_obstacles_are_outlined(axes: Axes
 
 
 def test_values_have_their_intervals_and_an_unknown_one_is_left_out(axes: Axes) -> None:
-    draw_values(axes, [0, 1], ([1.0, 2.0], [0.5, np.nan], [1.5, np.nan]), BLUE, label="ours")
+    draw_values(
+        axes, [0, 1], ([1.0, 2.0], [0.5, np.nan], [1.5, np.nan]), BLUE, label="ours"
+    )
     (line,) = axes.lines
     np.testing.assert_array_equal(line.get_xydata(), [[1.0, 0.0], [2.0, 1.0]])
-    known, unknown = (segment.tolist() for segment in axes.collections[0].get_segments())
+    known, unknown = (
+        segment.tolist() for segment in axes.collections[0].get_segments()
+    )
     assert known == [[0.5, 0.0], [1.5, 0.0]]
     assert unknown == []
     axes.figure.canvas.draw()

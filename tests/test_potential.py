@@ -20,8 +20,14 @@ def drawn(seed: int) -> np.ndarray:
 
 
 def at_rest(model: str, positions: np.ndarray, **changes: Any) -> Simulation:
-    """A simulation of one step in which boids at rest feel separation and cohesion alone, as nothing else acts."""
-    quiet = builders.isotropic(model) | {"alignment_weight": 0, "min_speed": 0, "max_speed": 1e9}
+    """A simulation of one step in which boids at rest feel separation and cohesion
+    alone, as nothing else acts.
+    """
+    quiet = builders.isotropic(model) | {
+        "alignment_weight": 0,
+        "min_speed": 0,
+        "max_speed": 1e9,
+    }
     world = {"width": 1200, "height": 1200, "n": N, "steps": 1, "update": "synchronous"}
     simulation = Simulation(builders.job(model, **world, **quiet, **changes))
     return builders.place(simulation, *positions, np.zeros(N), np.zeros(N))
@@ -42,7 +48,12 @@ def gradient(rule: Any, positions: np.ndarray, i: int) -> np.ndarray:
 
 WITH_POTENTIAL = [model for model in MODELS if MODELS[model].pair_potential]
 CASES = [
-    (model, {"protected_count_once": once} if "protected_count_once" in fields(model) else {})
+    (
+        model,
+        {"protected_count_once": once}
+        if "protected_count_once" in fields(model)
+        else {},
+    )
     for model in WITH_POTENTIAL
     for once in (True, False)
     if once or "protected_count_once" in fields(model)
@@ -50,10 +61,14 @@ CASES = [
 
 
 @pytest.mark.parametrize(("model", "changes"), CASES)
-def test_its_gradient_is_minus_the_acceleration_of_separation_and_cohesion(model: str, changes: dict[str, Any]) -> None:
-    """The potential is a parabola in pieces, so central differences only round: 1e-13 of some 100, over 1e-4.
+def test_its_gradient_is_minus_the_acceleration_of_separation_and_cohesion(
+    model: str, changes: dict[str, Any]
+) -> None:
+    """The potential is a parabola in pieces, so central differences only round: 1e-13
+    of some 100, over 1e-4.
 
-    A neighbour at a distance within 1e-4 px of a range would jump; the fixed seeds have none.
+    A neighbour at a distance within 1e-4 px of a range would jump; the fixed seeds have
+    none.
     """
     met = []
     for seed in range(5):
@@ -63,6 +78,8 @@ def test_its_gradient_is_minus_the_acceleration_of_separation_and_cohesion(model
         builders.to_end(simulation)
         for i in range(N):
             acceleration = np.array([simulation.flock.vx[i], simulation.flock.vy[i]])
-            np.testing.assert_allclose(-gradient(rule, positions, i), acceleration, rtol=0, atol=1e-7)
+            np.testing.assert_allclose(
+                -gradient(rule, positions, i), acceleration, rtol=0, atol=1e-7
+            )
             met.append(np.hypot(*acceleration) > 1e-3)
     assert np.mean(met) > 0.9

@@ -1,4 +1,6 @@
-"""Races on candidates whose true means are known: what is dropped, what is kept, and how often wrongly."""
+"""Races on candidates whose true means are known: what is dropped, what is kept, and
+how often wrongly.
+"""
 
 from collections.abc import Sequence
 from functools import cache
@@ -21,15 +23,25 @@ FALSE_ALARM = 1e-4
 def samples(gain: Sequence[float] | Floats, **others: Sequence[float]) -> Samples:
     """One candidate in one scenario, by its blocks."""
     columns = {"gain": gain, **others}
-    return {name: np.asarray(values, np.float64).reshape(-1, 1) for name, values in columns.items()}
+    return {
+        name: np.asarray(values, np.float64).reshape(-1, 1)
+        for name, values in columns.items()
+    }
 
 
 def noisy(rng: np.random.Generator, mean: float, common: Floats) -> Floats:
-    """A candidate's gain in each block: its mean, what the block adds for all, and noise of deviation 1."""
+    """A candidate's gain in each block: its mean, what the block adds for all, and
+    noise of deviation 1.
+    """
     return mean + common + rng.normal(size=len(common))
 
 
-def race(level: float = LEVEL, objective: Objective = GAIN, *constraints: Constraint, complete: int = 16) -> Race:
+def race(
+    level: float = LEVEL,
+    objective: Objective = GAIN,
+    *constraints: Constraint,
+    complete: int = 16,
+) -> Race:
     return Race((objective,), constraints, level, complete)
 
 
@@ -41,8 +53,12 @@ def blocks_of(values: Floats, earlier: list[Samples], level: float = LEVEL) -> i
     return RUNGS[-1]
 
 
-def a_history(rng: np.random.Generator, common: Floats, candidates: int = 20) -> list[Samples]:
-    """Earlier candidates with two blocks each, and a complete one whose mean is 0 and better than theirs."""
+def a_history(
+    rng: np.random.Generator, common: Floats, candidates: int = 20
+) -> list[Samples]:
+    """Earlier candidates with two blocks each, and a complete one whose mean is 0 and
+    better than theirs.
+    """
     others = [samples(noisy(rng, -3.0, common)[:2]) for _ in range(candidates)]
     return [*others, samples(noisy(rng, 0.0, common))]
 
@@ -59,7 +75,9 @@ def spent_on(mean: float, repeats: int, level: float = LEVEL) -> list[int]:
 
 
 def within(count: int, n: int, probability: float) -> bool:
-    """Whether a count agrees with a binomial probability; FALSE_ALARM of correct ones do not."""
+    """Whether a count agrees with a binomial probability; FALSE_ALARM of correct ones
+    do not.
+    """
     low, high = binom.ppf([FALSE_ALARM / 2, 1 - FALSE_ALARM / 2], n, probability)
     return bool(low <= count <= high)
 
@@ -68,12 +86,18 @@ REPEATS = 400
 
 
 def test_one_test_of_an_equal_candidate_is_wrong_at_about_the_level() -> None:
-    """The differences share the leader's noise, so that their deviation is less certain: 0.114 instead of 0.1."""
+    """The differences share the leader's noise, so that their deviation is less
+    certain: 0.114 instead of 0.1.
+    """
     assert within(sum(blocks == 1 for blocks in spent_on(0.0, REPEATS)), REPEATS, 0.114)
 
 
-def test_an_equal_candidate_is_dropped_less_often_than_the_level_times_the_tests() -> None:
-    """Of four tests, which depend on each other: 0.26 are dropped, and the bound is 0.4."""
+def test_an_equal_candidate_is_dropped_less_often_than_the_level_times_the_tests() -> (
+    None
+):
+    """Of four tests, which depend on each other: 0.26 are dropped, and the bound is
+    0.4.
+    """
     assert within(sum(blocks < 16 for blocks in spent_on(0.0, REPEATS)), REPEATS, 0.26)
 
 
@@ -83,7 +107,9 @@ def test_a_candidate_that_is_better_by_one_deviation_is_kept() -> None:
 
 
 def test_a_bad_candidate_costs_little_more_than_one_block() -> None:
-    """By two deviations of its noise 2.1 trials in the mean, by four 1.1; here within 5 standard errors."""
+    """By two deviations of its noise 2.1 trials in the mean, by four 1.1; here within 5
+    standard errors.
+    """
     for mean, expected, error in ((-2.0, 2.11, 0.1), (-4.0, 1.09, 0.015)):
         assert abs(np.mean(spent_on(mean, REPEATS)) - expected) < 5 * error
 
@@ -91,7 +117,10 @@ def test_a_bad_candidate_costs_little_more_than_one_block() -> None:
 def test_what_a_block_adds_for_all_does_not_matter() -> None:
     rng = np.random.default_rng(1)
     common = rng.normal(size=16)
-    plain = [samples(noisy(rng, mean, 0 * common)[:4]) for mean in (-2.0, -1.0, -0.5, 0.0, 0.2)]
+    plain = [
+        samples(noisy(rng, mean, 0 * common)[:4])
+        for mean in (-2.0, -1.0, -0.5, 0.0, 0.2)
+    ]
     leader = samples(noisy(rng, 0.0, 0 * common))
     shifted = [samples(one["gain"][:, 0] + 100 * common[:4]) for one in plain]
     ahead = samples(leader["gain"][:, 0] + 100 * common)
@@ -100,7 +129,9 @@ def test_what_a_block_adds_for_all_does_not_matter() -> None:
 
 
 def test_nothing_is_dropped_before_the_deviation_is_known() -> None:
-    """Five candidates with two blocks have four paired differences to the best: as many degrees of freedom."""
+    """Five candidates with two blocks have four paired differences to the best: as many
+    degrees of freedom.
+    """
     few = [samples([mean, mean + 0.1]) for mean in (0.0, -9.0, -9.5, -8.0, -7.0)]
     assert LEAST_FREEDOM == 5
     assert race().dropped([], few) == [False] * 5
@@ -112,28 +143,41 @@ def test_nothing_is_dropped_before_the_deviation_is_known() -> None:
 def test_the_pool_makes_one_block_enough() -> None:
     rng = np.random.default_rng(2)
     common = rng.normal(size=16)
-    assert race().dropped(a_history(rng, common), [samples([common[0] - 20.0]), samples([common[0] + 20.0])]) == [
+    assert race().dropped(
+        a_history(rng, common),
+        [samples([common[0] - 20.0]), samples([common[0] + 20.0])],
+    ) == [
         True,
         False,
     ]
 
 
 def test_of_a_cost_the_larger_is_dropped() -> None:
-    ours = [{"cost": -one["gain"]} for one in a_history(np.random.default_rng(3), np.zeros(16))]
+    ours = [
+        {"cost": -one["gain"]}
+        for one in a_history(np.random.default_rng(3), np.zeros(16))
+    ]
     cheap, dear = {"cost": np.array([[-9.0]])}, {"cost": np.array([[9.0]])}
     assert race(LEVEL, COST).dropped(ours, [cheap, dear]) == [False, True]
 
 
 def test_scenarios_are_averaged_by_block() -> None:
-    """Two scenarios that cancel out in each block leave nothing to tell candidates apart."""
+    """Two scenarios that cancel out in each block leave nothing to tell candidates
+    apart.
+    """
     rng = np.random.default_rng(4)
     noise = 50 * rng.normal(size=(8, 16))
-    even = [{"gain": np.stack([mean + row, mean - row], axis=1)} for mean, row in zip(range(8), noise, strict=True)]
+    even = [
+        {"gain": np.stack([mean + row, mean - row], axis=1)}
+        for mean, row in zip(range(8), noise, strict=True)
+    ]
     dropped = race(complete=17).dropped([], even)
     assert dropped == [True] * 7 + [False]
 
 
-@pytest.mark.parametrize("kind", [WORST, Statistic("quantile", 0.2), Statistic("cvar", 0.3)], ids=str)
+@pytest.mark.parametrize(
+    "kind", [WORST, Statistic("quantile", 0.2), Statistic("cvar", 0.3)], ids=str
+)
 def test_other_statistics_are_resampled_from_five_blocks_on(kind: Statistic) -> None:
     rng = np.random.default_rng(5)
     tail = Objective("gain", True, kind)
@@ -144,15 +188,21 @@ def test_other_statistics_are_resampled_from_five_blocks_on(kind: Statistic) -> 
     assert race(LEVEL, tail).dropped([leader], few) == [False, False]
 
 
-def test_an_equal_candidate_in_a_quantile_is_dropped_about_as_often_as_the_level_says() -> None:
-    """The bootstrap is approximate: at 16 against 8 blocks the rate is measured to be below twice the level."""
+def test_an_equal_candidate_in_a_quantile_is_dropped_about_as_often_as_the_level_says() -> (
+    None
+):
+    """The bootstrap is approximate: at 16 against 8 blocks the rate is measured to be
+    below twice the level.
+    """
     n, dropped = 300, 0
     median = Objective("gain", True, Statistic("quantile", 0.5))
     for seed in range(n):
         rng = np.random.default_rng([11, seed])
         common = rng.normal(size=16)
         ahead, equal = noisy(rng, 0.0, common), noisy(rng, 0.0, common)
-        dropped += race(LEVEL, median).dropped([samples(ahead)], [samples(equal[:8])])[0]
+        dropped += race(LEVEL, median).dropped([samples(ahead)], [samples(equal[:8])])[
+            0
+        ]
     assert dropped < binom.ppf(1 - FALSE_ALARM, n, 2 * LEVEL)
     assert dropped > 0
 
@@ -166,8 +216,14 @@ def test_the_worst_of_a_constraint_drops_at_once_and_for_good() -> None:
 def test_the_mean_of_a_constraint_is_tested_against_its_bound() -> None:
     few = Constraint("hits", 1.0, True, MEAN)
     rng = np.random.default_rng(6)
-    earlier = [samples(rng.normal(size=2), hits=rng.normal(0.0, 1.0, 2)) for _ in range(20)]
-    running = [samples([9.0], hits=[8.0]), samples([9.0], hits=[1.5]), samples([9.0], hits=[-8.0])]
+    earlier = [
+        samples(rng.normal(size=2), hits=rng.normal(0.0, 1.0, 2)) for _ in range(20)
+    ]
+    running = [
+        samples([9.0], hits=[8.0]),
+        samples([9.0], hits=[1.5]),
+        samples([9.0], hits=[-8.0]),
+    ]
     assert race(LEVEL, GAIN, few).dropped(earlier, running) == [True, False, False]
     many = Constraint("hits", 1.0, False, MEAN)
     assert race(LEVEL, GAIN, many).dropped(earlier, running) == [False, False, True]
@@ -192,18 +248,26 @@ def test_a_candidate_out_of_bounds_never_leads() -> None:
 
 def two_sided(gain: float, cost: float, blocks: int, seed: int) -> Samples:
     rng = np.random.default_rng([9, seed])
-    return samples(gain + rng.normal(0, 0.1, blocks), cost=cost + rng.normal(0, 0.1, blocks))
+    return samples(
+        gain + rng.normal(0, 0.1, blocks), cost=cost + rng.normal(0, 0.1, blocks)
+    )
 
 
 def test_of_several_objectives_one_complete_member_of_the_front_must_beat_all() -> None:
     several = Race((GAIN, COST), (), LEVEL, 4)
     front = [two_sided(5.0, 5.0, 4, 1), two_sided(1.0, 1.0, 4, 2)]
-    between, beaten, ahead = two_sided(4.0, 2.0, 2, 3), two_sided(0.0, 2.0, 2, 4), two_sided(9.0, 0.0, 2, 5)
+    between, beaten, ahead = (
+        two_sided(4.0, 2.0, 2, 3),
+        two_sided(0.0, 2.0, 2, 4),
+        two_sided(9.0, 0.0, 2, 5),
+    )
     assert several.dropped(front, [between, beaten, ahead]) == [False, True, False]
     assert several.dropped([], [between, beaten, ahead]) == [False, False, False]
     assert several.leaders([*front, beaten]) == front
 
 
 def test_a_stricter_level_drops_fewer() -> None:
-    loose, strict = (sum(np.array(spent_on(-1.0, 50, level)) < 16) for level in (0.3, 0.01))
+    loose, strict = (
+        sum(np.array(spent_on(-1.0, 50, level)) < 16) for level in (0.3, 0.01)
+    )
     assert loose > strict

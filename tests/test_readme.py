@@ -29,8 +29,16 @@ def test_its_pieces_of_specs_fit_into_one(piece: str) -> None:
 
 
 def test_its_map_of_the_house_names_every_module() -> None:
-    modules = [path for package in ("kernels", "sweep") for path in (ROOT / package).glob("*.py")]
-    unnamed = [path.name for path in modules if path.name != "__init__.py" and path.stem not in README]
+    modules = [
+        path
+        for package in ("kernels", "sweep")
+        for path in (ROOT / package).glob("*.py")
+    ]
+    unnamed = [
+        path.name
+        for path in modules
+        if path.name != "__init__.py" and path.stem not in README
+    ]
     assert not unnamed
 
 

@@ -6,7 +6,13 @@ import pytest
 from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from scipy.stats import binom
 
-from sweep.campaigns.search.repetitions import AgainstRandom, against_random, best_so_far, reference_point, runs
+from sweep.campaigns.search.repetitions import (
+    AgainstRandom,
+    against_random,
+    best_so_far,
+    reference_point,
+    runs,
+)
 from sweep.spec.objectives import Constraint, Objective
 
 LOSS = Objective("loss", False, MEAN)
@@ -14,20 +20,44 @@ FALSE_ALARM = 1e-4
 """Chance that a correct interval fails the test of its coverage."""
 
 
-def run_of(name: str, values: list[float], held_out: float, batch: int | None = None) -> list[pd.DataFrame]:
-    """Candidates with these values in two blocks, the best of them judged with the value `held_out`."""
+def run_of(
+    name: str, values: list[float], held_out: float, batch: int | None = None
+) -> list[pd.DataFrame]:
+    """Candidates with these values in two blocks, the best of them judged with the
+    value `held_out`.
+    """
     parts = [
-        rows(name, "search", k, {"gain": np.full((2, 1), value), "weight": k / 10}, batch=k if batch is None else batch)
+        rows(
+            name,
+            "search",
+            k,
+            {"gain": np.full((2, 1), value), "weight": k / 10},
+            batch=k if batch is None else batch,
+        )
         for k, value in enumerate(values)
     ]
     winner = int(np.argmax(values))
-    return [*parts, rows(name, "held_out", winner, {"gain": np.full((3, 1), held_out), "weight": winner / 10})]
+    return [
+        *parts,
+        rows(
+            name,
+            "held_out",
+            winner,
+            {"gain": np.full((3, 1), held_out), "weight": winner / 10},
+        ),
+    ]
 
 
 def test_runs_come_in_the_order_of_their_numbers() -> None:
     parts = [part for k in (10, 2, 1) for part in run_of(f"repetition {k}", [1.0], 1.0)]
-    asked = searched(*parts, *run_of("search", [1.0], 1.0), *run_of("random 0", [1.0], 1.0))
-    assert runs(asked, "repetition") == ["repetition 1", "repetition 2", "repetition 10"]
+    asked = searched(
+        *parts, *run_of("search", [1.0], 1.0), *run_of("random 0", [1.0], 1.0)
+    )
+    assert runs(asked, "repetition") == [
+        "repetition 1",
+        "repetition 2",
+        "repetition 10",
+    ]
     assert runs(asked, "random") == ["random 0"]
 
 
@@ -48,7 +78,14 @@ def test_a_run_without_winner_is_counted() -> None:
     hits = Constraint("hits", 0.0, True, MEAN)
     parts = [part.assign(hits=0.0) for part in run_of("repetition 1", [1.0], 5.0)]
     parts += [part.assign(hits=0.0) for part in run_of("random 0", [1.0], 5.0)]
-    parts += [rows("random 1", "search", 0, {"gain": np.ones((2, 1)), "weight": 0.1, "hits": 1.0})]
+    parts += [
+        rows(
+            "random 1",
+            "search",
+            0,
+            {"gain": np.ones((2, 1)), "weight": 0.1, "hits": 1.0},
+        )
+    ]
     found = against_random(searched(*parts, constraints=(hits,), full=2))
     assert found.without == (0, 1)
     assert len(found.random) == 1
@@ -59,15 +96,29 @@ def test_where_there_is_no_difference_its_interval_covers_zero() -> None:
     """Welch's, of ten runs a side of which one kind scatters twice as much."""
     times, rng = 1000, np.random.default_rng(1)
     pairs = [(2.0 * rng.normal(size=10), rng.normal(size=10)) for _ in range(times)]
-    bounds = [AgainstRandom("gain", True, *pair, (0, 0)).estimate.interval() for pair in pairs]
+    bounds = [
+        AgainstRandom("gain", True, *pair, (0, 0)).estimate.interval() for pair in pairs
+    ]
     covered = sum(low <= 0.0 <= high for low, high in bounds)
-    assert binom.ppf(FALSE_ALARM / 2, times, 0.95) <= covered <= binom.ppf(1.0 - FALSE_ALARM / 2, times, 0.95)
+    assert (
+        binom.ppf(FALSE_ALARM / 2, times, 0.95)
+        <= covered
+        <= binom.ppf(1.0 - FALSE_ALARM / 2, times, 0.95)
+    )
 
 
 def test_the_best_so_far_after_each_batch_with_the_trials_spent() -> None:
     parts = [
-        rows("search", "search", k, {"gain": np.array(values)[:, None], "weight": k / 10}, batch=batch)
-        for k, (batch, values) in enumerate([(0, [1.0, 3.0]), (0, [9.0]), (1, [1.0, 2.0]), (2, [3.0, 3.0])])
+        rows(
+            "search",
+            "search",
+            k,
+            {"gain": np.array(values)[:, None], "weight": k / 10},
+            batch=batch,
+        )
+        for k, (batch, values) in enumerate(
+            [(0, [1.0, 3.0]), (0, [9.0]), (1, [1.0, 2.0]), (2, [3.0, 3.0])]
+        )
     ]
     table = best_so_far(searched(*parts, full=2))
     assert table["trials"].tolist() == [3, 5, 7]
@@ -75,7 +126,9 @@ def test_the_best_so_far_after_each_batch_with_the_trials_spent() -> None:
     assert table["value"].tolist() == [2.0, 2.0, 3.0]
 
 
-def test_without_batches_there_is_a_step_each_candidate_and_shared_trials_count_once() -> None:
+def test_without_batches_there_is_a_step_each_candidate_and_shared_trials_count_once() -> (
+    None
+):
     parts = run_of("random 0", [2.0, 1.0, 3.0, 9.0], 0.0, batch=-1)
     parts[1]["trial_id"] = parts[0]["trial_id"].to_numpy()
     table = best_so_far(searched(*parts, full=2), "random 0")
@@ -87,7 +140,13 @@ def test_without_batches_there_is_a_step_each_candidate_and_shared_trials_count_
 def test_nothing_is_known_before_there_is_a_feasible_candidate() -> None:
     hits = Constraint("hits", 0.0, True, MEAN)
     parts = [
-        rows("search", "search", k, {"gain": np.ones((2, 1)), "weight": 0.1 * k, "hits": 1.0 - k}, batch=k)
+        rows(
+            "search",
+            "search",
+            k,
+            {"gain": np.ones((2, 1)), "weight": 0.1 * k, "hits": 1.0 - k},
+            batch=k,
+        )
         for k in (0, 1)
     ]
     table = best_so_far(searched(*parts, constraints=(hits,), full=2))
@@ -96,11 +155,19 @@ def test_nothing_is_known_before_there_is_a_feasible_candidate() -> None:
 
 
 def two_objectives() -> MadeUp:
-    points = {"search": [(0.0, 9.0), (4.0, 4.0), (6.0, 6.0)], "repetition 1": [(6.0, 2.0)], "random 0": [(5.0, 3.0)]}
+    points = {
+        "search": [(0.0, 9.0), (4.0, 4.0), (6.0, 6.0)],
+        "repetition 1": [(6.0, 2.0)],
+        "random 0": [(5.0, 3.0)],
+    }
     parts = []
     for run, values in points.items():
         for k, (gain, loss) in enumerate(values):
-            columns = {"gain": np.full((2, 1), gain), "loss": np.full((2, 1), loss), "weight": k / 10}
+            columns = {
+                "gain": np.full((2, 1), gain),
+                "loss": np.full((2, 1), loss),
+                "weight": k / 10,
+            }
             parts.append(rows(run, "search", k, columns, batch=k))
             parts.append(rows(run, "held_out", k, columns))
     return searched(*parts, objectives=(GAIN, LOSS), full=2)

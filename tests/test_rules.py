@@ -1,4 +1,6 @@
-"""Every kernel of a rule against its slow twin, on drawn cases near and at the bounds where rules change."""
+"""Every kernel of a rule against its slow twin, on drawn cases near and at the bounds
+where rules change.
+"""
 
 import inspect
 import math
@@ -22,7 +24,12 @@ from kernels.settings import BOUNDED, OPEN, TORUS, OccupancySettings
 from kernels.worlds import build_reach
 
 CASES = 60
-OBSTACLES = [[100, 100, 25, 25, 1], [140, 130, 10, 10, 0], [300, 200, 60, 20, 0], [700, 500, 40, 40, 1]]
+OBSTACLES = [
+    [100, 100, 25, 25, 1],
+    [140, 130, 10, 10, 0],
+    [300, 200, 60, 20, 0],
+    [700, 500, 40, 40, 1],
+]
 WORLD = builders.a_world(obstacles=OBSTACLES)
 OCCUPANCY = build_occupancy(WORLD, OccupancySettings(2.0, 8.0))
 
@@ -36,16 +43,22 @@ def rules() -> dict[str, Callable[..., Any]]:
         name: member
         for module in modules
         for name, member in vars(module).items()
-        if hasattr(member, "py_func") and member.__module__ == module.__name__ and not name.startswith("_")
+        if hasattr(member, "py_func")
+        and member.__module__ == module.__name__
+        and not name.startswith("_")
     }
 
 
 def scalar(name: str, rng: np.random.Generator) -> Any:
-    """A number for a parameter of a rule, by its name; any other name is a length or force of either sign."""
+    """A number for a parameter of a rule, by its name; any other name is a length or
+    force of either sign.
+    """
     if name in ("range2", "crowd2"):
         return rng.uniform(0, 60) ** 2
     if name in ("position", "x", "y"):
-        return rng.choice([rng.uniform(1, 799), rng.uniform(-50, 850), 0.0, 100.0, 800.0])
+        return rng.choice(
+            [rng.uniform(1, 799), rng.uniform(-50, 850), 0.0, 100.0, 800.0]
+        )
     if name in ("crowd_apart", "has_room"):
         return bool(rng.random() < 0.5)
     known = {
@@ -58,17 +71,27 @@ def scalar(name: str, rng: np.random.Generator) -> Any:
         "path_step": rng.uniform(1, 9),
     }
     positive = {"least", "most", "budget", "width", "stop", "slow"}
-    return known.get(name, rng.exponential(1.0) if name in positive else rng.normal(0, 1.0))
+    return known.get(
+        name, rng.exponential(1.0) if name in positive else rng.normal(0, 1.0)
+    )
 
 
 def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
-    """Arguments for a rule, by the names of its parameters: the same for the same seed."""
+    """Arguments for a rule, by the names of its parameters:
+    the same for the same seed.
+    """
     rng = np.random.default_rng(seed)
     found = int(rng.choice([0, 1, 2, 7, 12]))
     x, y = rng.normal(0, 30, (2, 13))
     x[0] = y[0] = 0.0
     given = {
-        "near": Near(rng.permutation(13).astype(np.uint32), x, y, x * x + y * y, np.zeros(13, np.bool_)),
+        "near": Near(
+            rng.permutation(13).astype(np.uint32),
+            x,
+            y,
+            x * x + y * y,
+            np.zeros(13, np.bool_),
+        ),
         "found": found,
         "seen": builders.a_flock(*rng.normal(0, 3, (4, 13))),
         "world": WORLD,
@@ -77,7 +100,9 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
         "borders": int(rng.choice([OPEN, TORUS, BOUNDED])),
     }
     names = list(inspect.signature(getattr(rule, "py_func", rule)).parameters)
-    chosen = {name: given[name] if name in given else scalar(name, rng) for name in names}
+    chosen = {
+        name: given[name] if name in given else scalar(name, rng) for name in names
+    }
     if "reach" in names:
         chosen["reach"] = build_reach(WORLD, chosen["margin"])
     return chosen
@@ -85,12 +110,16 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", rules())
 def test_a_rule_does_what_its_slow_twin_does(name: str) -> None:
-    """Sums of a dozen terms differ by rounding: 1e-12 of their size leaves two digits for cancellation."""
+    """Sums of a dozen terms differ by rounding: 1e-12 of their size leaves two digits
+    for cancellation.
+    """
     rule = rules()[name]
     for seed in range(CASES):
         fast = np.ravel(rule(*arguments(rule, seed).values()))
         slow = np.ravel(getattr(naive, name)(**arguments(rule, seed)))
-        np.testing.assert_allclose(fast, slow, rtol=1e-12, atol=1e-12, err_msg=f"case {seed}")
+        np.testing.assert_allclose(
+            fast, slow, rtol=1e-12, atol=1e-12, err_msg=f"case {seed}"
+        )
 
 
 def test_a_force_within_the_limit_keeps_its_bits() -> None:
@@ -127,7 +156,9 @@ def test_a_served_acceleration_never_exceeds_the_budget() -> None:
         (BOUNDED, 800.0, (800.0, -1.0)),
     ],
 )
-def test_a_border_acts_as_its_kind_says(borders: int, position: float, after: tuple[float, float]) -> None:
+def test_a_border_acts_as_its_kind_says(
+    borders: int, position: float, after: tuple[float, float]
+) -> None:
     assert confine(position, -1.0, 800.0, borders) == after
 
 

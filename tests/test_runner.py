@@ -1,4 +1,6 @@
-"""The drive loop: everything comes back once, whatever dies, raises or is interrupted."""
+"""The drive loop: everything comes back once, whatever
+dies, raises or is interrupted.
+"""
 
 import heapq
 import os
@@ -35,7 +37,9 @@ def loky() -> Iterator[Loky]:
 
 @pytest.fixture(scope="module")
 def warm() -> Iterator[Loky]:
-    """One pool for all tests that leave its workers alive: to start them costs more than these tests."""
+    """One pool for all tests that leave its workers alive: to start them costs more
+    than these tests.
+    """
     executor = Loky(2)
     yield executor
     executor.stop()
@@ -44,7 +48,9 @@ def warm() -> Iterator[Loky]:
 def test_serial_and_parallel_deliver_the_same_for_any_chunk_size(warm: Loky) -> None:
     for executor in (Serial(), warm):
         for seconds in (0.001, 1.0, 1000.0):
-            results = runner_jobs.run_all(range(40), runner_jobs.square, executor, chunk_seconds=seconds)
+            results = runner_jobs.run_all(
+                range(40), runner_jobs.square, executor, chunk_seconds=seconds
+            )
             assert len(results) == 40
             assert set(results) == SQUARES
 
@@ -67,7 +73,9 @@ def test_a_job_that_kills_its_worker_convicts_only_itself(loky: Loky) -> None:
     assert {pair for pair in results if pair not in failures} == SQUARES - {(7, 49)}
     [(job, failure)] = failures
     assert job == 7
-    assert failure.error.startswith("worker process died 3 times while running this trial alone")
+    assert failure.error.startswith(
+        "worker process died 3 times while running this trial alone"
+    )
 
 
 def test_a_worker_that_dies_once_loses_nothing(loky: Loky, tmp_path: Path) -> None:
@@ -81,7 +89,9 @@ def test_a_worker_that_dies_once_loses_nothing(loky: Loky, tmp_path: Path) -> No
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_job_that_raises_fails_alone(warm: Loky, parallel: bool) -> None:
     executor = warm if parallel else Serial()
-    results = dict(runner_jobs.run_all(range(40), runner_jobs.square_or_raise, executor))
+    results = dict(
+        runner_jobs.run_all(range(40), runner_jobs.square_or_raise, executor)
+    )
     assert len(results) == 40
     assert "ValueError: three is not allowed" in results[3].error
     assert "SystemExit: four leaves" in results[4].error
@@ -89,17 +99,33 @@ def test_a_job_that_raises_fails_alone(warm: Loky, parallel: bool) -> None:
 
 
 def test_a_result_that_cannot_be_pickled_fails_alone(warm: Loky) -> None:
-    results = dict(runner_jobs.run_all(range(6), runner_jobs.unpicklable_for_two, warm, chunk_seconds=0.01))
+    results = dict(
+        runner_jobs.run_all(
+            range(6), runner_jobs.unpicklable_for_two, warm, chunk_seconds=0.01
+        )
+    )
     assert "no result came back" in results[2].error
-    assert {job: value for job, value in results.items() if job != 2} == {0: 0, 1: 1, 3: 9, 4: 16, 5: 25}
+    assert {job: value for job, value in results.items() if job != 2} == {
+        0: 0,
+        1: 1,
+        3: 9,
+        4: 16,
+        5: 25,
+    }
 
 
 def test_workers_that_cannot_start_stop_the_study_instead_of_failing_every_job(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     """Whatever has been edited meanwhile by somebody else."""
-    with pytest.raises(WorkersError, match=r"^no worker process can be given a job: A worker process"):
-        runner_jobs.run_all(range(4), runner_jobs.square, Loky(1, initializer=runner_jobs.break_at_start))
+    with pytest.raises(
+        WorkersError, match=r"^no worker process can be given a job: A worker process"
+    ):
+        runner_jobs.run_all(
+            range(4),
+            runner_jobs.square,
+            Loky(1, initializer=runner_jobs.break_at_start),
+        )
     assert "no such cache" in capfd.readouterr().err
 
 
@@ -111,14 +137,22 @@ class NoneStarts(Serial):
         raise OSError("no room")
 
 
-def test_where_no_worker_starts_both_that_and_edited_code_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_no_worker_starts_both_that_and_edited_code_are_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The one may be the cause of the other, or have nothing to do with it."""
     for edited, ending in (
         ("", "$"),
-        ("sweep/design/cost.py", "; the code or .*: other code in sweep/design/cost.py; what is done"),
+        (
+            "sweep/design/cost.py",
+            "; the code or .*: other code in sweep/design/cost.py; what is done",
+        ),
     ):
         monkeypatch.setattr(fingerprint, "edited", lambda edited=edited: edited)
-        with pytest.raises(WorkersError, match=f"^no worker process can be given a job: no room{ending}"):
+        with pytest.raises(
+            WorkersError,
+            match=f"^no worker process can be given a job: no room{ending}",
+        ):
             runner_jobs.run_all(range(4), runner_jobs.square, NoneStarts())
 
 
@@ -138,7 +172,11 @@ def test_closing_the_iterator_ends_the_workers_at_once() -> None:
     before = runner_jobs.processes_below(os.getpid())
     jobs = [0.01] * 4 + [60.0] * 4
     batches = drive(
-        jobs, runner_jobs.nap, executor=executor, costs=runner_jobs.shortest_first, failed=runner_jobs.failed
+        jobs,
+        runner_jobs.nap,
+        executor=executor,
+        costs=runner_jobs.shortest_first,
+        failed=runner_jobs.failed,
     )
     next(batches)
     workers = set(executor.start()._processes)
@@ -203,7 +241,9 @@ def squares_in_this_process() -> Iterator[list[tuple[int, int]]]:
     )
 
 
-def test_a_first_interrupt_is_held_back_until_the_caller_has_handled_its_batch() -> None:
+def test_a_first_interrupt_is_held_back_until_the_caller_has_handled_its_batch() -> (
+    None
+):
     batches = squares_in_this_process()
     handled = next(batches)
     signal.raise_signal(signal.SIGINT)
@@ -224,8 +264,12 @@ def test_a_second_interrupt_is_raised_on_the_spot() -> None:
     batches.close()
 
 
-def deal(costs: list[float], workers: int, seconds: float, pace: float) -> list[list[int]]:
-    """Take every chunk, each taking `pace` times its estimate and seen before the next is dealt."""
+def deal(
+    costs: list[float], workers: int, seconds: float, pace: float
+) -> list[list[int]]:
+    """Take every chunk, each taking `pace` times its estimate and seen before the next
+    is dealt.
+    """
     chunks = Chunks(costs, seconds=seconds)
     dealt = []
     while chunk := chunks.take(workers):
@@ -236,12 +280,16 @@ def deal(costs: list[float], workers: int, seconds: float, pace: float) -> list[
 
 
 @given(
-    costs=st.lists(st.floats(0, 1e12) | st.sampled_from([0.0, float("inf")]), max_size=300),
+    costs=st.lists(
+        st.floats(0, 1e12) | st.sampled_from([0.0, float("inf")]), max_size=300
+    ),
     workers=st.integers(1, 64),
     seconds=st.floats(1e-3, 1e3),
     pace=st.floats(1e-3, 1e3),
 )
-def test_every_job_is_dealt_once_longest_first(costs: list[float], workers: int, seconds: float, pace: float) -> None:
+def test_every_job_is_dealt_once_longest_first(
+    costs: list[float], workers: int, seconds: float, pace: float
+) -> None:
     order = [index for chunk in deal(costs, workers, seconds, pace) for index in chunk]
     assert sorted(order) == list(range(len(costs)))
     clipped = [min(max(costs[index], 1e-6), 1e9) for index in order]
@@ -249,21 +297,29 @@ def test_every_job_is_dealt_once_longest_first(costs: list[float], workers: int,
 
 
 @pytest.mark.parametrize("pace", [0.1, 1.0, 10.0])
-def test_chunks_approach_the_wanted_length_however_wrong_the_estimates(pace: float) -> None:
+def test_chunks_approach_the_wanted_length_however_wrong_the_estimates(
+    pace: float,
+) -> None:
     sizes = [len(chunk) for chunk in deal([0.02] * 10_000, 2, 1.0, pace)]
     expected = 1.0 / (0.02 * pace)
     assert sizes[0] == 1
     assert all(0.9 * expected - 1 <= size <= 1.1 * expected for size in sizes[1:6])
 
 
-@pytest.mark.parametrize(("workers", "length"), [(10, 1), (50, 1), (100, 2), (1000, 20)])
-def test_many_workers_get_longer_chunks_so_that_fifty_a_second_come_back(workers: int, length: int) -> None:
+@pytest.mark.parametrize(
+    ("workers", "length"), [(10, 1), (50, 1), (100, 2), (1000, 20)]
+)
+def test_many_workers_get_longer_chunks_so_that_fifty_a_second_come_back(
+    workers: int, length: int
+) -> None:
     sizes = [len(chunk) for chunk in deal([1.0] * 200_000, workers, 1.0, 1.0)]
     assert set(sizes[1:1000]) == {length}
 
 
 def test_chunks_have_at_most_a_thousand_jobs() -> None:
-    assert max(len(chunk) for chunk in deal([0.0] * 50_000, 2, 1.0, 1.0)) == MAX_CHUNK_JOBS
+    assert (
+        max(len(chunk) for chunk in deal([0.0] * 50_000, 2, 1.0, 1.0)) == MAX_CHUNK_JOBS
+    )
 
 
 def test_one_slow_first_chunk_is_soon_forgotten() -> None:
@@ -278,7 +334,9 @@ def test_one_slow_first_chunk_is_soon_forgotten() -> None:
 @pytest.mark.parametrize("workers", [2, 8])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_workers_finish_together(workers: int, seed: int) -> None:
-    """Dealing to simulated workers wastes under 4 % of the time, with estimates wrong by half either way."""
+    """Dealing to simulated workers wastes under 4 % of the time, with estimates wrong
+    by half either way.
+    """
     costs = np.random.default_rng(seed).lognormal(-4, 1, 4000).tolist()
     truth = [cost * (0.5 + (index % 5) / 4) for index, cost in enumerate(costs)]
     chunks = Chunks(costs, seconds=1.0)

@@ -1,4 +1,6 @@
-"""Samplers: every one proposes candidates for a small real search, with options that are said and recorded."""
+"""Samplers: every one proposes candidates for a small real search, with options that
+are said and recorded.
+"""
 
 import inspect
 import subprocess
@@ -12,14 +14,24 @@ import optuna
 import pytest
 from searches import TINY, asked_by, edited, equal, phase
 
-from sweep.campaigns.search.samplers import SAMPLERS, distributions, new_study, options, quiet, size_of
+from sweep.campaigns.search.samplers import (
+    SAMPLERS,
+    distributions,
+    new_study,
+    options,
+    quiet,
+    size_of,
+)
 from sweep.spec import search_section as section
 from sweep.spec.search import Parameter, Search
 from sweep.spec.study import parse_spec
 
 TWO = edited(
     TINY,
-    ("flock_radius: {minimize: mean}", "flock_radius: {minimize: mean}\n    speed: {maximize: mean}"),
+    (
+        "flock_radius: {minimize: mean}",
+        "flock_radius: {minimize: mean}\n    speed: {maximize: mean}",
+    ),
 )
 ROOT = Path(__file__).parent.parent
 NOT_SAID = {"seed", "independent_sampler", "constraints_func"}
@@ -41,7 +53,9 @@ def test_the_samplers_of_specs_are_those_that_there_are() -> None:
 
 
 @pytest.mark.parametrize("name", SAMPLERS)
-def test_a_search_runs_with_every_sampler_again_and_again(tmp_path: Path, name: str) -> None:
+def test_a_search_runs_with_every_sampler_again_and_again(
+    tmp_path: Path, name: str
+) -> None:
     if name == "gp" and find_spec("torch") is None:
         pytest.skip("gp needs torch")
     spec = with_sampler(TWO if name == "nsga3" else TINY, name)
@@ -57,23 +71,37 @@ def test_a_search_runs_with_every_sampler_again_and_again(tmp_path: Path, name: 
 
 
 @pytest.mark.parametrize("name", ["random", "qmc", "tpe", "nsga2"])
-def test_several_objectives_choices_and_rejected_candidates(tmp_path: Path, name: str) -> None:
+def test_several_objectives_choices_and_rejected_candidates(
+    tmp_path: Path, name: str
+) -> None:
     spec = edited(
         with_sampler(TWO, name),
         ("  budget", "  constraints: {speed: {at_least: 0.5}}\n  budget"),
-        ("separation_weight: {uniform: [0, 3]}", "separation_weight: {choice: [0.5, 1, 2]}"),
-        ("replicates: 4", "require: [separation_weight >= 2 * cohesion_weight]\nreplicates: 4"),
+        (
+            "separation_weight: {uniform: [0, 3]}",
+            "separation_weight: {choice: [0.5, 1, 2]}",
+        ),
+        (
+            "replicates: 4",
+            "require: [separation_weight >= 2 * cohesion_weight]\nreplicates: 4",
+        ),
     )
     asked = asked_by(spec, tmp_path)
     assert set(asked.table["separation_weight"]) <= {0.5, 1, 2}
-    assert (asked.table["separation_weight"] >= 2 * asked.table["cohesion_weight"]).all()
+    assert (
+        asked.table["separation_weight"] >= 2 * asked.table["cohesion_weight"]
+    ).all()
     assert asked.about["rejected"]["search"] > 0
 
 
 @pytest.mark.parametrize("name", SAMPLERS)
 def test_every_option_of_optuna_is_said(name: str) -> None:
-    """All but those that optuna has deprecated, which it warns of when they are given."""
-    known = inspect.signature(getattr(optuna.samplers, SAMPLERS[name][0]).__init__).parameters
+    """All but those that optuna has deprecated, which it
+    warns of when they are given.
+    """
+    known = inspect.signature(
+        getattr(optuna.samplers, SAMPLERS[name][0]).__init__
+    ).parameters
     said = options(name, search_of(TWO))
     assert set(said) <= set(known)
     for option in set(known) - {"self"} - NOT_SAID - set(said):
@@ -81,13 +109,21 @@ def test_every_option_of_optuna_is_said(name: str) -> None:
 
 
 def is_deprecated(name: str, option: str) -> bool:
-    """Whether optuna warns of an option, or takes a strategy for it that is experimental."""
+    """Whether optuna warns of an option, or takes a strategy for it that is
+    experimental.
+    """
     values: dict[str, Any] = {"gamma": lambda n: n, "weights": lambda n: n}
-    if option.endswith("_strategy") or option == "inc_popsize" or option == "restart_strategy":
+    if (
+        option.endswith("_strategy")
+        or option == "inc_popsize"
+        or option == "restart_strategy"
+    ):
         return True
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        getattr(optuna.samplers, SAMPLERS[name][0])(**{option: values.get(option, True)})
+        getattr(optuna.samplers, SAMPLERS[name][0])(
+            **{option: values.get(option, True)}
+        )
     return any(issubclass(one.category, FutureWarning) for one in caught)
 
 
@@ -116,7 +152,9 @@ def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
         with quiet():
             print("optuna" in sys.modules)
     """
-    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True
+    )
     assert (done.stdout, done.stderr) == ("True\n", "")
 
 
@@ -128,8 +166,15 @@ def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
         ([("uniform", (1.0, 1.5)), ("integers", (3, 3))], float("inf")),
     ],
 )
-def test_the_size_of_a_space(parameters: list[tuple[str, tuple[float, ...]]], size: float) -> None:
-    assert size_of(tuple(Parameter("n", form, arguments) for form, arguments in parameters)) == size
+def test_the_size_of_a_space(
+    parameters: list[tuple[str, tuple[float, ...]]], size: float
+) -> None:
+    assert (
+        size_of(
+            tuple(Parameter("n", form, arguments) for form, arguments in parameters)
+        )
+        == size
+    )
 
 
 def test_ranges_are_asked_as_written() -> None:

@@ -1,6 +1,8 @@
-"""A study of a million trials: the launcher's memory stays small, its folder has few files, and it goes on at once.
+"""A study of a million trials: the launcher's memory stays small, its folder has few
+files, and it goes on at once.
 
-The trials are as short as trials can be, so that nothing is measured but the machine around them.
+The trials are as short as trials can be, so that nothing is measured but the machine
+around them.
 """
 
 import os
@@ -26,10 +28,10 @@ seed: 1
 record: {metrics: [speed]}
 """
 MEASURED = (
-    "import resource, sys, time; began = time.monotonic()\n"
-    "from sweep.cli import main\n"
-    "try:\n    main()\n"
-    "finally:\n    print('peak', resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, 'MB', file=sys.stderr)\n"
+    "import resource, sys, time; began = time.monotonic()\nfrom sweep.cli import"
+    " main\ntry:\n    main()\nfinally:\n    print('peak',"
+    " resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, 'MB',"
+    " file=sys.stderr)\n"
 )
 MOST_MEGABYTES = 400
 MOST_SECONDS = 10.0
@@ -41,7 +43,13 @@ def launched(place: Path) -> tuple[float, int]:
     """Seconds of a launch, and the most memory that its own process held, in MB."""
     began = time.monotonic()
     command = [sys.executable, "-c", MEASURED, "launch", "spec.yaml", "--workers", "2"]
-    done = subprocess.run(command, cwd=place, capture_output=True, text=True, env={**os.environ, "COLUMNS": "80"})
+    done = subprocess.run(
+        command,
+        cwd=place,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "COLUMNS": "80"},
+    )
     assert done.returncode == 0, done.stderr
     found = re.search(r"peak (\d+) MB", done.stderr)
     assert found is not None
@@ -55,11 +63,16 @@ def test_a_million_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     again, peak_again = launched(tmp_path)
     store = Store(tmp_path / "results" / "trivial")
     files = sum(path.is_file() for path in (tmp_path / "results").rglob("*"))
-    size = sum(path.stat().st_size for path in (tmp_path / "results").rglob("*") if path.is_file())
+    size = sum(
+        path.stat().st_size
+        for path in (tmp_path / "results").rglob("*")
+        if path.is_file()
+    )
     with capsys.disabled():
         print(
-            f"\na million trials: {first:.0f} s, launcher at most {peak} MB; "
-            f"again, with nothing missing: {again:.1f} s, {peak_again} MB; {files} files, {size / 1e6:.0f} MB"
+            f"\na million trials: {first:.0f} s, launcher at most {peak} MB; again,"
+            f" with nothing missing: {again:.1f} s, {peak_again} MB; {files} files,"
+            f" {size / 1e6:.0f} MB"
         )
     assert store.read("trials", columns=["trial_id"]).num_rows == 1_000_000
     assert max(peak, peak_again) < MOST_MEGABYTES

@@ -31,7 +31,9 @@ def test_schema_is_valid_and_plain_json() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", [SEPARATION, GAINS, EVERYTHING, SHORT], ids=["separation", "gains", "everything", "short"]
+    "text",
+    [SEPARATION, GAINS, EVERYTHING, SHORT],
+    ids=["separation", "gains", "everything", "short"],
 )
 def test_what_loads_is_valid(text: str) -> None:
     parse_spec(text)
@@ -54,7 +56,12 @@ LAB = "maps: {lab: {image: lab.png, resolution: 0.05}, floor: {ros: floor.yaml}}
         (LAB, "sweep: {z: {zip: {map: [lab, floor], n: [1, 2]}}}"),
         ("sweep: {detail: {ablate: as_written, when: n > 1}}",),
         ("record: {trajectories: true}",),
-        ("sweep: {j: {sample: saltelli, points: 8, second_order: false, drag: {uniform: [0, 1]}}}",),
+        (
+            (
+                "sweep: {j: {sample: saltelli, points: 8, second_order: false, drag:"
+                " {uniform: [0, 1]}}}"
+            ),
+        ),
         ("sweep: {j: {sample: morris, points: 8, levels: 6, n: {integers: [3, 6]}}}",),
     ],
     ids=" ".join,
@@ -69,7 +76,9 @@ def test_every_preset_value_is_valid(model: str) -> None:
         fixed = {name: values[name] for name in fields(model)}
         head = content(SHORT) | {"model": model, "preset": preset}
         VALIDATOR.validate(head | {"fixed": fixed})
-        VALIDATOR.validate(head | {"sweep": {name: [value] for name, value in fixed.items()}})
+        VALIDATOR.validate(
+            head | {"sweep": {name: [value] for name, value in fixed.items()}}
+        )
 
 
 @pytest.mark.parametrize("key", ["study", "model", "preset", "seed", "replicates"])
@@ -119,7 +128,10 @@ def test_missing_keys_are_invalid(key: str) -> None:
         "sweep: {j: {sample: table}}",
         "sweep: {j: {sample: saltelli, points: 1, drag: {uniform: [0, 1]}}}",
         "sweep: {j: {sample: saltelli, points: 8, levels: 4, drag: {uniform: [0, 1]}}}",
-        "sweep: {j: {sample: saltelli, points: 8, when: n > 1, drag: {uniform: [0, 1]}}}",
+        (
+            "sweep: {j: {sample: saltelli, points: 8, when: n > 1, drag: {uniform: [0,"
+            " 1]}}}"
+        ),
         "sweep: {j: {sample: morris, points: 8, levels: 5, drag: {uniform: [0, 1]}}}",
         "sweep: {z: {zip: {nn: [1]}}}",
         "derive: {map: n}",
@@ -156,7 +168,9 @@ def test_the_file_for_editors_is_up_to_date() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    sorted(path for path in EXPERIMENTS.glob("*/*.yaml") if path.name != "published.yaml"),
+    sorted(
+        path for path in EXPERIMENTS.glob("*/*.yaml") if path.name != "published.yaml"
+    ),
     ids=lambda path: f"{path.parent.name}-{path.stem}",
 )
 def test_the_specs_of_the_experiments_load_and_are_valid(path: Path) -> None:

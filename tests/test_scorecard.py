@@ -1,4 +1,6 @@
-"""The page: what it says, that it is well formed, that its links lead somewhere and that texts are escaped."""
+"""The page: what it says, that it is well formed, that its links lead somewhere and
+that texts are escaped.
+"""
 
 import math
 import re
@@ -15,7 +17,14 @@ from sweep.cli.progress import ProgressBar
 from sweep.published.claims import Claim, read_all
 from sweep.published.estimates import Measured
 from sweep.published.reproduce import reproduce
-from sweep.published.scorecard import Row, noticeable_text, ours_text, published_text, sentence, trials_text
+from sweep.published.scorecard import (
+    Row,
+    noticeable_text,
+    ours_text,
+    published_text,
+    sentence,
+    trials_text,
+)
 from sweep.published.verdicts import Above, Below, Expectation, Value, Within, judge
 from sweep.workers.executors import Serial
 
@@ -64,7 +73,9 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     measure: {mean: speed, frame: 0, for: {separation_weight: 1}}
     expect: {value: 3, tolerance: 0.1, because: "a <guess>"}
 contradictions:"""
-    publications = read_all(experiments(folder, PUBLISHED.replace("\ncontradictions:", wrong)), quick=False)
+    publications = read_all(
+        experiments(folder, PUBLISHED.replace("\ncontradictions:", wrong)), quick=False
+    )
     reproduce(publications, folder / "results", Serial(), ProgressBar)
     return folder / "results"
 
@@ -93,7 +104,11 @@ def test_links_of_the_markdown_exist(markdown: str, root: Path) -> None:
     links = re.findall(r"\]\(([^)]+)\)", markdown)
     assert "figures/tiny/curves.pdf" in links
     for link in links:
-        assert f'id="{link[1:]}"' in markdown if link.startswith("#") else (root / link).exists()
+        assert (
+            f'id="{link[1:]}"' in markdown
+            if link.startswith("#")
+            else (root / link).exists()
+        )
 
 
 @pytest.mark.parametrize("kind", ["html", "markdown"])
@@ -127,22 +142,33 @@ def test_no_text_of_a_document_is_markup(root: Path, markdown: str) -> None:
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}
 
 
-def test_what_is_not_reproduced_comes_first_and_every_verdict_has_its_word(html: Reader, markdown: str) -> None:
+def test_what_is_not_reproduced_comes_first_and_every_verdict_has_its_word(
+    html: Reader, markdown: str
+) -> None:
     said = " ".join(html.text)
-    assert said.index("Boids start at 3") < said.index("The rule") < said.index("Boids start at 0.765")
+    assert (
+        said.index("Boids start at 3")
+        < said.index("The rule")
+        < said.index("Boids start at 0.765")
+    )
     rows = [line for line in markdown.splitlines() if line.startswith("| <a")]
     assert [re.findall(r"\*\*(.*?)\*\*", row)[0] for row in rows] == [
         "not reproduced",
         "not testable as published",
         "reproduced",
     ]
-    assert "- ✗ **1** not reproduced\n- ○ **1** not testable as published\n- ✓ **1** reproduced" in markdown
+    assert (
+        "- ✗ **1** not reproduced\n- ○ **1** not testable as published\n- ✓ **1**"
+        " reproduced" in markdown
+    )
 
 
 def row(expect: Expectation, *values: float, left_out: int = 0) -> Row:
     found = mean_estimate(np.array(values, np.float64))
     claim = Claim("a", "b", "c", "s", None, None, expect)
-    return Row(claim, judge(found, expect, 2), Measured(found, f"{len(values)}", left_out))
+    return Row(
+        claim, judge(found, expect, 2), Measured(found, f"{len(values)}", left_out)
+    )
 
 
 @pytest.mark.parametrize(
@@ -173,7 +199,9 @@ def test_published_numbers_look_as_published(expect: Expectation, text: str) -> 
         ((), ""),
     ],
 )
-def test_ours_stand_to_the_second_figure_of_their_interval(values: tuple[float, ...], text: str) -> None:
+def test_ours_stand_to_the_second_figure_of_their_interval(
+    values: tuple[float, ...], text: str
+) -> None:
     assert ours_text(row(Value(1.0), *values)) == text
 
 
@@ -183,7 +211,9 @@ def test_what_was_left_out_is_counted() -> None:
 
 
 def test_a_weak_test_shows_how_weak() -> None:
-    """Student's t of one degree of freedom at 1 - 0.025/2 is 25.452; the standard error of 1 and 2 is 0.5."""
+    """Student's t of one degree of freedom at 1 - 0.025/2 is 25.452; the standard error
+    of 1 and 2 is 0.5.
+    """
     assert noticeable_text(row(Value(1.0), 1.0, 2.0)) == f"{25.452 * 0.5:.4g}"
     assert noticeable_text(row(Value(1.0), math.nan)) == ""
 

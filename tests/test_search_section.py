@@ -1,4 +1,6 @@
-"""The `search` section: what it means, and what is said about mistakes, with the line."""
+"""The `search` section: what it means, and what is said
+about mistakes, with the line.
+"""
 
 from typing import Any
 
@@ -9,7 +11,14 @@ from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 from searches import TINY, edited
 
-from sweep.campaigns.search.candidates import HELD_OUT, RANDOM, REPETITION, held_out, repeated, sampler_seed
+from sweep.campaigns.search.candidates import (
+    HELD_OUT,
+    RANDOM,
+    REPETITION,
+    held_out,
+    repeated,
+    sampler_seed,
+)
 from sweep.errors import SpecError
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.schema import json_schema
@@ -74,42 +83,100 @@ def test_everything_is_read() -> None:
         Constraint("collisions", 0.0, True, Statistic("worst")),
         Constraint("speed", 1.0, False, Statistic("mean")),
     )
-    assert (search.budget, search.sampler, search.batch, search.level) == (600, "nsga3", 20, 0.05)
+    assert (search.budget, search.sampler, search.batch, search.level) == (
+        600,
+        "nsga3",
+        20,
+        0.05,
+    )
     assert search.scenarios == 6
     assert search.held_out == HeldOut(3, 40)
     assert search.references == {
-        "usual": {"cohesion_weight": 0.1, "alignment_weight": 0.01, "n": 12, "priority": "obstacle_first"}
+        "usual": {
+            "cohesion_weight": 0.1,
+            "alignment_weight": 0.01,
+            "n": 12,
+            "priority": "obstacle_first",
+        }
     }
 
 
 def test_what_decides_is_recorded_too() -> None:
     study = parse_spec(FULL)
-    assert set(study.record.metrics) == {"coverage", "coverage_total", "coverage_cv", "escapes", "collisions", "speed"}
+    assert set(study.record.metrics) == {
+        "coverage",
+        "coverage_total",
+        "coverage_cv",
+        "escapes",
+        "collisions",
+        "speed",
+    }
 
 
 def test_defaults() -> None:
-    study = parse_spec(edited(TINY, ("  batch: 4\n", ""), ("  held_out: {candidates: 2, replicates: 3}\n", "")))
+    study = parse_spec(
+        edited(
+            TINY,
+            ("  batch: 4\n", ""),
+            ("  held_out: {candidates: 2, replicates: 3}\n", ""),
+        )
+    )
     search = study.search
     assert search is not None
-    assert (search.sampler, search.batch, search.level, search.held_out) == ("tpe", 12, 0.1, HeldOut(5, 40))
+    assert (search.sampler, search.batch, search.level, search.held_out) == (
+        "tpe",
+        12,
+        0.1,
+        HeldOut(5, 40),
+    )
     assert (search.scenarios, search.constraints, search.over) == (1, (), ())
     assert study.streams == Streams("common", "common", "common")
-    chosen = edited(TINY, ("replicates: 4", "streams: {noise: independent, world: independent}\nreplicates: 4"))
+    chosen = edited(
+        TINY,
+        (
+            "replicates: 4",
+            "streams: {noise: independent, world: independent}\nreplicates: 4",
+        ),
+    )
     assert parse_spec(chosen).streams == Streams("common", "independent", "independent")
-    assert search_of(edited(TINY, ("  budget", "  racing: false\n  budget"))).level is None
-    assert search_of(edited(TINY, ("  budget", "  racing: true\n  budget"))).level == 0.1
-    two = edited(TINY, ("flock_radius: {minimize: mean}", "{flock_radius: {minimize: mean}, speed: {maximize: mean}}"))
-    assert search_of(two.replace("objectives:\n    {", "objectives: {")).sampler == "nsga2"
+    assert (
+        search_of(edited(TINY, ("  budget", "  racing: false\n  budget"))).level is None
+    )
+    assert (
+        search_of(edited(TINY, ("  budget", "  racing: true\n  budget"))).level == 0.1
+    )
+    two = edited(
+        TINY,
+        (
+            "flock_radius: {minimize: mean}",
+            "{flock_radius: {minimize: mean}, speed: {maximize: mean}}",
+        ),
+    )
+    assert (
+        search_of(two.replace("objectives:\n    {", "objectives: {")).sampler == "nsga2"
+    )
 
 
 PARAMETER = "separation_weight: {uniform: [0, 3]}"
 OBJECTIVE = "flock_radius: {minimize: mean}"
 
 MISTAKES = {
-    "a key": ("  budget:", "  budgett: 1\n  budget:", 'unknown key "budgett"; did you mean "budget"?'),
+    "a key": (
+        "  budget:",
+        "  budgett: 1\n  budget:",
+        'unknown key "budgett"; did you mean "budget"?',
+    ),
     "a missing key": ("  budget: 30\n", "", 'missing key "budget" in "search"'),
-    "a field": (PARAMETER, "separation_wait: {uniform: [0, 3]}", 'unknown field "separation_wait"; did you mean'),
-    "a form": (PARAMETER, "separation_weight: {unifrom: [0, 3]}", 'unknown key "unifrom"; did you mean "uniform"?'),
+    "a field": (
+        PARAMETER,
+        "separation_wait: {uniform: [0, 3]}",
+        'unknown field "separation_wait"; did you mean',
+    ),
+    "a form": (
+        PARAMETER,
+        "separation_weight: {unifrom: [0, 3]}",
+        'unknown key "unifrom"; did you mean "uniform"?',
+    ),
     "a normal": (
         PARAMETER,
         "separation_weight: {normal: [0, 3]}",
@@ -120,18 +187,41 @@ MISTAKES = {
         "separation_weight: {uniform: [0, 3], choice: [1]}",
         "needs one of uniform, choice, not all",
     ),
-    "a value": (PARAMETER, "separation_weight: 3", '"separation_weight" must be a mapping'),
+    "a value": (
+        PARAMETER,
+        "separation_weight: 3",
+        '"separation_weight" must be a mapping',
+    ),
     "bounds": (
         PARAMETER,
         "separation_weight: {uniform: [3, 0]}",
         "uniform: needs the smaller number first, not [3, 0]",
     ),
-    "an infinite bound": (PARAMETER, "separation_weight: {uniform: [0, .inf]}", "uniform: "),
-    "a log of zero": (PARAMETER, "separation_weight: {loguniform: [0, 3]}", "loguniform: needs numbers above 0"),
-    "a whole number": (PARAMETER, "n: {uniform: [0, 3]}", "uniform: n is a whole number"),
-    "a choice twice": (PARAMETER, "separation_weight: {choice: [1, 1.0]}", "choice: lists a value twice"),
+    "an infinite bound": (
+        PARAMETER,
+        "separation_weight: {uniform: [0, .inf]}",
+        "uniform: ",
+    ),
+    "a log of zero": (
+        PARAMETER,
+        "separation_weight: {loguniform: [0, 3]}",
+        "loguniform: needs numbers above 0",
+    ),
+    "a whole number": (
+        PARAMETER,
+        "n: {uniform: [0, 3]}",
+        "uniform: n is a whole number",
+    ),
+    "a choice twice": (
+        PARAMETER,
+        "separation_weight: {choice: [1, 1.0]}",
+        "choice: lists a value twice",
+    ),
     "no parameter": (
-        "  parameters:\n    separation_weight: {uniform: [0, 3]}\n    cohesion_weight: {loguniform: [0.01, 1]}\n",
+        (
+            "  parameters:\n    separation_weight: {uniform: [0, 3]}\n   "
+            " cohesion_weight: {loguniform: [0.01, 1]}\n"
+        ),
         "  parameters: {}\n",
         '"parameters" must be a mapping with at least one entry, not an empty mapping',
     ),
@@ -150,8 +240,16 @@ MISTAKES = {
         "  over: {cohesion_weight: [1, 2]}\n  budget",
         '"cohesion_weight" has a value already, under search.over.cohesion_weight',
     ),
-    "over a fixed one": ("  budget", "  over: {n: [1, 2]}\n  budget", '"n" has a value already, under fixed.n'),
-    "over with when": ("  budget", "  over: {drag: {values: [0], when: n > 1}}\n  budget", "over takes no when"),
+    "over a fixed one": (
+        "  budget",
+        "  over: {n: [1, 2]}\n  budget",
+        '"n" has a value already, under fixed.n',
+    ),
+    "over with when": (
+        "  budget",
+        "  over: {drag: {values: [0], when: n > 1}}\n  budget",
+        "over takes no when",
+    ),
     "over an analysis": (
         "  budget",
         "  over: {x: {sample: morris, points: 3, drag: {uniform: [0, 1]}}}\n  budget",
@@ -162,24 +260,56 @@ MISTAKES = {
         "flock_radios: {minimize: mean}",
         'unknown metric "flock_radios"; did you mean "flock_radius"?',
     ),
-    "a mean": (OBJECTIVE, "flock_radios_mean: {minimize: mean}", 'did you mean "flock_radius_mean"?'),
-    "a potential": (OBJECTIVE, "potential: {minimize: mean}", 'metric "potential" is for models with a pair potential'),
-    "a direction": (OBJECTIVE, "flock_radius: {minimise: mean}", 'unknown key "minimise"; did you mean "minimize"?'),
+    "a mean": (
+        OBJECTIVE,
+        "flock_radios_mean: {minimize: mean}",
+        'did you mean "flock_radius_mean"?',
+    ),
+    "a potential": (
+        OBJECTIVE,
+        "potential: {minimize: mean}",
+        'metric "potential" is for models with a pair potential',
+    ),
+    "a direction": (
+        OBJECTIVE,
+        "flock_radius: {minimise: mean}",
+        'unknown key "minimise"; did you mean "minimize"?',
+    ),
     "both directions": (
         OBJECTIVE,
         "flock_radius: {minimize: mean, maximize: mean}",
         "needs minimize or maximize, not both",
     ),
-    "a statistic": (OBJECTIVE, "flock_radius: {minimize: men}", 'unknown statistic "men"; did you mean "mean"?'),
-    "no share": (OBJECTIVE, "flock_radius: {minimize: cvar}", "cvar needs its share, as in {cvar: 0.1}"),
-    "a share": (OBJECTIVE, "flock_radius: {minimize: {cvar: 1}}", '"cvar" must be a number above 0 and below 1, not 1'),
-    "no objective": (f"    {OBJECTIVE}\n", "    {}\n", '"objectives" must be a mapping with at least one entry'),
+    "a statistic": (
+        OBJECTIVE,
+        "flock_radius: {minimize: men}",
+        'unknown statistic "men"; did you mean "mean"?',
+    ),
+    "no share": (
+        OBJECTIVE,
+        "flock_radius: {minimize: cvar}",
+        "cvar needs its share, as in {cvar: 0.1}",
+    ),
+    "a share": (
+        OBJECTIVE,
+        "flock_radius: {minimize: {cvar: 1}}",
+        '"cvar" must be a number above 0 and below 1, not 1',
+    ),
+    "no objective": (
+        f"    {OBJECTIVE}\n",
+        "    {}\n",
+        '"objectives" must be a mapping with at least one entry',
+    ),
     "no bound": (
         "  budget",
         "  constraints: {speed: {statistic: worst}}\n  budget",
         '"speed" needs at_most or at_least',
     ),
-    "both bounds": ("  budget", "  constraints: {speed: {at_most: 1, at_least: 1}}\n  budget", "at_least, not both"),
+    "both bounds": (
+        "  budget",
+        "  constraints: {speed: {at_most: 1, at_least: 1}}\n  budget",
+        "at_least, not both",
+    ),
     "a small budget": (
         "budget: 30",
         "budget: 3",
@@ -190,19 +320,47 @@ MISTAKES = {
         "budget: 30\n  over: {drag: {linspace: [0, 1, 8]}}",
         "is less than one batch of 4 candidates in 8 scenarios each: at least 32",
     ),
-    "a sampler": ("  batch", "  sampler: tpee\n  batch", 'unknown sampler "tpee"; did you mean "tpe"?'),
+    "a sampler": (
+        "  batch",
+        "  sampler: tpee\n  batch",
+        'unknown sampler "tpee"; did you mean "tpe"?',
+    ),
     "a batch": ("batch: 4", "batch: 0", '"batch" must be a whole number from 1'),
-    "racing": ("  batch", "  racing: yes please\n  batch", '"racing" must be true, false or {level: a number}'),
-    "a level": ("  batch", "  racing: {level: 0.5}\n  batch", '"level" must be a number above 0 and below 0.5'),
-    "held_out": ("replicates: 3}", "replicats: 3}", 'unknown key "replicats"; did you mean "replicates"?'),
+    "racing": (
+        "  batch",
+        "  racing: yes please\n  batch",
+        '"racing" must be true, false or {level: a number}',
+    ),
+    "a level": (
+        "  batch",
+        "  racing: {level: 0.5}\n  batch",
+        '"level" must be a number above 0 and below 0.5',
+    ),
+    "held_out": (
+        "replicates: 3}",
+        "replicats: 3}",
+        'unknown key "replicats"; did you mean "replicates"?',
+    ),
     "a reference": (
         "{usual: {separation_weight: 1,",
         "{usual: {separation_wait: 1,",
         'unknown parameter "separation_wait"; did',
     ),
-    "half a reference": ("{separation_weight: 1, cohes", "{cohes", 'missing key "separation_weight" in "usual"'),
-    "a reference's value": ("{separation_weight: 1, cohes", "{separation_weight: a, cohes", "'a' is not allowed for"),
-    "a sweep": ("search:", "sweep: {drag: [0, 1]}\nsearch:", "a search has no sweep: what a candidate must be good at"),
+    "half a reference": (
+        "{separation_weight: 1, cohes",
+        "{cohes",
+        'missing key "separation_weight" in "usual"',
+    ),
+    "a reference's value": (
+        "{separation_weight: 1, cohes",
+        "{separation_weight: a, cohes",
+        "'a' is not allowed for",
+    ),
+    "a sweep": (
+        "search:",
+        "sweep: {drag: [0, 1]}\nsearch:",
+        "a search has no sweep: what a candidate must be good at",
+    ),
     "a rule": (
         "replicates: 4",
         "replicates: {until: {metric: flock_radius, half_width: 1}, max: 20}",
@@ -226,15 +384,37 @@ def test_mistakes_are_said_with_their_line(mistake: str) -> None:
 @pytest.mark.parametrize(
     ("sampler", "changes", "message"),
     [
-        ("cmaes", [(PARAMETER, "separation_weight: {choice: [1, 2]}")], "needs numbers, and no choice: use tpe"),
-        ("cmaes", [(PARAMETER, "separation_weight: {uniform: [1, 1]}")], "needs two parameters or more"),
-        ("cmaes", [("  batch", "  constraints: {speed: {at_most: 1}}\n  batch")], "knows no constraints"),
-        ("cmaes", [(OBJECTIVE, f"{OBJECTIVE}\n    speed: {{maximize: mean}}")], "has one objective"),
+        (
+            "cmaes",
+            [(PARAMETER, "separation_weight: {choice: [1, 2]}")],
+            "needs numbers, and no choice: use tpe",
+        ),
+        (
+            "cmaes",
+            [(PARAMETER, "separation_weight: {uniform: [1, 1]}")],
+            "needs two parameters or more",
+        ),
+        (
+            "cmaes",
+            [("  batch", "  constraints: {speed: {at_most: 1}}\n  batch")],
+            "knows no constraints",
+        ),
+        (
+            "cmaes",
+            [(OBJECTIVE, f"{OBJECTIVE}\n    speed: {{maximize: mean}}")],
+            "has one objective",
+        ),
         ("nsga3", [], "is for several objectives"),
-        ("nsga2", [("batch: 4", "batch: 1")], "needs a batch, which is its population, of 2 or more"),
+        (
+            "nsga2",
+            [("batch: 4", "batch: 1")],
+            "needs a batch, which is its population, of 2 or more",
+        ),
     ],
 )
-def test_what_a_sampler_cannot_do_is_said(sampler: str, changes: list[tuple[str, str]], message: str) -> None:
+def test_what_a_sampler_cannot_do_is_said(
+    sampler: str, changes: list[tuple[str, str]], message: str
+) -> None:
     spec = edited(TINY, ("  budget", f"  sampler: {sampler}\n  budget"), *changes)
     with pytest.raises(SpecError, match=message) as raised:
         parse_spec(spec)
@@ -244,7 +424,9 @@ def test_what_a_sampler_cannot_do_is_said(sampler: str, changes: list[tuple[str,
 def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
     monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: None)
-    with pytest.raises(SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"):
+    with pytest.raises(
+        SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"
+    ):
         parse_spec(spec)
     monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: object())
     assert search_of(spec).sampler == "gp"
@@ -287,9 +469,15 @@ def test_the_schema_refuses_mistakes_of_shape(mistake: str) -> None:
 
 
 @given(seed=st.integers(0, 2**63 - 1), number=st.integers(0, 1000))
-def test_no_run_shares_its_seeds_with_another_or_with_the_held_out_ones(seed: int, number: int) -> None:
+def test_no_run_shares_its_seeds_with_another_or_with_the_held_out_ones(
+    seed: int, number: int
+) -> None:
     study = parse_spec(TINY.replace("seed: 5", f"seed: {seed}"))
-    others = [repeated(study, kind, number + step) for kind in (REPETITION, RANDOM) for step in (0, 1)]
+    others = [
+        repeated(study, kind, number + step)
+        for kind in (REPETITION, RANDOM)
+        for step in (0, 1)
+    ]
     seeds = [one.seed for one in (study, held_out(study), *others)]
     assert len(set(seeds)) == len(seeds)
     assert len({sampler_seed(one) for one in (study, *others)}) == len(others) + 1

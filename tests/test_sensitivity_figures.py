@@ -1,4 +1,6 @@
-"""The figures of sensitivities name what they show, in which unit and of how many trials."""
+"""The figures of sensitivities name what they show, in which unit and of how many
+trials.
+"""
 
 import numpy as np
 import pytest
@@ -8,23 +10,38 @@ from sweep.figures import sensitivity_figure
 from sweep.tables.sensitivity import morris, rank_correlations, sobol
 
 
-def texts(sweep: str, analyse: object, **options: object) -> tuple[list[str], list[str], str, str]:
+def texts(
+    sweep: str, analyse: object, **options: object
+) -> tuple[list[str], list[str], str, str]:
     study = study_of(sweep, noise=lambda rng, shape: rng.normal(0, 2, shape), **options)
     study.trials.loc[:1, "speed"] = np.nan
     figure = sensitivity_figure(analyse(study, "speed", resamples=50))
     figure.canvas.draw()
     panel = figure.axes[0]
     rows = [label.get_text() for label in panel.get_yticklabels()]
-    return rows, [text.get_text() for text in figure.legends[0].get_texts()], panel.get_xlabel(), figure.get_supxlabel()
+    return (
+        rows,
+        [text.get_text() for text in figure.legends[0].get_texts()],
+        panel.get_xlabel(),
+        figure.get_supxlabel(),
+    )
 
 
 def test_sobol_indices_of_settings_and_pairs() -> None:
     rows, kinds, quantity, said = texts(axis("saltelli", 64), sobol)
     names = ["separation weight", "alignment weight", "cohesion weight"]
-    assert rows == [*names, f"{names[0]} x {names[1]}", f"{names[0]} x {names[2]}", f"{names[1]} x {names[2]}"]
+    assert rows == [
+        *names,
+        f"{names[0]} x {names[1]}",
+        f"{names[0]} x {names[2]}",
+        f"{names[1]} x {names[2]}",
+    ]
     assert kinds == ["S1, alone", "ST, with all interactions", "S2, of a pair"]
     assert quantity == "share of the variance of speed"
-    assert "made_up: 63 blocks of points (1 more left out: no value), 1,024 trials;\n95 % bootstrap intervals" in said
+    assert (
+        "made_up: 63 blocks of points (1 more left out: no value), 1,024 trials;\n95 %"
+        " bootstrap intervals" in said
+    )
     assert "without replicate noise (up to" in said
 
 
@@ -50,5 +67,7 @@ def test_a_panel_each_for_the_values_of_other_axes(sizes: int) -> None:
     study = study_of(f"n: {list(range(3, 3 + sizes))}, {axis('random', 10)}")
     figure = sensitivity_figure(rank_correlations(study, "speed", resamples=20))
     figure.canvas.draw()
-    assert [axes.get_title() for axes in figure.axes if axes.axison] == [f"n = {3 + place}" for place in range(sizes)]
+    assert [axes.get_title() for axes in figure.axes if axes.axison] == [
+        f"n = {3 + place}" for place in range(sizes)
+    ]
     assert "10 points, 20 trials a panel" in figure.get_supxlabel()

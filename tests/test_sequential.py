@@ -1,7 +1,8 @@
-"""Repeated intervals: what holds at all looks together, and at the look where a point stops.
+"""Repeated intervals: what holds at all looks together, and at the look where a point
+stops.
 
-Rates of coverage are held against their binomial spread at 4 standard errors, a false alarm in 16,000 where two-sided
-and in 32,000 where one-sided; all seeds are fixed.
+Rates of coverage are held against their binomial spread at 4 standard errors, a false
+alarm in 16,000 where two-sided and in 32,000 where one-sided; all seeds are fixed.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,13 @@ import pytest
 from scipy.stats import t
 
 from sweep.analysis import mean_interval
-from sweep.analysis.sequential import Until, look, looks, nominal_confidence, repeated_interval
+from sweep.analysis.sequential import (
+    Until,
+    look,
+    looks,
+    nominal_confidence,
+    repeated_interval,
+)
 
 Draw = Callable[[np.random.Generator, tuple[int, int]], np.ndarray]
 
@@ -57,19 +64,32 @@ def spread(rate: float, n: int) -> float:
     return float(4.0 * np.sqrt(rate * (1.0 - rate) / n))
 
 
-def covered_together(values: np.ndarray, numbers: tuple[int, ...], confidence: float) -> float:
-    """Share of rows of which all looks' Student intervals at this confidence cover 0."""
+def covered_together(
+    values: np.ndarray, numbers: tuple[int, ...], confidence: float
+) -> float:
+    """Share of rows of which all looks' Student intervals
+    at this confidence cover 0.
+    """
     held = np.ones(len(values), bool)
     for n in numbers:
         first = values[:, :n]
-        half = t.ppf(0.5 + confidence / 2, n - 1) * first.std(axis=1, ddof=1) / np.sqrt(n)
+        half = (
+            t.ppf(0.5 + confidence / 2, n - 1) * first.std(axis=1, ddof=1) / np.sqrt(n)
+        )
         held &= np.abs(first.mean(axis=1)) <= half
     return float(held.mean())
 
 
-def stopped(until: Until, draw: Draw, points: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """The number of trials at which each of `points` stops, by `look`, and whether its interval there covers 0."""
-    values, nominal = draw(np.random.default_rng(seed), (points, until.most)), until.nominal
+def stopped(
+    until: Until, draw: Draw, points: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The number of trials at which each of `points` stops, by `look`, and whether its
+    interval there covers 0.
+    """
+    values, nominal = (
+        draw(np.random.default_rng(seed), (points, until.most)),
+        until.nominal,
+    )
     trials, covers = np.full(points, until.least), np.zeros(points, bool)
     going = np.arange(points)
     while len(going):
@@ -82,24 +102,36 @@ def stopped(until: Until, draw: Draw, points: int, seed: int) -> tuple[np.ndarra
     return trials, covers
 
 
-@pytest.mark.parametrize(("least", "most"), [(3, 3), (3, 4), (3, 200), (10, 1000), (150, 157)])
-def test_looks_grow_by_a_quarter_from_the_first_to_the_last(least: int, most: int) -> None:
+@pytest.mark.parametrize(
+    ("least", "most"), [(3, 3), (3, 4), (3, 200), (10, 1000), (150, 157)]
+)
+def test_looks_grow_by_a_quarter_from_the_first_to_the_last(
+    least: int, most: int
+) -> None:
     numbers = looks(least, most)
     assert (numbers[0], numbers[-1]) == (least, most)
     for before, after in pairwise(numbers):
         assert after == min(most, max(before + 1, int(np.ceil(1.25 * before))))
 
 
-@pytest.mark.parametrize("draw", [normal, mean_over_frames], ids=["normal", "mean of a series"])
-@pytest.mark.parametrize(("least", "most", "confidence"), [(3, 40, 0.95), (10, 60, 0.95), (3, 40, 0.8)])
+@pytest.mark.parametrize(
+    "draw", [normal, mean_over_frames], ids=["normal", "mean of a series"]
+)
+@pytest.mark.parametrize(
+    ("least", "most", "confidence"), [(3, 40, 0.95), (10, 60, 0.95), (3, 40, 0.8)]
+)
 def test_all_looks_hold_together_exactly_as_often_as_they_say(
     draw: Draw, least: int, most: int, confidence: float
 ) -> None:
-    """However one looks and stops. The simulated level may be safe by 3 of its own 400,000 paths' standard errors."""
+    """However one looks and stops. The simulated level may be safe by 3 of its own
+    400,000 paths' standard errors.
+    """
     numbers, n = looks(least, most), 8000
     values = draw(np.random.default_rng(5), (n, most))
     rate = covered_together(values, numbers, nominal_confidence(numbers, confidence))
-    margin = 3.0 * np.sqrt(confidence * (1 - confidence) / 400_000) + 0.01 * (1 - confidence)
+    margin = 3.0 * np.sqrt(confidence * (1 - confidence) / 400_000) + 0.01 * (
+        1 - confidence
+    )
     assert -spread(confidence, n) <= rate - confidence <= margin + spread(confidence, n)
 
 
@@ -114,14 +146,18 @@ def test_one_look_is_students_interval() -> None:
 
 
 @pytest.mark.parametrize("confidence", [0.5, 0.95, 0.999])
-def test_the_nominal_confidence_lies_between_that_of_one_look_and_bonferronis(confidence: float) -> None:
+def test_the_nominal_confidence_lies_between_that_of_one_look_and_bonferronis(
+    confidence: float,
+) -> None:
     numbers = looks(10, 60)
     level = 1 - nominal_confidence(numbers, confidence)
     assert (1 - confidence) / len(numbers) < level < 1 - confidence
 
 
 def test_the_simulation_is_on_the_safe_side_and_the_same_each_time() -> None:
-    """3 significant figures of the level, so that the last bits of a mathematical library do not matter."""
+    """3 significant figures of the level, so that the last bits of a mathematical
+    library do not matter.
+    """
     first = nominal_confidence(looks(3, 20), 0.95)
     nominal_confidence.cache_clear()
     assert nominal_confidence(looks(3, 20), 0.95) == first == round(first, 5)
@@ -129,15 +165,21 @@ def test_the_simulation_is_on_the_safe_side_and_the_same_each_time() -> None:
 
 @pytest.mark.parametrize("half_width", [1.0, 0.5, 0.36, 0.25])
 @pytest.mark.parametrize("least", [3, 10])
-def test_normal_points_stop_with_intervals_that_cover_more_often_than_promised(least: int, half_width: float) -> None:
-    """In units of the standard deviation. One-sided; that it is near 99 % is what the docstring says."""
+def test_normal_points_stop_with_intervals_that_cover_more_often_than_promised(
+    least: int, half_width: float
+) -> None:
+    """In units of the standard deviation. One-sided; that it is near 99 % is what the
+    docstring says.
+    """
     _, covers = stopped(Until("x", half_width, 0.95, least, 200), normal, 4000, 8)
     assert covers.mean() >= 0.95 - spread(0.95, 4000)
     assert abs(covers.mean() - 0.99) <= 0.005 + spread(0.99, 4000)
 
 
 def test_the_price_of_looking() -> None:
-    """Where the known standard deviation asks for 31 trials: measured 2.22, with a standard error of 0.02."""
+    """Where the known standard deviation asks for 31 trials: measured 2.22, with a
+    standard error of 0.02.
+    """
     trials, _ = stopped(Until("x", 1.96 / np.sqrt(31), 0.95, 10, 200), normal, 1000, 9)
     assert trials.mean() / 31 == pytest.approx(2.22, abs=0.08)
 
@@ -152,10 +194,21 @@ def test_the_price_of_looking() -> None:
         (lognormal, 30, 0.25, 0.93),
         (lognormal, 50, 0.25, 0.95),
     ],
-    ids=["exponential 3", "exponential 10", "lognormal 3", "lognormal 10", "lognormal 30", "lognormal 50"],
+    ids=[
+        "exponential 3",
+        "exponential 10",
+        "lognormal 3",
+        "lognormal 10",
+        "lognormal 30",
+        "lognormal 50",
+    ],
 )
-def test_skewed_points_need_a_larger_first_look(draw: Draw, least: int, half_width: float, measured: float) -> None:
-    """The table in the docstring of `repeated_interval`, to half a per cent of rounding and its own spread."""
+def test_skewed_points_need_a_larger_first_look(
+    draw: Draw, least: int, half_width: float, measured: float
+) -> None:
+    """The table in the docstring of `repeated_interval`, to half a per cent of rounding
+    and its own spread.
+    """
     _, covers = stopped(Until("x", half_width, 0.95, least, 1000), draw, 2000, 10)
     assert abs(covers.mean() - measured) <= 0.005 + spread(measured, 2000)
 
@@ -163,7 +216,10 @@ def test_skewed_points_need_a_larger_first_look(draw: Draw, least: int, half_wid
 def test_trials_that_depend_on_each_other_are_not_covered() -> None:
     """Ours never do; the docstring says what would not hold."""
     values = dependent(np.random.default_rng(11), (2000, 40))
-    assert covered_together(values, looks(3, 40), nominal_confidence(looks(3, 40), 0.95)) < 0.8
+    assert (
+        covered_together(values, looks(3, 40), nominal_confidence(looks(3, 40), 0.95))
+        < 0.8
+    )
 
 
 def test_an_interval_is_for_the_number_of_trials_at_a_look() -> None:
@@ -172,12 +228,17 @@ def test_an_interval_is_for_the_number_of_trials_at_a_look() -> None:
     found = repeated_interval(values, looks(10, 60))
     assert found == mean_interval(values, nominal_confidence(looks(10, 60), 0.95))
     assert found.n == 12
-    with pytest.raises(ValueError, match="values: 12 of them; allowed: as many as a look has, 10, 13, 17"):
+    with pytest.raises(
+        ValueError,
+        match="values: 12 of them; allowed: as many as a look has, 10, 13, 17",
+    ):
         repeated_interval(values[:12], looks(10, 60))
 
 
 def test_what_a_look_decides_about_each_point() -> None:
-    """Narrow, wide, equal values, nothing, one value, wide with gaps, and wide at the last look."""
+    """Narrow, wide, equal values, nothing, one value, wide with gaps, and wide at the
+    last look.
+    """
     until = Until("x", 1.0, 0.95, 4, 6)
     points = [
         [0.0, 0.1, 0.2, 0.1],
@@ -192,8 +253,18 @@ def test_what_a_look_decides_about_each_point() -> None:
     seen = look(until, until.nominal, trials, np.concatenate(points))
     assert seen.further.tolist() == [4, 5, 4, 4, 4, 6, 6]
     assert seen.values.tolist() == [4, 4, 4, 0, 1, 3, 6]
-    assert np.isnan(seen.half_width).tolist() == [False, False, False, True, True, False, False]
+    assert np.isnan(seen.half_width).tolist() == [
+        False,
+        False,
+        False,
+        True,
+        True,
+        False,
+        False,
+    ]
     assert seen.half_width[2] == 0.0
     for index in (0, 1, 6):
         interval = repeated_interval(points[index], until.looks)
-        assert seen.half_width[index] == pytest.approx(interval.high - interval.value, rel=1e-12)
+        assert seen.half_width[index] == pytest.approx(
+            interval.high - interval.value, rel=1e-12
+        )

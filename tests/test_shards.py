@@ -1,4 +1,6 @@
-"""Shares of a study that are launched apart add up to the study, whoever comes when, is killed, or merges."""
+"""Shares of a study that are launched apart add up to the study, whoever comes when, is
+killed, or merges.
+"""
 
 import logging
 import os
@@ -49,7 +51,9 @@ print(done.statuses.total())
 
 def share(text: str, results: Path) -> int:
     """How many trials a launch of a share has run, in this process."""
-    return launch(parse_spec(SPEC), results, Serial(), share=Share.parse(text)).statuses.total()
+    return launch(
+        parse_spec(SPEC), results, Serial(), share=Share.parse(text)
+    ).statuses.total()
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +63,12 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return tables(results / "small")
 
 
-def test_three_processes_at_once_add_up_to_one_launch(tmp_path: Path, whole: dict[str, str]) -> None:
-    """They begin together, store a part for every two trials, and merge as they go; a launch of the whole tidies up."""
+def test_three_processes_at_once_add_up_to_one_launch(
+    tmp_path: Path, whole: dict[str, str]
+) -> None:
+    """They begin together, store a part for every two trials, and merge as they go; a
+    launch of the whole tidies up.
+    """
     script = LAUNCHED.format(here=str(HERE), root=str(HERE.parent))
     processes = [
         subprocess.Popen(
@@ -83,7 +91,9 @@ def test_three_processes_at_once_add_up_to_one_launch(tmp_path: Path, whole: dic
     assert not (tmp_path / "small" / "lock").exists()
 
 
-def test_shares_one_after_the_other_and_then_the_whole(tmp_path: Path, whole: dict[str, str]) -> None:
+def test_shares_one_after_the_other_and_then_the_whole(
+    tmp_path: Path, whole: dict[str, str]
+) -> None:
     done = [share(text, tmp_path) for text in ("2/2", "1/2", "1/2")]
     assert done[0] + done[1] == 40
     assert min(done[:2]) > 0
@@ -108,7 +118,9 @@ def test_shares_one_after_the_other_and_then_the_whole(tmp_path: Path, whole: di
         (Share(1, 2), Share(2, 2), True),
     ],
 )
-def test_what_excludes_what(tmp_path: Path, held: Share | None, asked: Share | None, allowed: bool) -> None:
+def test_what_excludes_what(
+    tmp_path: Path, held: Share | None, asked: Share | None, allowed: bool
+) -> None:
     store = Store(tmp_path / "study")
     with Lock(store.place, held):
         if allowed:
@@ -125,7 +137,9 @@ def test_what_excludes_what(tmp_path: Path, held: Share | None, asked: Share | N
 def test_of_two_who_ask_the_smaller_token_waits_and_the_larger_lets_it_pass(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Step by step: neither holds while the other asks; the second learns that the first holds."""
+    """Step by step: neither holds while the other asks; the second learns that the
+    first holds.
+    """
     tokens = iter(["a", "b", "c"])
     monkeypatch.setattr(lock_module.secrets, "token_hex", lambda _: next(tokens))
     place, passed = Store(tmp_path / "study").place, list[bool]()
@@ -141,10 +155,16 @@ def test_of_two_who_ask_the_smaller_token_waits_and_the_larger_lets_it_pass(
     assert place.lock.tokens() == ["a", "c"]
 
 
-def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(tmp_path: Path) -> None:
+def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(
+    tmp_path: Path,
+) -> None:
     """The whole against a share, again and again, from threads that start together."""
     for number in range(20):
-        store, together, went = Store(tmp_path / str(number)), threading.Barrier(2), list[str]()
+        store, together, went = (
+            Store(tmp_path / str(number)),
+            threading.Barrier(2),
+            list[str](),
+        )
         inside = threading.Lock()
 
         def take(asked: Share | None) -> None:
@@ -159,7 +179,10 @@ def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(tmp_path: Pat
             except StoreError:
                 pass
 
-        threads = [threading.Thread(target=take, args=(asked,)) for asked in (None, Share(1, 2))]
+        threads = [
+            threading.Thread(target=take, args=(asked,))
+            for asked in (None, Share(1, 2))
+        ]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -169,7 +192,10 @@ def test_of_two_who_exclude_each_other_and_ask_at_once_one_goes_on(tmp_path: Pat
 
 def test_a_share_leaves_alone_what_others_have_and_write(tmp_path: Path) -> None:
     """Their parts are not merged, and what they are writing is not tidied away."""
-    store, gone = Store(tmp_path / "study"), subprocess.Popen([sys.executable, "-c", ""])
+    store, gone = (
+        Store(tmp_path / "study"),
+        subprocess.Popen([sys.executable, "-c", ""]),
+    )
     gone.wait()
     others = [append(store, {f"other{index}": "ok"}) for index in range(3)]
     with custody(Store(store.folder), Share(1, 2)) as _:
@@ -189,7 +215,9 @@ def test_a_share_leaves_alone_what_others_have_and_write(tmp_path: Path) -> None
 def test_a_damaged_part_is_set_aside_by_whoever_comes_first(
     tmp_path: Path, whole: dict[str, str], caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Another share has set it aside already when this one wants to: no error, and its trials run with their shares."""
+    """Another share has set it aside already when this one wants to: no error, and its
+    trials run with their shares.
+    """
     relaunch(SPEC, tmp_path)
     store = Store(tmp_path / "small")
     part = store.all_parts()[0]
@@ -207,8 +235,13 @@ def test_a_dead_share_is_taken_over_by_the_whole_and_by_itself_alone(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     store = Store(tmp_path / "study")
-    dying = "import os, sys; sys.path[:0] = [{root!r}]; from pathlib import Path; from sweep.store.lock import Lock; "
-    dying += "from sweep.store.shares import Share; from sweep.store.store import Store; "
+    dying = (
+        "import os, sys; sys.path[:0] = [{root!r}]; from pathlib import Path; from"
+        " sweep.store.lock import Lock; "
+    )
+    dying += (
+        "from sweep.store.shares import Share; from sweep.store.store import Store; "
+    )
     dying += "Lock(Store(Path({folder!r})).place, Share(1, 2)).__enter__(); os._exit(0)"
     script = dying.format(root=str(HERE.parent), folder=str(store.folder))
     subprocess.run([sys.executable, "-c", script], check=True)
@@ -221,10 +254,21 @@ def test_a_dead_share_is_taken_over_by_the_whole_and_by_itself_alone(
         assert len(store.place.lock.tokens()) == 1
 
 
-def test_the_command_runs_a_share_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_runs_a_share_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     spec = tmp_path / "small.yaml"
     spec.write_text(SMALL)
-    command = ["sweep", "launch", str(spec), "--workers", "1", "--results", str(tmp_path / "results"), "--shard"]
+    command = [
+        "sweep",
+        "launch",
+        str(spec),
+        "--workers",
+        "1",
+        "--results",
+        str(tmp_path / "results"),
+        "--shard",
+    ]
     told, number = [], 0
     for text in ("1/2", "2/2"):
         with pytest.MonkeyPatch.context() as patch:
@@ -239,8 +283,13 @@ def test_the_command_runs_a_share_and_says_so(tmp_path: Path, capsys: pytest.Cap
     assert set(Store(tmp_path / "results" / "small").trial_ids().values()) == {"done"}
 
 
-@pytest.mark.parametrize(("text", "said"), [("3", "not of the form 3/16"), ("3/2", "they count from 1/2 to 2/2")])
-def test_the_command_refuses_what_is_no_share(text: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("3", "not of the form 3/16"), ("3/2", "they count from 1/2 to 2/2")],
+)
+def test_the_command_refuses_what_is_no_share(
+    text: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.argv", ["sweep", "launch", "no.yaml", "--shard", text])
         with pytest.raises(SystemExit) as ending:
@@ -249,8 +298,12 @@ def test_the_command_refuses_what_is_no_share(text: str, said: str, capsys: pyte
     assert said in capsys.readouterr().err
 
 
-def test_a_study_whose_trials_depend_on_the_stored_ones_cannot_be_shared(tmp_path: Path) -> None:
+def test_a_study_whose_trials_depend_on_the_stored_ones_cannot_be_shared(
+    tmp_path: Path,
+) -> None:
     rule = "replicates: {until: {metric: speed, half_width: 0.1}, max: 50}"
     study = parse_spec(SMALL.replace("replicates: 3", rule))
-    with pytest.raises(SpecError, match=r"spec\.yaml:\d+: .*cannot be launched in shares"):
+    with pytest.raises(
+        SpecError, match=r"spec\.yaml:\d+: .*cannot be launched in shares"
+    ):
         launch(study, tmp_path, Serial(), share=Share(1, 2))

@@ -8,11 +8,15 @@ import pytest
 from sweep.errors import ChoiceError
 from sweep.store.shares import Share
 
-IDS = [hashlib.sha256(str(number).encode()).hexdigest()[:24] for number in range(10_000)]
+IDS = [
+    hashlib.sha256(str(number).encode()).hexdigest()[:24] for number in range(10_000)
+]
 
 
 def test_shares_divide_the_trials_evenly() -> None:
-    """A share of 16 of 10,000 hashes has 625 of them with a deviation of 24.2; 5 deviations: 1e-5 for one of 16."""
+    """A share of 16 of 10,000 hashes has 625 of them with a deviation of 24.2; 5
+    deviations: 1e-5 for one of 16.
+    """
     masks = np.array([Share(number, 16).has(IDS) for number in range(1, 17)])
     assert (masks.sum(axis=0) == 1).all()
     assert abs(masks.sum(axis=1) - 625).max() < 5 * 24.2

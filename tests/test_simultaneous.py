@@ -9,18 +9,33 @@ from sweep.analysis import holm, max_t, mean_interval, simultaneous_confidence
 def test_bonferroni_and_sidak() -> None:
     assert simultaneous_confidence(10) == pytest.approx(0.995)
     assert simultaneous_confidence(10, correction="sidak") == pytest.approx(0.95**0.1)
-    assert simultaneous_confidence(1) == simultaneous_confidence(1, correction="sidak") == pytest.approx(0.95)
+    assert (
+        simultaneous_confidence(1)
+        == simultaneous_confidence(1, correction="sidak")
+        == pytest.approx(0.95)
+    )
 
 
 def test_independent_intervals_of_sidak_hold_together_exactly_as_often() -> None:
     """2000 sets of 6 intervals of 8 values; two-sided bound at 4 standard errors."""
-    rng, level = np.random.default_rng(1), simultaneous_confidence(6, correction="sidak")
+    rng, level = (
+        np.random.default_rng(1),
+        simultaneous_confidence(6, correction="sidak"),
+    )
     sets = rng.normal(size=(2000, 6, 8))
-    held = [all(low <= 0 <= high for _, low, high, _ in (mean_interval(row, level) for row in rows)) for rows in sets]
+    held = [
+        all(
+            low <= 0 <= high
+            for _, low, high, _ in (mean_interval(row, level) for row in rows)
+        )
+        for rows in sets
+    ]
     assert abs(np.mean(held) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 2000)
 
 
-@pytest.mark.parametrize("wrong", [{"comparisons": 0}, {"comparisons": 2, "correction": "none"}])
+@pytest.mark.parametrize(
+    "wrong", [{"comparisons": 0}, {"comparisons": 2, "correction": "none"}]
+)
 def test_what_is_not_allowed_is_said(wrong: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="llowed: "):
         simultaneous_confidence(**wrong)  # type: ignore[arg-type]
@@ -38,22 +53,33 @@ def fewer_resamples(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweep.analysis.resampling.RESAMPLES", 499)
 
 
-def correlated(rng: np.random.Generator, n: int, k: int, correlation: float) -> np.ndarray:
+def correlated(
+    rng: np.random.Generator, n: int, k: int, correlation: float
+) -> np.ndarray:
     """(n, k) normal values with that correlation between columns."""
     shared = rng.normal(size=(n, 1))
-    return np.sqrt(correlation) * shared + np.sqrt(1 - correlation) * rng.normal(size=(n, k))
+    return np.sqrt(correlation) * shared + np.sqrt(1 - correlation) * rng.normal(
+        size=(n, k)
+    )
 
 
 @pytest.mark.usefixtures("fewer_resamples")
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.95])
 def test_max_t_has_one_error_in_twenty_families(correlation: float) -> None:
-    """700 families of 6 contrasts of 30 replicates; approximate to one per cent, and 4 standard errors."""
+    """700 families of 6 contrasts of 30 replicates; approximate to one per cent, and 4
+    standard errors.
+    """
     rng, wrong = np.random.default_rng(2), []
     for _ in range(700):
         found = max_t(correlated(rng, 30, 6, correlation))
         wrong.append(((found.low > 0) | (found.high < 0)).any())
-        # The interval and the p-value come from the same resamples: half a step apart at the most.
-        assert (found.p < 0.05 - 2 / 500).any() <= wrong[-1] <= (found.p < 0.05 + 2 / 500).any()
+        # The interval and the p-value come from the same resamples: half a step apart
+        # at the most.
+        assert (
+            (found.p < 0.05 - 2 / 500).any()
+            <= wrong[-1]
+            <= (found.p < 0.05 + 2 / 500).any()
+        )
     assert abs(np.mean(wrong) - 0.05) < 0.01 + 4 * np.sqrt(0.05 * 0.95 / 700)
 
 
@@ -75,7 +101,8 @@ def test_max_t_finds_a_real_effect_and_a_column_without_variance_has_no_width() 
 
 
 @pytest.mark.parametrize(
-    ("values", "message"), [(np.ones((9, 2)), "9 replicates"), (np.full((12, 2), np.nan), "missing")]
+    ("values", "message"),
+    [(np.ones((9, 2)), "9 replicates"), (np.full((12, 2), np.nan), "missing")],
 )
 def test_max_t_needs_replicates_without_gaps(values: np.ndarray, message: str) -> None:
     with pytest.raises(ValueError, match=message):

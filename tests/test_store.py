@@ -1,4 +1,6 @@
-"""The parquet store: parts are whole or absent, the latest row counts, and no crash loses or doubles one."""
+"""The parquet store: parts are whole or absent, the latest row counts, and no crash
+loses or doubles one.
+"""
 
 import os
 import shutil
@@ -32,7 +34,9 @@ from sweep.store.writer import Writer
 PROVENANCE = ORIGIN | {"spec": "study: test", "kernels_sha": "abc"}
 
 
-def trials(rows: Mapping[str, str], provenance: Mapping[str, str] = PROVENANCE, **columns: Any) -> pa.Table:
+def trials(
+    rows: Mapping[str, str], provenance: Mapping[str, str] = PROVENANCE, **columns: Any
+) -> pa.Table:
     """A trials table from statuses by trial id, `speed` being a column with a unit."""
     schema = pa.schema(
         [
@@ -43,7 +47,9 @@ def trials(rows: Mapping[str, str], provenance: Mapping[str, str] = PROVENANCE, 
         metadata=dict(provenance),
     )
     speed = pa.array(np.arange(len(rows), dtype=float))
-    table = pa.Table.from_arrays([pa.array(rows.keys()), pa.array(rows.values()), speed], schema=schema)
+    table = pa.Table.from_arrays(
+        [pa.array(rows.keys()), pa.array(rows.values()), speed], schema=schema
+    )
     for name, values in columns.items():
         table = table.append_column(name, pa.array(values))
     return table
@@ -81,7 +87,9 @@ def store(tmp_path: Path) -> Store:
 def test_a_store_that_does_not_exist_is_empty(store: Store) -> None:
     assert store.trial_ids() == {}
     assert store.read("trials").num_rows == 0
-    assert store.read("series", columns=["frame"], trial_ids=pa.array(["a"])).column_names == ["frame"]
+    assert store.read(
+        "series", columns=["frame"], trial_ids=pa.array(["a"])
+    ).column_names == ["frame"]
     store.tidy()
     store.compact()
     assert not store.folder.exists()
@@ -89,7 +97,9 @@ def test_a_store_that_does_not_exist_is_empty(store: Store) -> None:
 
 def test_round_trip_keeps_values_types_and_metadata(store: Store) -> None:
     tensor = pa.fixed_shape_tensor(pa.float32(), (2, 2))
-    heat = pa.FixedSizeListArray.from_arrays(pa.array(np.arange(8, dtype=np.float32)), 4)
+    heat = pa.FixedSizeListArray.from_arrays(
+        pa.array(np.arange(8, dtype=np.float32)), 4
+    )
     schema = pa.schema(
         [
             pa.field("trial_id", pa.string()),
@@ -124,7 +134,9 @@ def test_round_trip_keeps_values_types_and_metadata(store: Store) -> None:
 def test_floats_are_split_by_byte_and_strings_are_dictionaries(store: Store) -> None:
     part = append(store, {"a": "ok"})
     columns = pq.ParquetFile(part / "trials.parquet").metadata.row_group(0)
-    encodings = {columns.column(i).path_in_schema: columns.column(i).encodings for i in range(3)}
+    encodings = {
+        columns.column(i).path_in_schema: columns.column(i).encodings for i in range(3)
+    }
     assert "BYTE_STREAM_SPLIT" in encodings["speed"]
     assert "RLE_DICTIONARY" in encodings["status"]
     assert columns.column(0).compression == "ZSTD"
@@ -138,7 +150,9 @@ def test_the_latest_part_of_a_trial_counts_in_every_table(store: Store) -> None:
     assert store.read("series")["trial_id"].to_pylist() == ["b", "b"]
 
 
-def test_the_latest_counts_though_the_clock_was_set_back(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_latest_counts_though_the_clock_was_set_back(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     append(store, {"a": "failed"})
     monkeypatch.setattr(store_module.time, "time_ns", lambda: 5)
     append(store, {"a": "retried"})
@@ -156,7 +170,9 @@ def test_read_selects_trials_and_columns(store: Store) -> None:
         store.read("series", columns=["valeu"])
 
 
-def test_a_part_without_a_wanted_trial_is_not_read(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_part_without_a_wanted_trial_is_not_read(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     append(store, {"a": "1"})
     append(store, {"b": "2"})
     load, read = parquet.load_table, []
@@ -166,7 +182,10 @@ def test_a_part_without_a_wanted_trial_is_not_read(store: Store, monkeypatch: py
         return load(part, name, *columns)
 
     monkeypatch.setattr(parquet, "load_table", noted)
-    assert store.read("series", trial_ids=pa.array(["b"]))["value"].to_pylist() == ["2", "2"]
+    assert store.read("series", trial_ids=pa.array(["b"]))["value"].to_pylist() == [
+        "2",
+        "2",
+    ]
     assert read.count("series") == 1
     nothing = store.read("series", trial_ids=pa.array(["z"]), columns=["value"])
     assert (nothing.column_names, nothing.num_rows) == (["value"], 0)
@@ -175,7 +194,9 @@ def test_a_part_without_a_wanted_trial_is_not_read(store: Store, monkeypatch: py
 
 def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
     store.append({"trials": trials({"a": "ok"}, n=[1])})
-    store.append({"trials": trials({"b": "ok"}, {"spec": "new"}, n=[2.5], map=["empty"])})
+    store.append(
+        {"trials": trials({"b": "ok"}, {"spec": "new"}, n=[2.5], map=["empty"])}
+    )
     read = store.read("trials")
     assert read["n"].to_pylist() == [1.0, 2.5]
     assert read["map"].to_pylist() == [None, "empty"]
@@ -190,18 +211,25 @@ def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
         ({"series": series({"a": "1"})}, "needs a `trials` table"),
         ({"trials": trials({})}, "at least one row"),
         ({"trials": pa.concat_tables([trials({"a": "1"})] * 2)}, "same trial_id twice"),
-        ({"trials": trials({"a": "1"}), "series": series({"b": "1"})}, "series of trials that are not in"),
+        (
+            {"trials": trials({"a": "1"}), "series": series({"b": "1"})},
+            "series of trials that are not in",
+        ),
         ({"trials": pa.table({"trial_id": [1]})}, "`trial_id` column of strings"),
     ],
 )
-def test_a_part_that_breaks_the_rules_is_refused(store: Store, tables: dict[str, pa.Table], message: str) -> None:
+def test_a_part_that_breaks_the_rules_is_refused(
+    store: Store, tables: dict[str, pa.Table], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         store.append(tables)
     assert not store.folder.exists()
 
 
 @contextmanager
-def full_disk(monkeypatch: pytest.MonkeyPatch, call: str, after: int = 0) -> Iterator[None]:
+def full_disk(
+    monkeypatch: pytest.MonkeyPatch, call: str, after: int = 0
+) -> Iterator[None]:
     """Inside, `os.<call>` succeeds `after` times and then fails."""
     original, calls = getattr(os, call), []
 
@@ -245,7 +273,9 @@ def test_a_damaged_part_is_named_with_the_way_out(store: Store, damage: str) -> 
         file.unlink()
     else:
         file.write_bytes(content if damage == "flipped" else content[:50])
-    with pytest.raises(StoreError, match=rf"{part.name}/trials.parquet.*launch the study again"):
+    with pytest.raises(
+        StoreError, match=rf"{part.name}/trials.parquet.*launch the study again"
+    ):
         store.read("trials")
     shutil.rmtree(part)
     assert store.trial_ids() == {"a": "ok"}
@@ -264,7 +294,9 @@ def test_compaction_merges_what_has_the_same_schemas(store: Store) -> None:
     assert len(part_names(store)) == 2
 
 
-def test_compaction_respects_parts_that_stay_between_the_merged_ones(store: Store) -> None:
+def test_compaction_respects_parts_that_stay_between_the_merged_ones(
+    store: Store,
+) -> None:
     append(store, {"a": "1", "b": "1"})
     store.append({"trials": trials({"a": "2", "c": "2"}, {"spec": "other"})})
     append(store, {"c": "3"})
@@ -275,8 +307,12 @@ def test_compaction_respects_parts_that_stay_between_the_merged_ones(store: Stor
     assert store.trial_ids()["c"] == "4"
 
 
-def test_small_parts_are_merged_on_the_way_each_row_a_few_times(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 240 parts never more than three of a level are there, and a row is written again once a level."""
+def test_small_parts_are_merged_on_the_way_each_row_a_few_times(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 240 parts never more than three of a level are there, and a row is written
+    again once a level.
+    """
     monkeypatch.setattr(merging, "MOST_GATHERED", 4)
     write, written, most = pq.ParquetWriter.write_table, [0], 0
 
@@ -295,7 +331,9 @@ def test_small_parts_are_merged_on_the_way_each_row_a_few_times(store: Store, mo
     assert nothing_unfinished(store)
 
 
-def test_what_is_large_enough_is_not_merged_again(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_large_enough_is_not_merged_again(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(merging, "MERGED_ROWS", 6)
     with Writer(store, build, rows=2) as writer:
         for index in range(9):
@@ -304,17 +342,23 @@ def test_what_is_large_enough_is_not_merged_again(store: Store, monkeypatch: pyt
     assert len(store.trial_ids()) == 18
 
 
-def test_on_the_way_too_the_latest_row_counts(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_the_way_too_the_latest_row_counts(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(merging, "MOST_GATHERED", 3)
     for index in range(10):
         append(store, {"a": str(index), f"b{index}": "ok"})
         store.gather()
-        assert store.trial_ids() == {"a": str(index)} | {f"b{number}": "ok" for number in range(index + 1)}
+        assert store.trial_ids() == {"a": str(index)} | {
+            f"b{number}": "ok" for number in range(index + 1)
+        }
         assert store.read("trials").num_rows == index + 2
     assert len(part_names(store)) == 2
 
 
-def test_only_parts_of_this_launch_are_merged_on_the_way(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_parts_of_this_launch_are_merged_on_the_way(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(merging, "MOST_GATHERED", 2)
     old = [append(Store(store.folder), {f"old{index}": "ok"}) for index in range(5)]
     for index in range(2):
@@ -325,7 +369,9 @@ def test_only_parts_of_this_launch_are_merged_on_the_way(store: Store, monkeypat
 
 
 def test_a_listing_that_missed_a_merged_part_is_made_again(store: Store) -> None:
-    """As of a folder that is changed while it is read: neither the merged part nor those that it replaced are in it."""
+    """As of a folder that is changed while it is read: neither the merged part nor
+    those that it replaced are in it.
+    """
     for index in range(3):
         append(store, {f"a{index}": "ok"})
     last, listings = append(store, {"b": "ok"}), iter([1])
@@ -343,14 +389,19 @@ def test_a_folder_that_is_a_link_is_not_written_through(tmp_path: Path) -> None:
     assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
-@pytest.mark.parametrize(("call", "after"), [("replace", 0), ("rename", 0), ("rename", 2), ("fsync", 3)])
+@pytest.mark.parametrize(
+    ("call", "after"), [("replace", 0), ("rename", 0), ("rename", 2), ("fsync", 3)]
+)
 def test_failing_during_compaction_loses_and_doubles_nothing(
     store: Store, monkeypatch: pytest.MonkeyPatch, call: str, after: int
 ) -> None:
     for index in range(4):
         append(store, {"a": str(index), f"b{index}": "ok"})
     rows = sorted_tables(store)
-    with full_disk(monkeypatch, call, after), pytest.raises(StoreError, match="No space left"):
+    with (
+        full_disk(monkeypatch, call, after),
+        pytest.raises(StoreError, match="No space left"),
+    ):
         store.compact()
     assert len(part_names(store)) > 1
     assert sorted_tables(store) == rows
@@ -371,13 +422,25 @@ test_store.append(store, {{"a": "new"}}) if {action!r} == "append" else store.co
 """
 
 
-@pytest.mark.parametrize(("action", "call"), [("append", "replace"), ("compact", "rename")])
-def test_being_killed_loses_and_doubles_nothing(store: Store, action: str, call: str) -> None:
-    """Killed before a new part appears, and between the merged part's appearance and the first deletion."""
+@pytest.mark.parametrize(
+    ("action", "call"), [("append", "replace"), ("compact", "rename")]
+)
+def test_being_killed_loses_and_doubles_nothing(
+    store: Store, action: str, call: str
+) -> None:
+    """Killed before a new part appears, and between the merged part's appearance and
+    the first deletion.
+    """
     for index in range(3):
         append(store, {"a": str(index), f"b{index}": "ok"})
     rows, here = sorted_tables(store), Path(__file__).parent
-    script = KILLED.format(tests=str(here), root=str(here.parent), folder=str(store.folder), call=call, action=action)
+    script = KILLED.format(
+        tests=str(here),
+        root=str(here.parent),
+        folder=str(store.folder),
+        call=call,
+        action=action,
+    )
     killed = subprocess.run([sys.executable, "-c", script], check=False)
     assert killed.returncode == -signal.SIGKILL
     assert sorted_tables(store) == rows
@@ -389,7 +452,9 @@ def test_being_killed_loses_and_doubles_nothing(store: Store, action: str, call:
     assert len(part_names(store)) == (3 if action == "append" else 1)
 
 
-def test_reading_survives_a_compaction_elsewhere(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_survives_a_compaction_elsewhere(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for index in range(4):
         append(store, {f"a{index}": "ok"})
     load, calls = store_module.load_table, []
@@ -407,13 +472,20 @@ def test_reading_survives_a_compaction_elsewhere(store: Store, monkeypatch: pyte
 
 
 @pytest.mark.parametrize("shared", [False, True])
-def test_only_what_dead_processes_left_is_tidied_away(store: Store, shared: bool) -> None:
-    """Of another machine, or of this one before a restart, only what is old, and only if nobody else is at work."""
+def test_only_what_dead_processes_left_is_tidied_away(
+    store: Store, shared: bool
+) -> None:
+    """Of another machine, or of this one before a restart, only what is old, and only
+    if nobody else is at work.
+    """
     append(store, {"a": "ok"})
     store.shared = shared
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    others, old = {"elsewhere", f"{socket.gethostname()}-00000000"}, time.time() - 2 * LEFTOVER_SECONDS
+    others, old = (
+        {"elsewhere", f"{socket.gethostname()}-00000000"},
+        time.time() - 2 * LEFTOVER_SECONDS,
+    )
     young = {f"{here()}~{os.getpid()}~plan-1", f"{here()}~1~plan-1", "notes"}
     young |= {f"{other}~{gone.pid}~plan-1" for other in others}
     dead = {f"{here()}~{gone.pid}~plan-1"}
@@ -427,8 +499,12 @@ def test_only_what_dead_processes_left_is_tidied_away(store: Store, shared: bool
     assert names == (young | left if shared else young)
 
 
-def test_arrow_opens_local_files_itself(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An object of Python's in a thread of its pool aborts one process in twenty at its end."""
+def test_arrow_opens_local_files_itself(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An object of Python's in a thread of its pool aborts one process in twenty at its
+    end.
+    """
     append(store, {"a": "ok"})
     open_parquet, sources = pq.ParquetFile, []
 
@@ -455,20 +531,31 @@ def test_a_part_that_is_gone_is_said_to_be_so(store: Store) -> None:
     """It is not promised that a launch sets it aside, as there is nothing left."""
     part = append(store, {"a": "ok"})
     shutil.rmtree(part)
-    with pytest.raises(StoreError, match=f"{part.name}.*has been removed: launch the study again"):
+    with pytest.raises(
+        StoreError, match=f"{part.name}.*has been removed: launch the study again"
+    ):
         parquet.load_table(part, "trials")
 
 
 def test_a_plan_that_is_gone_is_told_from_a_study_never_launched(store: Store) -> None:
     append(store, {"a": "ok"})
-    with pytest.raises(StoreError, match=r"trials are stored here, but there is no plan.parquet; run the study again"):
+    with pytest.raises(
+        StoreError,
+        match=(
+            r"trials are stored here, but there is no plan.parquet; run the study again"
+        ),
+    ):
         store.read_plan()
 
 
-def test_the_plan_is_replaced_whole(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_plan_is_replaced_whole(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(StoreError, match="no study has been launched here"):
         store.read_plan()
-    first = pa.table({"trial_id": ["b", "a"], "point": [0, 1]}).replace_schema_metadata(PROVENANCE)
+    first = pa.table({"trial_id": ["b", "a"], "point": [0, 1]}).replace_schema_metadata(
+        PROVENANCE
+    )
     store.write_plan(first)
     assert store.read_plan().equals(first, check_metadata=True)
     with full_disk(monkeypatch, "replace"), pytest.raises(StoreError):
@@ -477,7 +564,9 @@ def test_the_plan_is_replaced_whole(store: Store, monkeypatch: pytest.MonkeyPatc
     store.write_plan(first.slice(1))
     assert store.read_plan().num_rows == 1
     (store.folder / "plan.parquet").write_bytes(b"PAR1")
-    with pytest.raises(StoreError, match=r"plan.parquet: cannot be read .*launch the study again"):
+    with pytest.raises(
+        StoreError, match=r"plan.parquet: cannot be read .*launch the study again"
+    ):
         store.read_plan()
 
 
@@ -485,7 +574,9 @@ def build(results: list[str]) -> dict[str, pa.Table]:
     return {"trials": trials(dict.fromkeys(results, "ok"))}
 
 
-def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(store: Store) -> None:
+def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(
+    store: Store,
+) -> None:
     now = 0.0
     with Writer(store, build, rows=3, seconds=5.0, clock=lambda: now) as writer:
         writer.add(["a", "b"])
@@ -506,7 +597,9 @@ def test_a_writer_stores_a_part_when_it_is_full_or_late_and_at_the_end(store: St
     assert len(part_names(store)) == 3
 
 
-def test_a_writer_stores_a_part_when_its_results_are_large(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_stores_a_part_when_its_results_are_large(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(writer_module, "MOST_BYTES", 10)
     with Writer(store, build, size=len, clock=lambda: 0.0) as writer:
         writer.add(["four", "five5"])
@@ -516,7 +609,9 @@ def test_a_writer_stores_a_part_when_its_results_are_large(store: Store, monkeyp
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_a_writer_keeps_what_is_done_when_something_is_raised(store: Store, error: type[BaseException]) -> None:
+def test_a_writer_keeps_what_is_done_when_something_is_raised(
+    store: Store, error: type[BaseException]
+) -> None:
     def interrupted() -> None:
         with Writer(store, build) as writer:
             writer.add(["a"])
@@ -527,7 +622,9 @@ def test_a_writer_keeps_what_is_done_when_something_is_raised(store: Store, erro
     assert store.trial_ids() == {"a": "ok"}
 
 
-def test_a_writer_holds_on_to_what_could_not_be_stored(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_holds_on_to_what_could_not_be_stored(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with Writer(store, build, rows=2) as writer:
         with full_disk(monkeypatch, "replace"), pytest.raises(StoreError):
             writer.add(["a", "b"])
@@ -537,8 +634,14 @@ def test_a_writer_holds_on_to_what_could_not_be_stored(store: Store, monkeypatch
 
 
 STEPS = st.one_of(
-    st.tuples(st.just("append"), st.dictionaries(st.sampled_from("abcdef"), st.sampled_from("xyz"), min_size=1)),
-    st.tuples(st.just("other"), st.dictionaries(st.sampled_from("abcdef"), st.just("o"), min_size=1)),
+    st.tuples(
+        st.just("append"),
+        st.dictionaries(st.sampled_from("abcdef"), st.sampled_from("xyz"), min_size=1),
+    ),
+    st.tuples(
+        st.just("other"),
+        st.dictionaries(st.sampled_from("abcdef"), st.just("o"), min_size=1),
+    ),
     st.tuples(st.just("compact"), st.integers(1, 8)),
 )
 
@@ -563,7 +666,9 @@ def test_any_history_reads_like_a_dictionary(
             with_series |= value
         else:
             store.append({"trials": trials(value, {"spec": "other"})})
-            with_series = {key: status for key, status in with_series.items() if key not in value}
+            with_series = {
+                key: status for key, status in with_series.items() if key not in value
+            }
     store = Store(folder)
     assert store.trial_ids() == model
     assert sorted(store.read("trials")["trial_id"].to_pylist()) == sorted(model)

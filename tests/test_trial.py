@@ -1,4 +1,6 @@
-"""A trial from its job to its result: every ending, and the same bits wherever and whenever it runs."""
+"""A trial from its job to its result: every ending, and the same bits wherever and
+whenever it runs.
+"""
 
 import math
 import os
@@ -21,19 +23,42 @@ from sweep.trial.simulation import Simulation, run
 
 OVERFLOWS = {
     "nguyen2024": {"displacement_factor": 1e300, "separation_weight": 1e20},
-    "aziel_chen2025": {"max_acceleration": 1e308, "max_speed": 1e308, "cohesion_weight": 1e308, "dt": 1e10},
+    "aziel_chen2025": {
+        "max_acceleration": 1e308,
+        "max_speed": 1e308,
+        "cohesion_weight": 1e308,
+        "dt": 1e10,
+    },
     "patel2023": {"dt": 1e308},
     "nanobot": {"dt": 1e308},
-    "rustamani2024": dict.fromkeys(("max_acceleration", "max_speed", "acceleration_pool"), math.inf)
-    | {"cohesion_weight": 1e308},
+    "rustamani2024": (
+        dict.fromkeys(("max_acceleration", "max_speed", "acceleration_pool"), math.inf)
+        | {"cohesion_weight": 1e308}
+    ),
 }
 
 
 def small(model: str, **changes: Any) -> builders.Job:
     """A short trial with coverage, escapes and a series, on a random map."""
     settings = {"n": 12, "steps": 20, "map": "random_obstacles", "n_obstacles": 2}
-    settings |= builders.scaled(model, width=240, height=180, obstacle_margin=40, obstacle_radius=12, pixel=1) | changes
-    return builders.job(model, metrics=tuple(METRICS), series=("speed", "coverage"), heatmaps=True, **settings)
+    settings |= (
+        builders.scaled(
+            model,
+            width=240,
+            height=180,
+            obstacle_margin=40,
+            obstacle_radius=12,
+            pixel=1,
+        )
+        | changes
+    )
+    return builders.job(
+        model,
+        metrics=tuple(METRICS),
+        series=("speed", "coverage"),
+        heatmaps=True,
+        **settings,
+    )
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -42,14 +67,22 @@ def test_a_result_has_every_metric_every_frame_and_the_heatmap(model: str) -> No
     assert (result.status, result.step, result.error) == ("done", 20, "")
     assert list(result.last) == list(result.mean) == list(METRICS)
     assert result.frames.tolist() == [0, 6, 12, 18, 20]
-    assert {name: len(values) for name, values in result.series.items()} == {"speed": 5, "coverage": 5}
+    assert {name: len(values) for name, values in result.series.items()} == {
+        "speed": 5,
+        "coverage": 5,
+    }
     assert result.heatmap.shape == (180, 240)
     assert result.seconds > 0.0
 
 
 def test_what_is_not_asked_for_is_not_given() -> None:
     result = run(builders.job(n=5, steps=4, metrics=("speed",)))
-    assert (list(result.last), result.frames, result.series, result.heatmap) == (["speed"], None, {}, None)
+    assert (list(result.last), result.frames, result.series, result.heatmap) == (
+        ["speed"],
+        None,
+        {},
+        None,
+    )
 
 
 def flown(a_job: builders.Job) -> builders.Job:
@@ -71,7 +104,9 @@ def test_a_trajectory_holds_every_boid_in_every_recorded_frame(model: str) -> No
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(
+    model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     a_job = small(model, every=3)
     whole = run(flown(a_job)).trajectory
     assert builders.bits(flown(a_job)) == builders.bits(a_job)
@@ -80,7 +115,9 @@ def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(model: str, mo
     assert (run(flown(a_job)).trajectory == whole).all()
 
 
-def test_a_trajectory_ends_where_its_trial_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trajectory_ends_where_its_trial_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     diverged = run(flown(small("nguyen2024", steps=400, **OVERFLOWS["nguyen2024"])))
     assert diverged.status == "diverged"
     assert diverged.trajectory.shape == (diverged.step, 4, 12)
@@ -112,20 +149,28 @@ def test_a_trial_that_overflows_ends_as_diverged_without_numbers(
 def overflowing() -> list[builders.Job]:
     """A job of each model and update that diverges."""
     return [
-        small(model, update=update, steps=400, **OVERFLOWS[model]) for model in MODELS for update in builders.UPDATES
+        small(model, update=update, steps=400, **OVERFLOWS[model])
+        for model in MODELS
+        for update in builders.UPDATES
     ]
 
 
 def test_the_interpreter_diverges_at_the_same_step() -> None:
-    """Without compilation NumPy warns of an overflow: here it is the point, and ignored."""
+    """Without compilation NumPy warns of an overflow: here it is the point, and
+    ignored.
+    """
     compiled = [(result.status, result.step) for result in map(run, overflowing())]
     code = (
-        "import test_trial as t\n"
-        "for job in t.overflowing(): result = t.run(job); print(result.status, result.step, result.error)"
+        "import test_trial as t\nfor job in t.overflowing(): result = t.run(job);"
+        " print(result.status, result.step, result.error)"
     )
-    interpreted = in_another_process(code, "-W", "ignore::RuntimeWarning", NUMBA_DISABLE_JIT="1").splitlines()
+    interpreted = in_another_process(
+        code, "-W", "ignore::RuntimeWarning", NUMBA_DISABLE_JIT="1"
+    ).splitlines()
     wanted = [f"{status} {step} " for status, step in compiled]
-    assert [line[: len(start)] for start, line in zip(wanted, interpreted, strict=True)] == wanted
+    assert [
+        line[: len(start)] for start, line in zip(wanted, interpreted, strict=True)
+    ] == wanted
     assert {status for status, _ in compiled} == {"diverged"}
 
 
@@ -133,12 +178,16 @@ def in_another_process(code: str, *options: str, **environment: str) -> str:
     """What `code` prints in a new process that finds the tests' helpers."""
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)} | environment
     command = [sys.executable, *options, "-c", code]
-    finished = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    finished = subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=False
+    )
     assert finished.returncode == 0, finished.stderr
     return finished.stdout
 
 
-def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step() -> None:
+def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step() -> (
+    None
+):
     for bad in (math.inf, math.nan):
         simulation = Simulation(builders.job(n=9, steps=5))
         simulation.flock.vx[3] = bad
@@ -147,7 +196,9 @@ def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step(
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_trial_past_its_time_limit_ends_as_timeout_with_the_step(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trial_past_its_time_limit_ends_as_timeout_with_the_step(
+    model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 60)
     result = run(replace(small(model, steps=1000), time_limit=1e-9))
     assert (result.status, result.step) == ("timeout", 5)
@@ -160,7 +211,9 @@ def test_a_trial_that_is_finished_when_its_time_is_up_is_done(model: str) -> Non
     assert run(replace(small(model), time_limit=1e-9)).status == "done"
 
 
-def test_an_exception_is_a_result_with_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_is_a_result_with_the_traceback(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def broken(*_: Any) -> None:
         raise RuntimeError("the metric of this test is broken")
 
@@ -179,7 +232,9 @@ def test_a_job_that_never_returned_is_a_failed_result() -> None:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_job_gives_the_same_bits_again_and_after_other_jobs(model: str) -> None:
-    """On a map that is kept between trials, with its coverage, as well as on one that is drawn anew."""
+    """On a map that is kept between trials, with its coverage, as well as on one that
+    is drawn anew.
+    """
     others = [small(name, seed=seed, n=30) for name in MODELS for seed in (5, 6)]
     kept = {"px": "cafeteria", "m": "maze"}[MODELS[model].length]
     for settings in ({}, {"map": kept} | builders.map_size(model, kept)):
@@ -192,8 +247,13 @@ def test_a_job_gives_the_same_bits_again_and_after_other_jobs(model: str) -> Non
 
 
 def test_jobs_give_the_same_bits_in_another_process() -> None:
-    code = "import test_trial as t\nfor model in t.MODELS: print(t.builders.bits(t.small(model)))"
-    assert in_another_process(code).split() == [builders.bits(small(model)) for model in MODELS]
+    code = (
+        "import test_trial as t\nfor model in t.MODELS:"
+        " print(t.builders.bits(t.small(model)))"
+    )
+    assert in_another_process(code).split() == [
+        builders.bits(small(model)) for model in MODELS
+    ]
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -215,20 +275,25 @@ def speeds(a_job: builders.Job) -> list[float]:
 def test_a_longer_trial_begins_as_the_shorter_one(model: str) -> None:
     """With common noise, as the number of steps is part of the point."""
     streams = Streams(noise="common")
-    short, long = (speeds(replace(small(model, steps=steps), streams=streams)) for steps in (9, 20))
+    short, long = (
+        speeds(replace(small(model, steps=steps), streams=streams)) for steps in (9, 20)
+    )
     assert long[:10] == short
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_recording_does_not_change_the_flight(model: str) -> None:
     plain = builders.job(model, n=12, steps=20, metrics=("speed",))
-    recorded = builders.job(model, n=12, steps=20, metrics=tuple(METRICS), series=("speed",), heatmaps=True)
+    recorded = builders.job(
+        model, n=12, steps=20, metrics=tuple(METRICS), series=("speed",), heatmaps=True
+    )
     assert run(plain).last["speed"] == run(recorded).last["speed"]
 
 
 def test_seeds_and_replicates_differ_and_points_share_their_start() -> None:
     first, other_seed, other_replicate = (
-        speeds(small("nguyen2024", **which)) for which in ({}, {"seed": 2}, {"replicate": 1})
+        speeds(small("nguyen2024", **which))
+        for which in ({}, {"seed": 2}, {"replicate": 1})
     )
     assert len({tuple(trial) for trial in (first, other_seed, other_replicate)}) == 3
     elsewhere = speeds(small("nguyen2024", separation_weight=3))
@@ -238,6 +303,10 @@ def test_seeds_and_replicates_differ_and_points_share_their_start() -> None:
 
 @pytest.mark.parametrize(("model", "preset", "name"), builders.PRESETS_ON_MAPS)
 def test_every_preset_runs_on_every_map(model: str, preset: str, name: str) -> None:
-    result = run(builders.job(model, preset, map=name, **builders.map_size(model, name), n=10, steps=5))
+    result = run(
+        builders.job(
+            model, preset, map=name, **builders.map_size(model, name), n=10, steps=5
+        )
+    )
     assert result.status == "done", result.error
     assert set(result.last) == set(MODELS[model].metrics)

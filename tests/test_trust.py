@@ -1,4 +1,6 @@
-"""Each sentence of the page on trust stands with tests that exist, or says why it has none."""
+"""Each sentence of the page on trust stands with tests that exist, or says why it has
+none.
+"""
 
 import ast
 import re
@@ -40,5 +42,8 @@ def test_only_what_is_not_promised_has_no_test() -> None:
 
 def test_every_file_of_attacks_stands_behind_a_sentence() -> None:
     named = {found["file"] for found in TEST.finditer(PAGE)}
-    attacks = {path.relative_to(ROOT).as_posix() for path in (ROOT / "tests" / "attacks").glob("test_*.py")}
+    attacks = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "tests" / "attacks").glob("test_*.py")
+    }
     assert attacks <= named

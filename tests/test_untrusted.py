@@ -1,4 +1,6 @@
-"""Specs, tables, images and stores come from anyone: each attack ends in one sentence, with nothing executed."""
+"""Specs, tables, images and stores come from anyone: each attack ends in one sentence,
+with nothing executed.
+"""
 
 import ast
 import json
@@ -37,19 +39,27 @@ def refused(text: str, folder: Path) -> str:
     return str(error.value)
 
 
-LAUGHS = "a: &a [x, x]\n" + "".join(f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True))
+LAUGHS = "a: &a [x, x]\n" + "".join(
+    f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+)
 BOMBS = {
     "aliases": (LAUGHS, "anchors and aliases"),
     "merge": ("a: &a {x: 1}\nb: {<<: *a}\n", "anchors and aliases"),
     "depth": ("[" * 100_000, "nested too deeply"),
     "flow depth": ("{a: " * 900 + "1" + "}" * 900, "nested too deeply"),
-    "block depth": ("".join(f"{' ' * level}a:\n" for level in range(200)), "nested too deeply"),
+    "block depth": (
+        "".join(f"{' ' * level}a:\n" for level in range(200)),
+        "nested too deeply",
+    ),
     "python object": ("a: !!python/object/apply:os.system [touch pwned]\n", "tag"),
     "python name": ("study: !!python/name:os.system\n", "tag"),
     "long integer": (short(f"time_limit: {'9' * 100_000}"), "cannot read"),
     "hexadecimal": (short(f"time_limit: 0x{'f' * 100_000}"), "cannot read"),
     "size": ("a" * 1_000_001, "larger than 1,000,000 bytes"),
-    "long name": (short("record: {metrics: [" + "x" * 500_000 + "]}"), 'unknown metric "xxx'),
+    "long name": (
+        short("record: {metrics: [" + "x" * 500_000 + "]}"),
+        'unknown metric "xxx',
+    ),
 }
 
 
@@ -109,29 +119,60 @@ def test_expressions_are_never_evaluated_by_python(
 
 
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
-FORBIDDEN_MODULES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib.numpy_pickle", "yaml"}
+FORBIDDEN_MODULES = {
+    "pickle",
+    "cPickle",
+    "marshal",
+    "shelve",
+    "dill",
+    "cloudpickle",
+    "joblib.numpy_pickle",
+    "yaml",
+}
 
 
 OVER_THE_CLUSTER = ["workers/remote.py pickle", "workers/tasks.py pickle"]
-"""What a launch and its workers send each other, over connections on which dask itself sends code to run."""
+"""What a launch and its workers send each other, over connections on which dask itself
+sends code to run.
+"""
 
 
 def test_no_module_evaluates_text_or_loads_pickles() -> None:
-    """joblib and numba pickle between our own processes and into the user's cache; nothing stored is read so."""
+    """joblib and numba pickle between our own processes and into the user's cache;
+    nothing stored is read so.
+    """
     found = []
     for path in [*ROOT.glob("sweep/**/*.py"), *ROOT.glob("kernels/**/*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call):
-                name = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+                name = (
+                    node.func.id
+                    if isinstance(node.func, ast.Name)
+                    else getattr(node.func, "attr", "")
+                )
                 keywords = {
-                    word.arg for word in node.keywords if isinstance(word.value, ast.Constant) and word.value.value
+                    word.arg
+                    for word in node.keywords
+                    if isinstance(word.value, ast.Constant) and word.value.value
                 }
                 bare = isinstance(node.func, ast.Name) and name in FORBIDDEN_CALLS
-                if bare or name in ("read_pickle", "to_pickle") or keywords & {"allow_pickle", "shell"}:
+                if (
+                    bare
+                    or name in ("read_pickle", "to_pickle")
+                    or keywords & {"allow_pickle", "shell"}
+                ):
                     found.append(f"{path.name}:{node.lineno} {name}")
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names = (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else []
+            )
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            found += [f"{path.parent.name}/{path.name} {name}" for name in names if name in FORBIDDEN_MODULES]
+            found += [
+                f"{path.parent.name}/{path.name} {name}"
+                for name in names
+                if name in FORBIDDEN_MODULES
+            ]
     assert sorted(found) == OVER_THE_CLUSTER
 
 
@@ -160,7 +201,9 @@ def test_study_names_cannot_leave_the_results(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["../up", "a/../../b", "/etc", ".", ""])
-def test_stored_studies_cannot_be_sought_outside_of_the_results(tmp_path: Path, name: str) -> None:
+def test_stored_studies_cannot_be_sought_outside_of_the_results(
+    tmp_path: Path, name: str
+) -> None:
     launched(SMALL.replace("study: small", "study: up"), tmp_path)
     (tmp_path / "results").mkdir()
     with pytest.raises(StoreError, match="is not allowed"):
@@ -169,7 +212,9 @@ def test_stored_studies_cannot_be_sought_outside_of_the_results(tmp_path: Path, 
 
 @pytest.mark.parametrize("what", ["parts", "writing", "spec.yaml", "plan.parquet"])
 def test_links_in_a_store_lead_nowhere(tmp_path: Path, what: str) -> None:
-    """As in an unpacked archive whose study would make a launch overwrite a file of the user's."""
+    """As in an unpacked archive whose study would make a launch overwrite a file of the
+    user's.
+    """
     mine = tmp_path / "mine"
     if "." in what:
         mine.write_text("precious")
@@ -193,18 +238,37 @@ class Payload:
 
 
 def test_no_pickle_is_loaded_from_the_store(tmp_path: Path) -> None:
-    """The extension type that older versions of Arrow unpickled, and pandas' own metadata with the same payload."""
+    """The extension type that older versions of Arrow unpickled, and pandas' own
+    metadata with the same payload.
+    """
     study, trap = launched(SMALL, tmp_path), tmp_path / "trap"
     payload = pickle.dumps(Payload(trap))
     path = next(study.store.folder.glob("parts/*/trials.parquet"))
     table = pq.read_table(path)
-    evil = {b"ARROW:extension:name": b"arrow.py_extension_type", b"ARROW:extension:metadata": payload}
+    evil = {
+        b"ARROW:extension:name": b"arrow.py_extension_type",
+        b"ARROW:extension:metadata": payload,
+    }
     index = table.column_names.index("error")
     columns = [table.schema.field(name) for name in table.column_names]
     columns[index] = columns[index].with_metadata(evil)
-    pandas = {"columns": [{"name": "speed", "pandas_type": "object", "numpy_type": "object", "metadata": None}]}
-    about = table.schema.metadata | {b"pandas": json.dumps(pandas | {"index_columns": []}).encode(), b"pickle": payload}
-    pq.write_table(pa.Table.from_arrays(table.columns, schema=pa.schema(columns, about)), path)
+    pandas = {
+        "columns": [
+            {
+                "name": "speed",
+                "pandas_type": "object",
+                "numpy_type": "object",
+                "metadata": None,
+            }
+        ]
+    }
+    about = table.schema.metadata | {
+        b"pandas": json.dumps(pandas | {"index_columns": []}).encode(),
+        b"pickle": payload,
+    }
+    pq.write_table(
+        pa.Table.from_arrays(table.columns, schema=pa.schema(columns, about)), path
+    )
     assert pq.read_schema(path).field("error").metadata == evil
     read = StoredStudy("small", tmp_path)
     assert len(read.trials) == 6
@@ -226,22 +290,34 @@ def test_a_small_parquet_file_with_too_many_rows_is_not_read(tmp_path: Path) -> 
         for _ in range(20):
             writer.write_table(pa.table({"drag": pa.repeat(0.5, 1_000_000)}, schema))
     assert (tmp_path / "t.parquet").stat().st_size < 100_000
-    assert "has 20,000,000 rows; at most 10,000,000 are allowed" in refused(of_table("t.parquet"), tmp_path)
+    assert "has 20,000,000 rows; at most 10,000,000 are allowed" in refused(
+        of_table("t.parquet"), tmp_path
+    )
 
 
 def test_long_texts_that_are_repeated_stay_one_text(tmp_path: Path) -> None:
     """They would take two gigabytes one by one, in a file of five kilobytes."""
-    text = pa.DictionaryArray.from_arrays(pa.repeat(pa.scalar(0, pa.int32()), 20_000), ["x" * 100_000])
+    text = pa.DictionaryArray.from_arrays(
+        pa.repeat(pa.scalar(0, pa.int32()), 20_000), ["x" * 100_000]
+    )
     pq.write_table(pa.table({"map": text}), tmp_path / "t.parquet")
     assert (tmp_path / "t.parquet").stat().st_size < 10_000
-    assert "has a text of more than 1,000 characters" in refused(of_table("t.parquet"), tmp_path)
+    assert "has a text of more than 1,000 characters" in refused(
+        of_table("t.parquet"), tmp_path
+    )
 
 
-def test_what_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pq.write_table(pa.table({"map": ["x" * 3_000_000]}), tmp_path / "t.parquet", compression="zstd")
+def test_what_unpacks_to_too_much_is_not_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pq.write_table(
+        pa.table({"map": ["x" * 3_000_000]}), tmp_path / "t.parquet", compression="zstd"
+    )
     monkeypatch.setattr(tables, "MOST_BYTES", 1_000_000)
     assert (tmp_path / "t.parquet").stat().st_size < 10_000
-    assert "unpacks to more than 1,000,000 bytes" in refused(of_table("t.parquet"), tmp_path)
+    assert "unpacks to more than 1,000,000 bytes" in refused(
+        of_table("t.parquet"), tmp_path
+    )
 
 
 def test_a_table_of_lists_is_refused_unread(tmp_path: Path) -> None:
@@ -253,15 +329,24 @@ def test_a_table_of_lists_is_refused_unread(tmp_path: Path) -> None:
 def test_a_table_of_a_million_columns_is_refused(tmp_path: Path, suffix: str) -> None:
     if suffix == "csv":
         (tmp_path / "t.csv").write_text("drag" + "," * 5_000_000 + "\n1\n")
-        assert "has a first line that is too long" in refused(of_table("t.csv"), tmp_path)
+        assert "has a first line that is too long" in refused(
+            of_table("t.csv"), tmp_path
+        )
     else:
-        pq.write_table(pa.table({f"c{index}": [1] for index in range(10_001)}), tmp_path / "t.parquet")
-        assert "has 10,001 columns; at most 10,000 are allowed" in refused(of_table("t.parquet"), tmp_path)
+        pq.write_table(
+            pa.table({f"c{index}": [1] for index in range(10_001)}),
+            tmp_path / "t.parquet",
+        )
+        assert "has 10,001 columns; at most 10,000 are allowed" in refused(
+            of_table("t.parquet"), tmp_path
+        )
 
 
 def test_a_table_with_too_many_lines_is_not_read(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_bytes(b"drag\n" + b"1\n" * 10_000_001)
-    assert "has 10,000,001 rows; at most 10,000,000 are allowed" in refused(of_table("t.csv"), tmp_path)
+    assert "has 10,000,001 rows; at most 10,000,000 are allowed" in refused(
+        of_table("t.csv"), tmp_path
+    )
 
 
 def test_a_table_that_is_too_large_is_not_opened(tmp_path: Path) -> None:
@@ -272,7 +357,9 @@ def test_a_table_that_is_too_large_is_not_opened(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 @pytest.mark.parametrize("name", ["t.csv", "t.parquet", "t.png", "t.yaml"])
-def test_pipes_and_devices_are_not_waited_for(tmp_path: Path, name: str, kind: str) -> None:
+def test_pipes_and_devices_are_not_waited_for(
+    tmp_path: Path, name: str, kind: str
+) -> None:
     if kind == "pipe":
         os.mkfifo(tmp_path / name)
     else:
@@ -287,19 +374,36 @@ def png(width: int, height: int, rows: int) -> bytes:
     """A PNG that says it is of some size, with the first of its white rows."""
 
     def chunk(kind: bytes, content: bytes) -> bytes:
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+        return (
+            struct.pack(">I", len(content))
+            + kind
+            + content
+            + struct.pack(">I", zlib.crc32(kind + content))
+        )
 
     head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     body = zlib.compress((b"\0" + b"\xff" * width) * rows)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b"")
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", head)
+        + chunk(b"IDAT", body)
+        + chunk(b"IEND", b"")
+    )
 
 
 IMAGE = short("maps: {m: {image: t.png, resolution: 1}}")
 
 
-@pytest.mark.parametrize(("width", "height"), [(4097, 1), (1, 4097), (30_000, 30_000), (2**31 - 1, 2**31 - 1)])
-def test_an_image_of_too_many_pixels_is_not_unpacked(tmp_path: Path, width: int, height: int) -> None:
-    (tmp_path / "t.png").write_bytes(png(width, height, 1) if width < 10**6 else png(5, 5, 5))
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [(4097, 1), (1, 4097), (30_000, 30_000), (2**31 - 1, 2**31 - 1)],
+)
+def test_an_image_of_too_many_pixels_is_not_unpacked(
+    tmp_path: Path, width: int, height: int
+) -> None:
+    (tmp_path / "t.png").write_bytes(
+        png(width, height, 1) if width < 10**6 else png(5, 5, 5)
+    )
     content = bytearray((tmp_path / "t.png").read_bytes())
     content[16:24] = struct.pack(">II", width, height)
     content[29:33] = struct.pack(">I", zlib.crc32(content[12:29]))
@@ -310,9 +414,13 @@ def test_an_image_of_too_many_pixels_is_not_unpacked(tmp_path: Path, width: int,
 def test_a_truncated_image_and_one_of_another_kind_are_refused(tmp_path: Path) -> None:
     (tmp_path / "t.png").write_bytes(png(100, 100, 100)[:60])
     assert "cannot be read" in refused(IMAGE, tmp_path)
-    (tmp_path / "t.png").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\n(x) print\n")
+    (tmp_path / "t.png").write_bytes(
+        b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\n(x) print\n"
+    )
     assert "is not an image" in refused(IMAGE, tmp_path)
-    (tmp_path / "t.png").write_bytes(b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>')
+    (tmp_path / "t.png").write_bytes(
+        b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
+    )
     assert "is not an image" in refused(IMAGE, tmp_path)
 
 

@@ -1,4 +1,6 @@
-"""Figures 10 to 18 of patel2023 from flights of our own, and what the document means by potential and equilibrium."""
+"""Figures 10 to 18 of patel2023 from flights of our own, and what the document means by
+potential and equilibrium.
+"""
 
 from functools import partial
 
@@ -8,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.patel2023.flights import (  # noqa: F401 (the measures are for published.yaml)
+from experiments.patel2023.flights import (  # noqa: F401 (measures for published.yaml)
     FRAMES_A_SECOND,
     Flight,
     Floats,
@@ -60,51 +62,124 @@ CHOICES = {
 
 
 def _trial(studies: Studies, number: int) -> tuple[Flight, str]:
-    """Our trial 1 or 2, chosen by CHOICES, and what it is; the very first where none fits."""
+    """Our trial 1 or 2, chosen by CHOICES, and what it is; the very first where none
+    fits.
+    """
     found = flights(studies["trials"], "always")
-    fits = [(f.settled[150].any() if number == 1 else f.rock[50].sum() >= 2) for f in found]
+    fits = [
+        (f.settled[150].any() if number == 1 else f.rock[50].sum() >= 2) for f in found
+    ]
     chosen = int(np.argmax(fits))
-    return found[chosen], f"trial {number}: replicate {chosen} of {len(found)}, {CHOICES[number]}"
+    return (
+        found[chosen],
+        f"trial {number}: replicate {chosen} of {len(found)}, {CHOICES[number]}",
+    )
 
 
 def trajectories(studies: Studies) -> Figure:
-    """Figures 10, 13 and 14: where the rovers are, whence they came and where they go."""
+    """Figures 10, 13 and 14: where the rovers are, whence
+    they came and where they go.
+    """
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(10.2, 4.1))
         panels = figure.subplots(1, 3)
-        for axes, (number, second, name) in zip(panels, ((2, 5, "10"), (1, 15, "13"), (1, 23, "14")), strict=True):
+        for axes, (number, second, name) in zip(
+            panels, ((2, 5, "10"), (1, 15, "13"), (1, 23, "14")), strict=True
+        ):
             flight, _ = _trial(studies, number)
             _scene(axes, flight, second * FRAMES_A_SECOND)
             axes.set_title(f"trial {number} at {second} s (figure {name})")
         legend(figure, panels[0], 5)
-        note(figure, "Ours, not the published draws.\n" + "; ".join(_trial(studies, number)[1] for number in (1, 2)))
+        note(
+            figure,
+            "Ours, not the published draws.\n"
+            + "; ".join(_trial(studies, number)[1] for number in (1, 2)),
+        )
     return figure
 
 
 def _scene(axes: Axes, flight: Flight, frame: int) -> None:
-    rocks = np.column_stack([flight.rocks, np.ones_like(flight.rocks), np.ones(len(flight.rocks))])
+    rocks = np.column_stack(
+        [flight.rocks, np.ones_like(flight.rocks), np.ones(len(flight.rocks))]
+    )
     draw_map(axes, TrialWorld(100.0, 100.0, rocks), "m", face=ROCK, downwards=False)
     axes.plot([], [], "o", color=ROCK, label="rock")
     for x, y in flight.rocks:
-        axes.add_patch(matplotlib.patches.Circle((x, y), 6.0, fill=False, ls=":", ec=ROCK, lw=0.8))
-    for edge, side, style, label in ((0, 100, "-", ""), (7.5, 85, "--", "margin of the border rule")):
-        axes.add_patch(Rectangle((edge, edge), side, side, fill=False, ec="0.4", lw=0.9, ls=style, label=label))
-    axes.plot(flight.x[: frame + 1], flight.y[: frame + 1], color=ORANGE, lw=0.8, alpha=0.75, zorder=1)
+        axes.add_patch(
+            matplotlib.patches.Circle((x, y), 6.0, fill=False, ls=":", ec=ROCK, lw=0.8)
+        )
+    for edge, side, style, label in (
+        (0, 100, "-", ""),
+        (7.5, 85, "--", "margin of the border rule"),
+    ):
+        axes.add_patch(
+            Rectangle(
+                (edge, edge),
+                side,
+                side,
+                fill=False,
+                ec="0.4",
+                lw=0.9,
+                ls=style,
+                label=label,
+            )
+        )
+    axes.plot(
+        flight.x[: frame + 1],
+        flight.y[: frame + 1],
+        color=ORANGE,
+        lw=0.8,
+        alpha=0.75,
+        zorder=1,
+    )
     axes.plot([], [], color=ORANGE, label="previous positions")
     x, y, (vx, vy) = flight.x[frame], flight.y[frame], flight.moves[frame]
     for i in range(len(x)):
         colour = ROVERS[i % 5]
-        axes.plot([x[i], x[i] + vx[i]], [y[i], y[i] + vy[i]], color=colour, lw=1.2, zorder=3)
-        draw_flock(axes, np.array([x[i : i + 1], y[i : i + 1], vx[i : i + 1], vy[i : i + 1]]), 5.0, colour)
-        axes.annotate(str(i + 1), (x[i], y[i]), (4, -8), textcoords="offset points", fontsize=7, color=colour, zorder=4)
+        axes.plot(
+            [x[i], x[i] + vx[i]], [y[i], y[i] + vy[i]], color=colour, lw=1.2, zorder=3
+        )
+        draw_flock(
+            axes,
+            np.array([x[i : i + 1], y[i : i + 1], vx[i : i + 1], vy[i : i + 1]]),
+            5.0,
+            colour,
+        )
+        axes.annotate(
+            str(i + 1),
+            (x[i], y[i]),
+            (4, -8),
+            textcoords="offset points",
+            fontsize=7,
+            color=colour,
+            zorder=4,
+        )
     settled = flight.settled[frame]
-    axes.plot(x[settled], y[settled], "o", ms=13, mfc="none", mec=SKY, mew=1.6, zorder=2, label="in equilibrium")
-    axes.plot([], [], color="0.15", marker=(3, 0, -90), label="rover, its velocity in m/s as a line")
+    axes.plot(
+        x[settled],
+        y[settled],
+        "o",
+        ms=13,
+        mfc="none",
+        mec=SKY,
+        mew=1.6,
+        zorder=2,
+        label="in equilibrium",
+    )
+    axes.plot(
+        [],
+        [],
+        color="0.15",
+        marker=(3, 0, -90),
+        label="rover, its velocity in m/s as a line",
+    )
     axes.set(xlim=(-8, 108), ylim=(-8, 108))
 
 
 def rovers(studies: Studies, number: int, first: int) -> Figure:
-    """Figures 11, 12 and 15 to 18: what these plot, positions, and what their titles say, velocities."""
+    """Figures 11, 12 and 15 to 18: what these plot, positions, and what their titles
+    say, velocities.
+    """
     flight, about = _trial(studies, number)
     chosen = slice(first - 1, first + 4)
     columns = (("x", flight.x, flight.moves[:, 0]), ("y", flight.y, flight.moves[:, 1]))
@@ -112,14 +187,22 @@ def rovers(studies: Studies, number: int, first: int) -> Figure:
         figure = Figure(figsize=(8.2, 5.0))
         panels = figure.subplots(2, 2, sharex=True, sharey="row")
         for column, (name, position, velocity) in enumerate(columns):
-            for axes, values in zip(panels[:, column], (position, velocity), strict=True):
+            for axes, values in zip(
+                panels[:, column], (position, velocity), strict=True
+            ):
                 _lines(axes, values[:, chosen], flight.settled[:, chosen], first)
-            panels[0, column].set_title(f'{name} position: plotted as "{name.upper()} velocity"')
+            panels[0, column].set_title(
+                f'{name} position: plotted as "{name.upper()} velocity"'
+            )
             panels[1, column].set_title(f"{name} velocity")
             panels[1, column].set_xlabel(SECONDS)
         panels[0, 0].set(ylabel="position (m)", ylim=(-5, 105))
         panels[1, 0].set(ylabel="velocity (m/s)", ylim=(-10.5, 10.5))
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=6)
+        figure.legend(
+            *panels[0, 0].get_legend_handles_labels(),
+            loc="outside upper center",
+            ncols=6,
+        )
         note(figure, f"Ours, not the published draw: {about}")
     return figure
 
@@ -127,14 +210,29 @@ def rovers(studies: Studies, number: int, first: int) -> Figure:
 def _lines(axes: Axes, values: Floats, settled: Truths, first: int) -> None:
     times = np.arange(len(values)) / FRAMES_A_SECOND
     for i, colour in enumerate(ROVERS):
-        axes.plot(times, np.where(settled[:, i], values[:, i], np.nan), color=colour, lw=5, alpha=0.3)
-        axes.plot(times, values[:, i], color=colour, ls=LINE_STYLES[i], lw=1.1, label=f"rover {first + i}")
+        axes.plot(
+            times,
+            np.where(settled[:, i], values[:, i], np.nan),
+            color=colour,
+            lw=5,
+            alpha=0.3,
+        )
+        axes.plot(
+            times,
+            values[:, i],
+            color=colour,
+            ls=LINE_STYLES[i],
+            lw=1.1,
+            label=f"rover {first + i}",
+        )
     axes.plot([], [], color="0.4", lw=5, alpha=0.3, label="in equilibrium")
     axes.margins(x=0)
 
 
 def equilibrium_trial(studies: Studies) -> Figure:
-    """When each rover of our trial 1 has company, when it is in equilibrium, and what acts on it."""
+    """When each rover of our trial 1 has company, when it is in equilibrium, and what
+    acts on it.
+    """
     flight, about = _trial(studies, 1)
     settled = np.zeros_like(flight.settled)
     for lag in range(30):
@@ -144,34 +242,57 @@ def equilibrium_trial(studies: Studies) -> Figure:
         axes = figure.subplots()
         for i in range(flight.x.shape[1]):
             _bars(axes, flight.company[:, i], i, "0.85", "another within 8 m")
-            _bars(axes, settled[:, i], i, BLUE, "in step with all within 8 m for 3 s or more")
+            _bars(
+                axes,
+                settled[:, i],
+                i,
+                BLUE,
+                "in step with all within 8 m for 3 s or more",
+            )
             for acts, marker, colour, label in (
                 (flight.margin, "|", "0.1", "the border rule acts"),
                 (flight.rock, "x", ROCK, "a rock acts"),
             ):
                 frames = np.flatnonzero(acts[:, i])
-                axes.plot(frames / FRAMES_A_SECOND, np.full(len(frames), i), marker, ms=6, color=colour, label=label)
+                axes.plot(
+                    frames / FRAMES_A_SECOND,
+                    np.full(len(frames), i),
+                    marker,
+                    ms=6,
+                    color=colour,
+                    label=label,
+                )
         name_rows(axes, [f"rover {i + 1}" for i in range(flight.x.shape[1])])
         axes.set(xlabel=SECONDS, xlim=(0, (len(flight.x) - 1) / FRAMES_A_SECOND))
         handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=4)
+        figure.legend(
+            handles.values(), handles.keys(), loc="outside upper center", ncols=4
+        )
         note(figure, about)
     return figure
 
 
 def _bars(axes: Axes, true: Truths, row: int, colour: str, label: str) -> None:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int))) / FRAMES_A_SECOND
-    spans = [(start, end - start) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+    edges = (
+        np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
+        / FRAMES_A_SECOND
+    )
+    spans = [
+        (start, end - start) for start, end in zip(edges[::2], edges[1::2], strict=True)
+    ]
     axes.broken_barh(spans, (row - 0.36, 0.72), facecolor=colour, label=label)
 
 
 FIGURES = {
-    "trajectories": Drawing(trajectories, ("trials",), "Figures 10, 13, 14: rovers, their trails and rocks."),
+    "trajectories": Drawing(
+        trajectories, ("trials",), "Figures 10, 13, 14: rovers, their trails and rocks."
+    ),
     **{
         f"trial{number}_rovers_{first}_{first + 4}": Drawing(
             partial(rovers, number=number, first=first),
             ("trials",),
-            f"{figures}: positions, which the document calls velocities, and velocities of five rovers.",
+            f"{figures}: positions, which the document calls velocities, and velocities"
+            " of five rovers.",
         )
         for number, first, figures in (
             (2, 1, "Figure 11"),
@@ -180,8 +301,20 @@ FIGURES = {
             (1, 6, "Figures 17 and 18"),
         )
     },
-    "potential": Drawing(potential, ("presets",), "The pair potential of the rules, and potentials against time."),
-    "equilibrium_trial": Drawing(equilibrium_trial, ("trials",), "Local equilibrium of each rover in one trial."),
-    "equilibrium": Drawing(equilibrium, ("presets", "detector"), "How much of the time rovers are in equilibrium."),
-    "safety": Drawing(safety, ("safety",), "Collisions with rocks and exits from the arena."),
+    "potential": Drawing(
+        potential,
+        ("presets",),
+        "The pair potential of the rules, and potentials against time.",
+    ),
+    "equilibrium_trial": Drawing(
+        equilibrium_trial, ("trials",), "Local equilibrium of each rover in one trial."
+    ),
+    "equilibrium": Drawing(
+        equilibrium,
+        ("presets", "detector"),
+        "How much of the time rovers are in equilibrium.",
+    ),
+    "safety": Drawing(
+        safety, ("safety",), "Collisions with rocks and exits from the arena."
+    ),
 }

@@ -1,6 +1,8 @@
-"""What happens in each flight of patel2023: equilibrium, potential, borders and rocks, and the measures of its claims.
+"""What happens in each flight of patel2023: equilibrium, potential, borders and rocks,
+and the measures of its claims.
 
-Lengths are metres, ten pixels each, y upwards from the arena's lower border; times are seconds of FRAMES_A_SECOND.
+Lengths are metres, ten pixels each, y upwards from the arena's lower border; times are
+seconds of FRAMES_A_SECOND.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,17 +20,21 @@ Floats = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 
 FRAMES_A_SECOND = 10
-"""Our assumption: the document gives seconds and no rate. See the README for what speaks for it."""
+"""Our assumption: the document gives seconds and no rate. See the README for what
+speaks for it.
+"""
 SECOND_HALF = slice(121, None)
 
 
 class Flight(NamedTuple):
-    """One trial: x and y (F, N) in metres, moves (F, 2, N) in m/s, and what is true of rovers (F, N) in each frame.
+    """One trial: x and y (F, N) in metres, moves (F, 2, N) in m/s, and what is true of
+    rovers (F, N) in each frame.
 
-    `company` says that another is within 80 px, `settled` that the rover is in equilibrium as the metric of that name
-    has it, `margin` and `rock` that a border or a rock acts on it. `potential` (F, N) is that of Eq. (27), `nearest`
-    (F, N) the distance of the nearest other in metres, `flock` (F, N) the size of the flock, `turn` (F, N) the
-    change of heading in degrees. `rocks` (M, 2) are metres.
+    `company` says that another is within 80 px, `settled` that the rover is in
+    equilibrium as the metric of that name has it, `margin` and `rock` that a border or
+    a rock acts on it. `potential` (F, N) is that of Eq. (27), `nearest` (F, N) the
+    distance of the nearest other in metres, `flock` (F, N) the size of the flock,
+    `turn` (F, N) the change of heading in degrees. `rocks` (M, 2) are metres.
     """
 
     x: Floats
@@ -47,17 +53,27 @@ class Flight(NamedTuple):
 
 @lru_cache(maxsize=4)
 def flights(study: StoredStudy, border: str) -> list[Flight]:
-    """The flights of all trials with one border rule, in the order of the replicates."""
-    trials = study.trials[(study.trials["border_adds_velocity"] == border) & (study.trials["status"] == "done")]
+    """The flights of all trials with one border rule, in
+    the order of the replicates.
+    """
+    trials = study.trials[
+        (study.trials["border_adds_velocity"] == border)
+        & (study.trials["status"] == "done")
+    ]
     tables = dict(iter(study.trajectories.groupby("trial_id")))
-    return [_flight(row, tables[row.trial_id], _rocks(study, row.replicate)) for row in trials.itertuples()]
+    return [
+        _flight(row, tables[row.trial_id], _rocks(study, row.replicate))
+        for row in trials.itertuples()
+    ]
 
 
 @lru_cache(maxsize=2000)
 def _rocks(study: StoredStudy, replicate: int) -> Floats:
     """The rocks (M, 2), in pixels, of a replicate: the same for both border rules."""
     trials = study.trials
-    return study.world(trials["trial_id"][trials["replicate"] == replicate].iloc[0]).obstacles[:, :2]
+    return study.world(
+        trials["trial_id"][trials["replicate"] == replicate].iloc[0]
+    ).obstacles[:, :2]
 
 
 def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
@@ -65,9 +81,14 @@ def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
     distance = np.hypot(x[:, :, None] - x[:, None], y[:, :, None] - y[:, None])
     distance[:, np.arange(trial.n), np.arange(trial.n)] = np.inf
     near = distance < trial.flock_range
-    to_rock = np.hypot(x[..., None] - rocks[:, 0], y[..., None] - rocks[:, 1]).min(axis=2)
+    to_rock = np.hypot(x[..., None] - rocks[:, 0], y[..., None] - rocks[:, 1]).min(
+        axis=2
+    )
     low, high = trial.border_margin, trial.width - trial.border_margin
-    moves = np.stack([np.diff(x, axis=0, prepend=np.nan), -np.diff(y, axis=0, prepend=np.nan)], axis=1)
+    moves = np.stack(
+        [np.diff(x, axis=0, prepend=np.nan), -np.diff(y, axis=0, prepend=np.nan)],
+        axis=1,
+    )
     heading = np.arctan2(moves[:, 1], moves[:, 0])
     change = np.abs(np.diff(heading, axis=0, append=np.nan))
     return Flight(
@@ -75,19 +96,27 @@ def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
         y=100 - (y - 100) / 10,
         moves=moves * FRAMES_A_SECOND / 10,
         company=near.any(axis=2),
-        settled=_settled(vx, vy, near, trial.equilibrium_tolerance, trial.equilibrium_steps),
+        settled=_settled(
+            vx, vy, near, trial.equilibrium_tolerance, trial.equilibrium_steps
+        ),
         margin=(np.minimum(x, y) < low) | (np.maximum(x, y) > high),
         rock=to_rock < trial.obstacle_range,
         potential=_potential(distance, trial),
         nearest=distance.min(axis=2) / 10,
         flock=_flock_sizes(near),
         turn=np.degrees(np.minimum(change, 2 * np.pi - change)),
-        rocks=np.column_stack([(rocks[:, 0] - 100) / 10, 100 - (rocks[:, 1] - 100) / 10]),
+        rocks=np.column_stack(
+            [(rocks[:, 0] - 100) / 10, 100 - (rocks[:, 1] - 100) / 10]
+        ),
     )
 
 
-def _settled(vx: Floats, vy: Floats, near: Truths, tolerance: float, steps: int) -> Truths:
-    """Who has had velocities within the tolerance of all neighbours', at least one, for so many steps."""
+def _settled(
+    vx: Floats, vy: Floats, near: Truths, tolerance: float, steps: int
+) -> Truths:
+    """Who has had velocities within the tolerance of all neighbours', at least one, for
+    so many steps.
+    """
     difference = np.hypot(vx[:, :, None] - vx[:, None], vy[:, :, None] - vy[:, None])
     speed = np.hypot(vx, vy)
     agrees = difference < tolerance * np.maximum(speed[:, :, None], speed[:, None])
@@ -100,15 +129,21 @@ def _settled(vx: Floats, vy: Floats, near: Truths, tolerance: float, steps: int)
 
 
 def _flock_sizes(near: Truths) -> NDArray[np.int64]:
-    """The size of each rover's flock: the rovers that a chain of neighbours joins to it, itself included."""
+    """The size of each rover's flock: the rovers that a chain of neighbours joins to
+    it, itself included.
+    """
     joined = near | np.eye(near.shape[1], dtype=bool)
     for _ in range(int(np.ceil(np.log2(near.shape[1])))):
         joined = joined @ joined
     return joined.sum(axis=2)
 
 
-def pair_potential(distance: Floats, separation: float, crowd: float, attraction: float, reach: float) -> Floats:
-    """V of a pair at `distance`, with the strengths of separation and, divided by the neighbours, of cohesion."""
+def pair_potential(
+    distance: Floats, separation: float, crowd: float, attraction: float, reach: float
+) -> Floats:
+    """V of a pair at `distance`, with the strengths of separation and, divided by the
+    neighbours, of cohesion.
+    """
     inside = (separation - attraction) * (crowd**2 - distance**2) / 2
     outside = attraction * (distance**2 - crowd**2) / 2
     return np.where(distance < crowd, inside, np.where(distance < reach, outside, 0.0))
@@ -118,16 +153,27 @@ def _potential(distance: Floats, trial: "pd.Series") -> Floats:
     neighbours = np.maximum((distance < trial.cohesion_range).sum(axis=2), 1)
     attraction = (trial.cohesion_weight / neighbours)[..., None]
     far = np.minimum(distance, 1e6)  # infinite stands for the rover itself
-    pairs = pair_potential(far, trial.separation_weight, trial.separation_range, attraction, trial.cohesion_range)
+    pairs = pair_potential(
+        far,
+        trial.separation_weight,
+        trial.separation_range,
+        attraction,
+        trial.cohesion_range,
+    )
     return pairs.sum(axis=2)
 
 
 def _both(measure: Callable[[Flight], float]) -> Sequence[Callable[[Studies], Floats]]:
     """The values of `measure` in all trials as run, and in all as written."""
-    return [partial(_measured, measure=measure, border=border) for border in ("always", "in_margin")]
+    return [
+        partial(_measured, measure=measure, border=border)
+        for border in ("always", "in_margin")
+    ]
 
 
-def _measured(studies: Studies, measure: Callable[[Flight], float], border: str) -> Floats:
+def _measured(
+    studies: Studies, measure: Callable[[Flight], float], border: str
+) -> Floats:
     return np.array([measure(flight) for flight in flights(studies["trials"], border)])
 
 
@@ -141,10 +187,12 @@ def flocks(flight: Flight) -> Floats:
 
 
 def _lost(flight: Flight, acts: Truths) -> float:
-    """How much likelier a rover in equilibrium is to lose it within a second where something begins to act on it.
+    """How much likelier a rover in equilibrium is to lose it within a second where
+    something begins to act on it.
 
-    That is the share, in per cent, of such rovers that are in it no more a second later, less the same share of those
-    on which it does not act before that second is over.
+    That is the share, in per cent, of such rovers that are in it no more a second
+    later, less the same share of those on which it does not act before that second is
+    over.
     """
     second, last = FRAMES_A_SECOND, len(acts) - FRAMES_A_SECOND
     before, lost = flight.settled[:last], ~flight.settled[second:]
@@ -154,7 +202,9 @@ def _lost(flight: Flight, acts: Truths) -> float:
 
 
 def _late(values: Floats, chosen: Truths) -> float:
-    """The mean of `values` where `chosen` in the last five seconds, less that in the first five."""
+    """The mean of `values` where `chosen` in the last five seconds, less that in the
+    first five.
+    """
     five = 5 * FRAMES_A_SECOND
     return _mean(values[-five:], chosen[-five:]) - _mean(values[:five], chosen[:five])
 
@@ -164,20 +214,36 @@ def _speed(flight: Flight) -> Floats:
 
 
 in_limits_as_run, in_limits_as_written = _both(
-    lambda flight: 100 * float(((_speed(flight) > 7 - 1e-9) & (_speed(flight) < 10 + 1e-9)).mean())
+    lambda flight: (
+        100 * float(((_speed(flight) > 7 - 1e-9) & (_speed(flight) < 10 + 1e-9)).mean())
+    )
 )
 turns_as_run, turns_as_written = _both(
-    lambda flight: _mean(flight.turn[1:-1], flight.rock[1:-1]) - _mean(flight.turn[1:-1], ~flight.rock[1:-1])
+    lambda flight: (
+        _mean(flight.turn[1:-1], flight.rock[1:-1])
+        - _mean(flight.turn[1:-1], ~flight.rock[1:-1])
+    )
 )
-flocks_as_run, flocks_as_written = _both(lambda flight: 100.0 * (flocks(flight)[-1] >= 1))
-several_as_run, several_as_written = _both(lambda flight: 100.0 * (flocks(flight)[-1] >= 2))
+flocks_as_run, flocks_as_written = _both(
+    lambda flight: 100.0 * (flocks(flight)[-1] >= 1)
+)
+several_as_run, several_as_written = _both(
+    lambda flight: 100.0 * (flocks(flight)[-1] >= 2)
+)
 settled_as_run, settled_as_written = _both(
     lambda flight: 100 * _mean(flight.settled[SECOND_HALF], flight.company[SECOND_HALF])
 )
-spacing_as_run, spacing_as_written = _both(lambda flight: _mean(flight.nearest, flight.settled))
-lower_as_run, lower_as_written = _both(
-    lambda flight: _mean(flight.potential, flight.settled) - _mean(flight.potential, flight.company & ~flight.settled)
+spacing_as_run, spacing_as_written = _both(
+    lambda flight: _mean(flight.nearest, flight.settled)
 )
-late_as_run, late_as_written = _both(lambda flight: _late(flight.potential, flight.company))
+lower_as_run, lower_as_written = _both(
+    lambda flight: (
+        _mean(flight.potential, flight.settled)
+        - _mean(flight.potential, flight.company & ~flight.settled)
+    )
+)
+late_as_run, late_as_written = _both(
+    lambda flight: _late(flight.potential, flight.company)
+)
 border_as_run, border_as_written = _both(lambda flight: _lost(flight, flight.margin))
 rock_as_run, rock_as_written = _both(lambda flight: _lost(flight, flight.rock))

@@ -1,4 +1,6 @@
-"""Figures of patel2023 over many trials: the potential and the equilibrium of section III-B, rocks and borders."""
+"""Figures of patel2023 over many trials: the potential and the equilibrium of section
+III-B, rocks and borders.
+"""
 
 import matplotlib
 import numpy as np
@@ -8,31 +10,54 @@ from matplotlib.figure import Figure
 
 from experiments.patel2023.flights import FRAMES_A_SECOND, Studies, pair_potential
 from sweep.analysis import by_point, curves
-from sweep.figures import BLUE, GREEN, LINE_STYLES, STYLE, VERMILION, draw_values, legend, name_rows, note
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    LINE_STYLES,
+    STYLE,
+    VERMILION,
+    draw_values,
+    legend,
+    name_rows,
+    note,
+)
 from sweep.tables.stored_study import StoredStudy
 
 PRESETS = {"always": "as run", "in_margin": "as written", "never": "as intended"}
 COLOURS = {"always": BLUE, "in_margin": VERMILION, "never": GREEN}
-RULES = {(0.1, 0.15): "all rules", (0.0, 0.15): "no alignment", (0.0, 0.0): "no flocking rule"}
+RULES = {
+    (0.1, 0.15): "all rules",
+    (0.0, 0.15): "no alignment",
+    (0.0, 0.0): "no flocking rule",
+}
 MARKERS = ("o", "s", "^")
 SECONDS = f"time (s, at {FRAMES_A_SECOND} frames/s)"
 
 
 def potential(studies: Studies) -> Figure:
-    """The pair potential whose gradient are the document's own rules, and the potentials of rovers and flocks."""
+    """The pair potential whose gradient are the document's own rules, and the
+    potentials of rovers and flocks.
+    """
     study = studies["presets"]
     trials = study.trials[study.trials["alignment_weight"] > 0]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(10.2, 3.5))
         first, *others = figure.subplots(1, 3)
         _potential_panel(first)
-        for axes, metric, name in zip(others, ("potential", "flock_potential"), ("rover", "flock"), strict=True):
+        for axes, metric, name in zip(
+            others, ("potential", "flock_potential"), ("rover", "flock"), strict=True
+        ):
             _courses(axes, study, trials, metric)
-            axes.set(ylabel=f"potential of a {name} (m²/s²)", title=f"mean potential of a {name}", ylim=(0, None))
+            axes.set(
+                ylabel=f"potential of a {name} (m²/s²)",
+                title=f"mean potential of a {name}",
+                ylim=(0, None),
+            )
         legend(figure, others[0], 3)
         note(
             figure,
-            f"{study.name}: {_count(trials)} trials a curve, mean with pointwise 95 % interval; flocks: of two or more",
+            f"{study.name}: {_count(trials)} trials a curve, mean with pointwise 95 %"
+            " interval; flocks: of two or more",
         )
     return figure
 
@@ -44,23 +69,49 @@ def _potential_panel(axes: Axes) -> None:
         values = pair_potential(distance, 0.15, 50.0, 0.005 / n, 80.0)
         label = f"{n} neighbour" + ("s" if n > 1 else "")
         for panel in (axes, inset):
-            panel.plot(distance / 10, values, color=(BLUE, VERMILION, GREEN)[k], ls=LINE_STYLES[k], label=label)
+            panel.plot(
+                distance / 10,
+                values,
+                color=(BLUE, VERMILION, GREEN)[k],
+                ls=LINE_STYLES[k],
+                label=label,
+            )
     inset.set(xlim=(4.4, 10.5), ylim=(-1, 11.5))
     inset.tick_params(labelsize=7)
-    axes.set(xlabel="distance of a pair (m)", ylabel="V (m²/s²)", title="pair potential", xlim=(0, 11))
-    axes.annotate("finite at 0", (0.1, 180), (1.6, 176), fontsize=8, arrowprops={"arrowstyle": "->"}, va="center")
-    inset.annotate("0 beyond 8 m", (9.2, 0), (8.35, 4), fontsize=7, arrowprops={"arrowstyle": "->"})
+    axes.set(
+        xlabel="distance of a pair (m)",
+        ylabel="V (m²/s²)",
+        title="pair potential",
+        xlim=(0, 11),
+    )
+    axes.annotate(
+        "finite at 0",
+        (0.1, 180),
+        (1.6, 176),
+        fontsize=8,
+        arrowprops={"arrowstyle": "->"},
+        va="center",
+    )
+    inset.annotate(
+        "0 beyond 8 m", (9.2, 0), (8.35, 4), fontsize=7, arrowprops={"arrowstyle": "->"}
+    )
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.08), fontsize=7)
 
 
 def _courses(axes: Axes, study: StoredStudy, trials: pd.DataFrame, metric: str) -> None:
-    """The mean of a metric against time for each border rule, with its pointwise interval."""
+    """The mean of a metric against time for each border rule, with its pointwise
+    interval.
+    """
     table = curves(study.series, trials, "border_adds_velocity", metric)
     for k, (border, name) in enumerate(PRESETS.items()):
         curve = table[table["border_adds_velocity"] == border]
         times = curve["frame"] / FRAMES_A_SECOND
-        axes.plot(times, curve["mean"], color=COLOURS[border], ls=LINE_STYLES[k], label=name)
-        axes.fill_between(times, curve["low"], curve["high"], color=COLOURS[border], alpha=0.2, lw=0)
+        axes.plot(
+            times, curve["mean"], color=COLOURS[border], ls=LINE_STYLES[k], label=name
+        )
+        axes.fill_between(
+            times, curve["low"], curve["high"], color=COLOURS[border], alpha=0.2, lw=0
+        )
     axes.set_xlabel(SECONDS)
     axes.margins(x=0)
 
@@ -71,41 +122,68 @@ def _count(trials: pd.DataFrame) -> str:
 
 
 def equilibrium(studies: Studies) -> Figure:
-    """Rovers in equilibrium: against time, over the second half, and by what one calls an equilibrium."""
+    """Rovers in equilibrium: against time, over the second half, and by what one calls
+    an equilibrium.
+    """
     study = studies["presets"]
     trials = study.trials[study.trials["alignment_weight"] > 0]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(10.2, 3.7))
         course, rows, meaning = figure.subplots(1, 3)
         _courses(course, study, trials, "equilibrium")
-        course.set(ylabel="rovers in equilibrium (%)", title="all rules", ylim=(0, None))
+        course.set(
+            ylabel="rovers in equilibrium (%)", title="all rules", ylim=(0, None)
+        )
         _shares(rows, study)
         _meanings(meaning, studies["detector"])
         legend(figure, course, 3)
         number = _count(studies["detector"].trials)
-        note(figure, f"{study.name}: {_count(study.trials)} trials a mean (right: {number}), 95 % intervals, pointwise")
+        note(
+            figure,
+            f"{study.name}: {_count(study.trials)} trials a mean (right: {number}), 95"
+            " % intervals, pointwise",
+        )
     return figure
 
 
 def _shares(axes: Axes, study: StoredStudy) -> None:
-    """The share of rovers in equilibrium over the second half, by rules and by border rule."""
-    table = by_point(study.trials, ["border_adds_velocity", *study.varied], ["equilibrium_mean"])
+    """The share of rovers in equilibrium over the second half, by rules and by border
+    rule.
+    """
+    table = by_point(
+        study.trials, ["border_adds_velocity", *study.varied], ["equilibrium_mean"]
+    )
     table = table.loc[:, ~table.columns.duplicated()]
     for k, (border, colour) in enumerate(COLOURS.items()):
         for row, (alignment, separation) in enumerate(RULES):
-            chosen = (table["border_adds_velocity"] == border) & (table["alignment_weight"] == alignment)
+            chosen = (table["border_adds_velocity"] == border) & (
+                table["alignment_weight"] == alignment
+            )
             one = table[chosen & (table["separation_weight"] == separation)]
-            columns = tuple(one[f"equilibrium_mean{end}"] for end in ("", "_low", "_high"))
+            columns = tuple(
+                one[f"equilibrium_mean{end}"] for end in ("", "_low", "_high")
+            )
             draw_values(axes, [row + 0.22 * (k - 1)], columns, colour, MARKERS[k])
     name_rows(axes, list(RULES.values()))
-    axes.set(xlabel="rovers in equilibrium, 12 to 24 s (%)", title="with fewer rules", xlim=(-0.03, None))
+    axes.set(
+        xlabel="rovers in equilibrium, 12 to 24 s (%)",
+        title="with fewer rules",
+        xlim=(-0.03, None),
+    )
 
 
 def _meanings(axes: Axes, study: StoredStudy) -> None:
     """The same by the tolerance and the duration that make an equilibrium, as run."""
-    names = ["border_adds_velocity", "alignment_weight", "equilibrium_tolerance", "equilibrium_steps"]
+    names = [
+        "border_adds_velocity",
+        "alignment_weight",
+        "equilibrium_tolerance",
+        "equilibrium_steps",
+    ]
     table = by_point(study.trials, names, ["equilibrium_mean"])
-    table = table[(table["border_adds_velocity"] == "always") & (table["alignment_weight"] > 0)]
+    table = table[
+        (table["border_adds_velocity"] == "always") & (table["alignment_weight"] > 0)
+    ]
     for k, (steps, one) in enumerate(table.groupby("equilibrium_steps")):
         mean, tolerance = one["equilibrium_mean"], 100 * one["equilibrium_tolerance"]
         axes.plot(
@@ -115,10 +193,19 @@ def _meanings(axes: Axes, study: StoredStudy) -> None:
             ls=LINE_STYLES[k],
             label=f"{steps / FRAMES_A_SECOND:g} s",
         )
-        axes.vlines(tolerance, one["equilibrium_mean_low"], one["equilibrium_mean_high"], color="0.3")
+        axes.vlines(
+            tolerance,
+            one["equilibrium_mean_low"],
+            one["equilibrium_mean_high"],
+            color="0.3",
+        )
     axes.axvline(10, color="0.8", lw=3, zorder=0)
     axes.legend(title="lasting", fontsize=8)
-    axes.set(xlabel="allowed difference of velocities (%)", title="as run, by what counts as one", ylim=(-0.2, None))
+    axes.set(
+        xlabel="allowed difference of velocities (%)",
+        title="as run, by what counts as one",
+        ylim=(-0.2, None),
+    )
 
 
 def safety(studies: Studies) -> Figure:
@@ -131,14 +218,30 @@ def safety(studies: Studies) -> Figure:
         panels = figure.subplots(1, 2, sharey=True)
         for axes, (metric, title) in zip(panels, titles.items(), strict=True):
             for k, (weight, colour) in enumerate(((0.25, BLUE), (0.0, VERMILION))):
-                one = table[table["obstacle_weight"] == weight].set_index("border_adds_velocity").loc[list(PRESETS)]
+                one = (
+                    table[table["obstacle_weight"] == weight]
+                    .set_index("border_adds_velocity")
+                    .loc[list(PRESETS)]
+                )
                 columns = tuple(one[f"{metric}{end}"] for end in ("", "_low", "_high"))
                 label = ("with" if weight else "without") + " the rule against rocks"
-                draw_values(axes, np.arange(3) + 0.24 * (k - 0.5), columns, colour, MARKERS[k], label)
+                draw_values(
+                    axes,
+                    np.arange(3) + 0.24 * (k - 0.5),
+                    columns,
+                    colour,
+                    MARKERS[k],
+                    label,
+                )
             name_rows(axes, list(PRESETS.values()))
             axes.axvline(0.05, color="0.5", ls=":", label="bound of the claim")
-            axes.set(xlabel=f"{title} in a trial of 10 rovers and 24 s", xlim=(-0.03, None))
+            axes.set(
+                xlabel=f"{title} in a trial of 10 rovers and 24 s", xlim=(-0.03, None)
+            )
         legend(figure, panels[0], 3)
-        text = f"{study.name}: {_count(study.trials)} trials a value, mean with 95 % interval"
+        text = (
+            f"{study.name}: {_count(study.trials)} trials a value, mean with 95 %"
+            " interval"
+        )
         note(figure, f"{text}; rocks of 1 m radius, looked at once a frame")
     return figure

@@ -1,4 +1,6 @@
-"""Figures 1 to 7 of rustamani2024: pictures like the document's, and beside them what it reads from them, measured."""
+"""Figures 1 to 7 of rustamani2024: pictures like the document's, and beside them what
+it reads from them, measured.
+"""
 
 from collections.abc import Sequence
 from itertools import product
@@ -8,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.rustamani2024.flights import (  # noqa: F401 (the measures are for published.yaml)
+from experiments.rustamani2024.flights import (  # noqa: F401 (measures for published.yaml)
     ALONE,
     ARRIVAL,
     BOTH,
@@ -40,7 +42,19 @@ from experiments.rustamani2024.flights import (  # noqa: F401 (the measures are 
 )
 from experiments.rustamani2024.trails import draw_trails, draw_trial, mazes, priorities
 from sweep.analysis import mean_interval
-from sweep.figures import BLUE, GREEN, ORANGE, SKY, STYLE, VERMILION, Drawing, draw_map, draw_values, name_rows, note
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    SKY,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_map,
+    draw_values,
+    name_rows,
+    note,
+)
 from sweep.tables.stored_study import StoredStudy
 
 RULES = {
@@ -53,18 +67,33 @@ LOOKS = ((BLUE, "o"), (VERMILION, "s"), (SKY, "D"), (ORANGE, "^"))
 COMPARED = {"perception_range": "perception range", "fov": "half angle of view"}
 
 
-def _draw_arrows(axes: Axes, places: Floats, arrows: Floats, colour: str, scale: float) -> None:
+def _draw_arrows(
+    axes: Axes, places: Floats, arrows: Floats, colour: str, scale: float
+) -> None:
     """Accelerations (2, K) at places (2, K), `scale` m/s^2 to a metre."""
-    axes.quiver(*places, *arrows, color=colour, angles="xy", scale_units="xy", scale=scale, width=0.007, zorder=3)
+    axes.quiver(
+        *places,
+        *arrows,
+        color=colour,
+        angles="xy",
+        scale_units="xy",
+        scale=scale,
+        width=0.007,
+        zorder=3,
+    )
 
 
 def rules(studies: Studies) -> Figure:
-    """Figure 1: trails of boids under one rule, and its accelerations in the first step."""
+    """Figure 1: trails of boids under one rule, and its accelerations in the first
+    step.
+    """
     study = studies["rules"]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.2, 5.2))
         panels = figure.subplots(2, 3)
-        for (above, below), (rule, (settings, colour)) in zip(panels.T, RULES.items(), strict=True):
+        for (above, below), (rule, (settings, colour)) in zip(
+            panels.T, RULES.items(), strict=True
+        ):
             trial, flight = first_flight(study, **settings)
             acceleration = accelerations(flight[:2], trial["dt"])[0]
             for axes, reach in ((above, 4.0), (below, 0.9)):
@@ -76,12 +105,18 @@ def rules(studies: Studies) -> Figure:
             _draw_arrows(below, flight[0, :2], acceleration, colour, most / 0.4)
             above.set_title(f"{rule} alone, {trial['steps'] * trial['dt']:g} s")
             below.set_title(f"at the start, up to {most:.2f} m/s²", fontsize=8.5)
-        note(figure, f"{study.name}: the first trial, {trial['n']} boids, the same start; arrows: accelerations")
+        note(
+            figure,
+            f"{study.name}: the first trial, {trial['n']} boids, the same start;"
+            " arrows: accelerations",
+        )
     return figure
 
 
 def navigation(studies: Studies) -> Figure:
-    """Figure 2: trails to the goal, accelerations of seek, and speed against the distance from the goal."""
+    """Figure 2: trails to the goal, accelerations of seek, and speed against the
+    distance from the goal.
+    """
     study = studies["navigation"]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.4, 3.1))
@@ -94,36 +129,71 @@ def navigation(studies: Studies) -> Figure:
         _draw_arrows(left, flight[0, :2], acceleration, "0.15", most / 1.5)
         left.set_title(f"seek; acceleration up to {most:.1f} m/s²", fontsize=8.5)
         middle.plot(
-            *first_flight(study, **ARRIVAL)[1][::25, :2].reshape(-1, 2, trial["n"]).swapaxes(0, 1), "k.", markersize=2.5
+            *first_flight(study, **ARRIVAL)[1][::25, :2]
+            .reshape(-1, 2, trial["n"])
+            .swapaxes(0, 1),
+            "k.",
+            markersize=2.5,
         )
         middle.set_title("arrival; a dot every 5 s", fontsize=8.5)
         _draw_speeds(right, studies)
         trials = len(flights_of(study, SEEK))
         about = (
-            f"{study.name}: the first trial of each, goal in red; right: {trials} trials each, mean speed of boids that"
+            f"{study.name}: the first trial of each, goal in red; right: {trials}"
+            " trials each, mean speed of boids that"
         )
-        note(figure, f"{about}\nhave not yet been within {CLOSE:g} m of the goal, from 2 s on, pointwise 95 % interval")
+        note(
+            figure,
+            f"{about}\nhave not yet been within {CLOSE:g} m of the goal, from 2 s on,"
+            " pointwise 95 % interval",
+        )
     return figure
 
 
 def _draw_speeds(axes: Axes, studies: Studies) -> None:
-    """Mean speed against the distance from the goal on the way there, for seek, arrival and both, and both presets."""
+    """Mean speed against the distance from the goal on the way there, for seek, arrival
+    and both, and both presets.
+    """
     edges = np.linspace(CLOSE, 6.0, 24)
     for ending, line in (("", "-"), ("_as_written", ":")):
         study = studies["navigation" + ending]
-        kinds = ((SEEK, BLUE, "seek"), (ARRIVAL, VERMILION, "arrival"), (BOTH, GREEN, "both"))
+        kinds = (
+            (SEEK, BLUE, "seek"),
+            (ARRIVAL, VERMILION, "arrival"),
+            (BOTH, GREEN, "both"),
+        )
         for settings, colour, name in kinds:
-            trials = [_speed_by_distance(study, flight, edges) for flight in flights_of(study, settings)]
+            trials = [
+                _speed_by_distance(study, flight, edges)
+                for flight in flights_of(study, settings)
+            ]
             table = np.array([mean_interval(values) for values in np.transpose(trials)])
             centres = 0.5 * (edges[1:] + edges[:-1])
-            axes.plot(centres, table[:, 0], line, color=colour, label=f"{name}, {PRESETS[ending]}")
-            axes.fill_between(centres, table[:, 1], table[:, 2], color=colour, alpha=0.2, lw=0)
-    axes.set(xlabel="distance from the goal (m)", ylabel="speed (m/s)", xlim=(0, 6), ylim=(0, 1.45))
-    axes.legend(fontsize=6.5, ncols=2, loc="upper center", handlelength=1.6, columnspacing=1)
+            axes.plot(
+                centres,
+                table[:, 0],
+                line,
+                color=colour,
+                label=f"{name}, {PRESETS[ending]}",
+            )
+            axes.fill_between(
+                centres, table[:, 1], table[:, 2], color=colour, alpha=0.2, lw=0
+            )
+    axes.set(
+        xlabel="distance from the goal (m)",
+        ylabel="speed (m/s)",
+        xlim=(0, 6),
+        ylim=(0, 1.45),
+    )
+    axes.legend(
+        fontsize=6.5, ncols=2, loc="upper center", handlelength=1.6, columnspacing=1
+    )
 
 
 def _speed_by_distance(study: StoredStudy, flight: Floats, edges: Floats) -> Floats:
-    """Mean speed of boids in each interval of distance, before they first come CLOSE and from 2 s on."""
+    """Mean speed of boids in each interval of distance, before they first come CLOSE
+    and from 2 s on.
+    """
     speed, distance, times = approach(study, flight)
     way = (np.cumsum(distance < CLOSE, axis=0) == 0) & (times[:, None] >= 2.0)
     sums, _ = np.histogram(distance[way], edges, weights=speed[way])
@@ -132,7 +202,9 @@ def _speed_by_distance(study: StoredStudy, flight: Floats, edges: Floats) -> Flo
 
 
 def avoidance(studies: Studies) -> Figure:
-    """Figure 3: accelerations beside a disc without any other rule, and a swarm that passes both obstacles."""
+    """Figure 3: accelerations beside a disc without any other rule, and a swarm that
+    passes both obstacles.
+    """
     alone, paths = studies["avoidance_alone"], studies["avoidance_paths"]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.2, 3.9))
@@ -143,22 +215,36 @@ def avoidance(studies: Studies) -> Figure:
             change, due, _ = avoiding(alone, flight)
             for i in np.flatnonzero(due.any(axis=0)):
                 left.plot(*flight[:, :2, i].T, color="0.6", linewidth=0.7)
-                _draw_arrows(left, flight[:-1, :2, i][due[:, i]].T, change[due[:, i], :, i].T, VERMILION, 6.6 / 0.5)
+                _draw_arrows(
+                    left,
+                    flight[:-1, :2, i][due[:, i]].T,
+                    change[due[:, i], :, i].T,
+                    VERMILION,
+                    6.6 / 0.5,
+                )
         left.set_title("avoidance alone, first ten trials")
         draw_trial(right, paths)
         right.set_title("all rules, five of ten know the goal")
         about = (
-            "left: accelerations near the disc, 0.5 m for 6.6 m/s²; right: first trial, goal in red, blue boids know it"
+            "left: accelerations near the disc, 0.5 m for 6.6 m/s²; right: first trial,"
+            " goal in red, blue boids know it"
         )
         note(figure, f"{alone.name} and {paths.name}\n{about}")
     return figure
 
 
 def perception(studies: Studies) -> Figure:
-    """Figure 4: trails by perception range, the share of the largest flock and the number of flocks."""
-    values = (("largest_flock_share_mean", "boids in the largest flock (%)"), ("flock_count_mean", "flocks"))
+    """Figure 4: trails by perception range, the share of the largest flock and the
+    number of flocks.
+    """
+    values = (
+        ("largest_flock_share_mean", "boids in the largest flock (%)"),
+        ("flock_count_mean", "flocks"),
+    )
     names = [f"{value:g} m" for value in (0.6, 1.2, 2.4)]
-    figure, below = _compare(studies, "perception", "perception_range", (0.6, 1.2, 2.4), names, values)
+    figure, below = _compare(
+        studies, "perception", "perception_range", (0.6, 1.2, 2.4), names, values
+    )
     below[0].set(xlim=(0, 101))
     for bound in (70, 95):
         below[0].axvline(bound, color="0.6", linewidth=0.8, linestyle=":")
@@ -166,14 +252,18 @@ def perception(studies: Studies) -> Figure:
 
 
 def field_of_view(studies: Studies) -> Figure:
-    """Figure 5: trails by field of view, boids that left the flock, its elongation, the share of neighbours ahead."""
+    """Figure 5: trails by field of view, boids that left the flock, its elongation, the
+    share of neighbours ahead.
+    """
     values = (
         ("boids_lost_mean", "boids outside the\nlargest flock"),
         ("elongation_mean", "elongation (1 column,\n0 round, -1 front)"),
         ("neighbours_ahead_mean", "neighbours ahead (%)"),
     )
     names = ["π/2.2", "π/1.4", "π"]
-    figure, below = _compare(studies, "field_of_view", "fov", (163.636, 257.143, 360.0), names, values)
+    figure, below = _compare(
+        studies, "field_of_view", "fov", (163.636, 257.143, 360.0), names, values
+    )
     below[1].axvspan(-0.15, 0.15, color="0.93", lw=0)
     return figure
 
@@ -186,16 +276,22 @@ def _compare(
     names: Sequence[str],
     values: Sequence[tuple[str, str]],
 ) -> tuple[Figure, list[Axes]]:
-    """Trails in both situations for each level of `setting`, and below them means with intervals of `values`."""
+    """Trails in both situations for each level of `setting`, and below them means with
+    intervals of `values`.
+    """
     paths = studies[f"{spec}_paths"]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.4, 6.9))
         top, middle, bottom = figure.subfigures(3, 1, height_ratios=(2.4, 1.3, 2.3))
         for part, situation in ((top, "arena"), (middle, "field")):
-            for axes, level, name in zip(part.subplots(1, 3, squeeze=False)[0], levels, names, strict=True):
+            for axes, level, name in zip(
+                part.subplots(1, 3, squeeze=False)[0], levels, names, strict=True
+            ):
                 draw_trial(axes, paths, map=situation, **{setting: level})
                 axes.set_title(name)
-            part.suptitle(f"{SITUATIONS[situation]}, as run, by {COMPARED[setting]}", fontsize=9)
+            part.suptitle(
+                f"{SITUATIONS[situation]}, as run, by {COMPARED[setting]}", fontsize=9
+            )
         panels = list(bottom.subplots(1, len(values), squeeze=False)[0])
         for axes, (metric, label) in zip(panels, values, strict=True):
             _draw_levels(axes, studies, spec, setting, levels, metric)
@@ -206,25 +302,47 @@ def _compare(
         trials = len(chosen(studies[spec], {"map": "arena", setting: levels[0]}))
         note(
             figure,
-            f"{paths.name}: the first trials; below {trials} trials each, mean of their last halves, 95 % intervals",
+            f"{paths.name}: the first trials; below {trials} trials each, mean of their"
+            " last halves, 95 % intervals",
         )
     return figure, panels
 
 
-def _draw_levels(axes: Axes, studies: Studies, spec: str, setting: str, levels: Sequence[float], metric: str) -> None:
-    """The mean and interval of `metric` at each level, in both situations and with both presets."""
-    looks = zip((-0.24, -0.08, 0.08, 0.24), product(PRESETS, SITUATIONS), LOOKS, strict=True)
+def _draw_levels(
+    axes: Axes,
+    studies: Studies,
+    spec: str,
+    setting: str,
+    levels: Sequence[float],
+    metric: str,
+) -> None:
+    """The mean and interval of `metric` at each level, in both situations and with both
+    presets.
+    """
+    looks = zip(
+        (-0.24, -0.08, 0.08, 0.24), product(PRESETS, SITUATIONS), LOOKS, strict=True
+    )
     for shift, (ending, situation), (colour, marker) in looks:
         study = studies[spec + ending]
-        columns = [chosen(study, {"map": situation, setting: level})[metric].to_numpy() for level in levels]
+        columns = [
+            chosen(study, {"map": situation, setting: level})[metric].to_numpy()
+            for level in levels
+        ]
         table = np.array([mean_interval(column)[:3] for column in columns]).T
         label = f"{SITUATIONS[situation]}, {PRESETS[ending]}"
-        draw_values(axes, np.arange(len(levels)) + shift, tuple(table), colour, marker, label)
+        draw_values(
+            axes, np.arange(len(levels)) + shift, tuple(table), colour, marker, label
+        )
 
 
-_COMPARED = {spec: (spec, f"{spec}_as_written", f"{spec}_paths") for spec in ("perception", "field_of_view")}
+_COMPARED = {
+    spec: (spec, f"{spec}_as_written", f"{spec}_paths")
+    for spec in ("perception", "field_of_view")
+}
 FIGURES = {
-    "figure1_rules": Drawing(rules, ("rules",), "Figure 1: separation, alignment and cohesion alone."),
+    "figure1_rules": Drawing(
+        rules, ("rules",), "Figure 1: separation, alignment and cohesion alone."
+    ),
     "figure2_navigation": Drawing(
         navigation,
         ("navigation", "navigation_as_written"),
@@ -236,14 +354,20 @@ FIGURES = {
         "Figure 3: steering round obstacles, alone and with all rules.",
     ),
     "figure4_perception": Drawing(
-        perception, _COMPARED["perception"], "Figure 4: one flock or several, by perception range."
+        perception,
+        _COMPARED["perception"],
+        "Figure 4: one flock or several, by perception range.",
     ),
     "figure5_field_of_view": Drawing(
         field_of_view,
         _COMPARED["field_of_view"],
         "Figure 5: boids lost and the shape of the flock, by half angle of view.",
     ),
-    "figures6_7": Drawing(mazes, ("priorities_paths",), "Figures 6 and 7: safety first and flocking first in a maze."),
+    "figures6_7": Drawing(
+        mazes,
+        ("priorities_paths",),
+        "Figures 6 and 7: safety first and flocking first in a maze.",
+    ),
     "figures6_7_measures": Drawing(
         priorities,
         ("priorities", "priorities_as_written"),

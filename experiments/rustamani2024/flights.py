@@ -1,7 +1,8 @@
 """Flights of rustamani2024, and the measures of its claims: one value a trial.
 
-Lengths are metres, times seconds. Accelerations are changes of velocity over a step: exact as long as the speed is not
-at its limit. A flight is x, y, vx and vy of the boids of one trial in its recorded frames, (F, 4, N).
+Lengths are metres, times seconds. Accelerations are changes of velocity over a step:
+exact as long as the speed is not at its limit. A flight is x, y, vx and vy of the boids
+of one trial in its recorded frames, (F, 4, N).
 """
 
 from collections.abc import Callable, Mapping
@@ -24,14 +25,19 @@ ALONE = {
     "cohesion": {"cohesion_weight": 0.5},
 }
 SEEK, ARRIVAL, BOTH = (
-    {"seek_weight": seek, "arrival_weight": arrival} for seek, arrival in ((0.4, 0), (0, 1.5), (0.4, 1.5))
+    {"seek_weight": seek, "arrival_weight": arrival}
+    for seek, arrival in ((0.4, 0), (0, 1.5), (0.4, 1.5))
 )
 FAR, CLOSE = 2.0, 0.25
-"""Distances from the goal beyond which a boid is on its way, and at which it has come close, m."""
+"""Distances from the goal beyond which a boid is on its way, and at which it has come
+close, m.
+"""
 PRESETS = {"": "as run", "_as_written": "as written"}
 
 
-def first_flight(study: StoredStudy, **settings: Any) -> tuple["pd.Series[Any]", Floats]:
+def first_flight(
+    study: StoredStudy, **settings: Any
+) -> tuple["pd.Series[Any]", Floats]:
     """The first trial with these settings, and its flight."""
     trial = chosen(study, settings).iloc[0]
     return trial, study.trajectory(trial["trial_id"])[1]
@@ -50,7 +56,10 @@ def _all_flights(study: StoredStudy) -> dict[str, Floats]:
     """The flights of all trials by their ids."""
     names = ["x", "y", "vx", "vy"]
     tables = study.trajectories.groupby("trial_id", sort=False)
-    return {str(trial): np.stack([np.stack(table[name].tolist()) for name in names], axis=1) for trial, table in tables}
+    return {
+        str(trial): np.stack([np.stack(table[name].tolist()) for name in names], axis=1)
+        for trial, table in tables
+    }
 
 
 def flights_of(study: StoredStudy, settings: Settings) -> list[Floats]:
@@ -63,26 +72,41 @@ def accelerations(flight: Floats, dt: float) -> Floats:
 
 
 def _opposite(study: StoredStudy) -> Floats:
-    """Mean cosine between the first accelerations of separation and of cohesion, for boids that both move."""
-    pairs = zip(*(flights_of(study, ALONE[rule]) for rule in ("separation", "cohesion")), strict=True)
+    """Mean cosine between the first accelerations of separation and of cohesion, for
+    boids that both move.
+    """
+    pairs = zip(
+        *(flights_of(study, ALONE[rule]) for rule in ("separation", "cohesion")),
+        strict=True,
+    )
     values = []
     for flights in pairs:
         apart, together = (accelerations(flight[:2], 1.0)[0] for flight in flights)
         length = np.hypot(*apart) * np.hypot(*together)
         both = length > 0
-        values.append(np.mean((apart * together).sum(axis=0)[both] / length[both]) if both.any() else np.nan)
+        values.append(
+            np.mean((apart * together).sum(axis=0)[both] / length[both])
+            if both.any()
+            else np.nan
+        )
     return np.array(values)
 
 
 def _velocity_spread(study: StoredStudy) -> Floats:
-    """What is left at the end of the standard deviation of velocities at the start, with alignment alone."""
+    """What is left at the end of the standard deviation of velocities at the start,
+    with alignment alone.
+    """
     flights = flights_of(study, ALONE["alignment"])
-    spread = [np.sqrt(flight[[0, -1], 2:].var(axis=2).sum(axis=1)) for flight in flights]
+    spread = [
+        np.sqrt(flight[[0, -1], 2:].var(axis=2).sum(axis=1)) for flight in flights
+    ]
     return np.array([end / start for start, end in spread])
 
 
 def approach(study: StoredStudy, flight: Floats) -> tuple[Floats, Floats, Floats]:
-    """The speeds and distances from the goal of boids (F, N), and the times of the frames (F,)."""
+    """The speeds and distances from the goal of boids (F, N), and the times of the
+    frames (F,).
+    """
     trial = study.trials.iloc[0]
     distance = np.hypot(flight[:, 0] - trial["goal_x"], flight[:, 1] - trial["goal_y"])
     times = np.linspace(0.0, trial["steps"] * trial["dt"], len(flight))
@@ -90,7 +114,9 @@ def approach(study: StoredStudy, flight: Floats) -> tuple[Floats, Floats, Floats
 
 
 def _seek_speed(study: StoredStudy) -> Floats:
-    """Mean speed with seek alone, from 2 s on and farther than FAR from the goal, m/s."""
+    """Mean speed with seek alone, from 2 s on and farther
+    than FAR from the goal, m/s.
+    """
     values = []
     for flight in flights_of(study, SEEK):
         speed, distance, times = approach(study, flight)
@@ -99,7 +125,8 @@ def _seek_speed(study: StoredStudy) -> Floats:
 
 
 def _slowing(study: StoredStudy, settings: Settings) -> Floats:
-    """The speed at which boids first come CLOSE to the goal over their mean speed before, from 2 s on, beyond FAR.
+    """The speed at which boids first come CLOSE to the goal over their mean speed
+    before, from 2 s on, beyond FAR.
 
     NaN for a trial of which no boid comes close.
     """
@@ -109,44 +136,73 @@ def _slowing(study: StoredStudy, settings: Settings) -> Floats:
         near = distance < CLOSE
         first, before = near.argmax(axis=0), np.cumsum(near, axis=0) == 0
         way = before & (distance > FAR) & (times[:, None] >= 2.0)
-        ratios = [speed[first[i], i] / speed[way[:, i], i].mean() for i in range(len(first)) if near[:, i].any()]
+        ratios = [
+            speed[first[i], i] / speed[way[:, i], i].mean()
+            for i in range(len(first))
+            if near[:, i].any()
+        ]
         values.append(np.mean(ratios) if ratios else np.nan)
     return np.array(values)
 
 
 def _arrival_against_seek(study: StoredStudy) -> Floats:
-    """The slowing with arrival alone minus that with seek alone, trials with the same start."""
+    """The slowing with arrival alone minus that with seek alone, trials with the same
+    start.
+    """
     return _slowing(study, ARRIVAL) - _slowing(study, SEEK)
 
 
-def avoiding(study: StoredStudy, flight: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
-    """Accelerations (F - 1, 2, N), whether they are there and due to the disc (F - 1, N), and the way off it, unit.
+def avoiding(
+    study: StoredStudy, flight: Floats
+) -> tuple[Floats, NDArray[np.bool_], Floats]:
+    """Accelerations (F - 1, 2, N), whether they are there and due to the disc (F - 1,
+    N), and the way off it, unit.
 
     Due to the disc are those outside it and nearer than the look-ahead to its surface.
     """
     trial = study.trials.iloc[0]
     x, y, radius = study.world(trial["trial_id"]).obstacles[0, :3]
-    change, off = accelerations(flight, trial["dt"]), flight[:-1, :2] - np.array([[x], [y]])
+    change, off = (
+        accelerations(flight, trial["dt"]),
+        flight[:-1, :2] - np.array([[x], [y]]),
+    )
     distance = np.hypot(off[:, 0], off[:, 1])
-    due = (distance > radius) & (distance < radius + trial["look_ahead"]) & (np.abs(change).max(axis=1) > 1e-6)
+    due = (
+        (distance > radius)
+        & (distance < radius + trial["look_ahead"])
+        & (np.abs(change).max(axis=1) > 1e-6)
+    )
     return change, due, off / distance[:, None]
 
 
 def avoidance_angle(studies: Studies) -> Floats:
-    """Mean angle between the accelerations of boids that avoid the disc and the way straight off it, degrees."""
+    """Mean angle between the accelerations of boids that avoid the disc and the way
+    straight off it, degrees.
+    """
     study, values = studies["avoidance_alone"], []
     for flight in flights_of(study, {}):
         change, due, off = avoiding(study, flight)
-        cosine = (change * off).sum(axis=1)[due] / np.hypot(change[:, 0], change[:, 1])[due]
-        values.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean() if due.any() else np.nan)
+        cosine = (change * off).sum(axis=1)[due] / np.hypot(change[:, 0], change[:, 1])[
+            due
+        ]
+        values.append(
+            np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()
+            if due.any()
+            else np.nan
+        )
     return np.array(values)
 
 
 def _for_both(
     spec: str, value: Callable[..., Floats], *settings: Settings
 ) -> tuple[Callable[[Studies], Floats], Callable[[Studies], Floats]]:
-    """A measure in the trials of `spec`, and in those of the same spec with the preset as_written."""
-    as_run, as_written = (lambda studies, name=spec + ending: value(studies[name], *settings) for ending in PRESETS)
+    """A measure in the trials of `spec`, and in those of the same spec with the preset
+    as_written.
+    """
+    as_run, as_written = (
+        lambda studies, name=spec + ending: value(studies[name], *settings)
+        for ending in PRESETS
+    )
     return as_run, as_written
 
 
@@ -155,4 +211,6 @@ velocity_spread, velocity_spread_as_written = _for_both("rules", _velocity_sprea
 seek_speed, seek_speed_as_written = _for_both("navigation", _seek_speed)
 arrival_slowing, arrival_slowing_as_written = _for_both("navigation", _slowing, ARRIVAL)
 both_slowing, both_slowing_as_written = _for_both("navigation", _slowing, BOTH)
-arrival_against_seek, arrival_against_seek_as_written = _for_both("navigation", _arrival_against_seek)
+arrival_against_seek, arrival_against_seek_as_written = _for_both(
+    "navigation", _arrival_against_seek
+)

@@ -1,4 +1,6 @@
-"""Trails of boids as the document draws them, and its figures 6 and 7 with what is read from them."""
+"""Trails of boids as the document draws them, and its figures 6 and 7 with what is read
+from them.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,28 +11,63 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from experiments.rustamani2024.flights import PRESETS, Floats, Studies, chosen, first_flight
+from experiments.rustamani2024.flights import (
+    PRESETS,
+    Floats,
+    Studies,
+    chosen,
+    first_flight,
+)
 from sweep.analysis import mean_interval
-from sweep.figures import BLUE, ORANGE, STYLE, draw_flock, draw_map, draw_values, name_rows, note
+from sweep.figures import (
+    BLUE,
+    ORANGE,
+    STYLE,
+    draw_flock,
+    draw_map,
+    draw_values,
+    name_rows,
+    note,
+)
 from sweep.tables.stored_study import StoredStudy
 
 LEADER, FOLLOWER = BLUE, ORANGE
 
 
 def draw_trails(axes: Axes, flight: Floats, colours: Sequence[str]) -> None:
-    """Where boids flew, paler the longer ago; where they started, hollow, and how they fly at the end."""
+    """Where boids flew, paler the longer ago; where they started, hollow, and how they
+    fly at the end.
+    """
     fade = np.linspace(0.25, 0.9, len(flight) - 1)
     for i, colour in enumerate(colours):
         points = flight[:, :2, i]
         parts = np.stack([points[:-1], points[1:]], axis=1)
-        axes.add_collection(LineCollection(list(parts), colors=colour, linewidths=0.9, alpha=fade, rasterized=True))
-        axes.plot(*points[0], "o", markersize=2.6, markerfacecolor="white", markeredgecolor=colour, markeredgewidth=0.7)
+        axes.add_collection(
+            LineCollection(
+                list(parts), colors=colour, linewidths=0.9, alpha=fade, rasterized=True
+            )
+        )
+        axes.plot(
+            *points[0],
+            "o",
+            markersize=2.6,
+            markerfacecolor="white",
+            markeredgecolor=colour,
+            markeredgewidth=0.7,
+        )
     for colour in sorted(set(colours)):
-        draw_flock(axes, flight[-1][:, np.array(colours) == colour], 0.022 * np.ptp(axes.get_xlim()), colour)
+        draw_flock(
+            axes,
+            flight[-1][:, np.array(colours) == colour],
+            0.022 * np.ptp(axes.get_xlim()),
+            colour,
+        )
 
 
 def draw_trial(axes: Axes, study: StoredStudy, **settings: Any) -> None:
-    """The map of the first trial with these settings, its boids' trails and, where some boid knows it, the goal."""
+    """The map of the first trial with these settings, its boids' trails and, where some
+    boid knows it, the goal.
+    """
     trial, flight = first_flight(study, **settings)
     draw_map(axes, study.world(trial["trial_id"]), "m", downwards=False)
     leaders = int(np.floor(trial["leader_share"] * trial["n"] + 0.5))
@@ -38,10 +75,15 @@ def draw_trial(axes: Axes, study: StoredStudy, **settings: Any) -> None:
     draw_trails(axes, flight, colours)
     if leaders:
         goal = trial["goal_x"], trial["goal_y"]
-        axes.plot(*goal, "X", markersize=7, color="#CC0000", markeredgecolor="white", zorder=4)
+        axes.plot(
+            *goal, "X", markersize=7, color="#CC0000", markeredgecolor="white", zorder=4
+        )
 
 
-SCENARIOS = {"safety_first": "scenario 1, safety first", "flocking_first": "scenario 2, flocking first"}
+SCENARIOS = {
+    "safety_first": "scenario 1, safety first",
+    "flocking_first": "scenario 2, flocking first",
+}
 WAY = (30, 120)
 """The steps in which boids are on their way through the maze: 3 to 12 s."""
 MEASURES = {
@@ -59,26 +101,37 @@ MEASURES = {
 
 
 def mazes(studies: Studies) -> Figure:
-    """Figures 6 and 7: trails in the maze of ours with safety first and with flocking first."""
+    """Figures 6 and 7: trails in the maze of ours with safety first and with flocking
+    first.
+    """
     study = studies["priorities_paths"]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.2, 4.0))
-        for axes, (priority, title) in zip(figure.subplots(1, 2), SCENARIOS.items(), strict=True):
+        for axes, (priority, title) in zip(
+            figure.subplots(1, 2), SCENARIOS.items(), strict=True
+        ):
             draw_trial(axes, study, priority=priority)
             axes.set_title(title)
         note(
             figure,
-            f"{study.name}: the first trial, the same start; goal in red, blue boids know it, orange ones do not",
+            f"{study.name}: the first trial, the same start; goal in red, blue boids"
+            " know it, orange ones do not",
         )
     return figure
 
 
 def _values(study: StoredStudy, priority: str, metric: str) -> Floats:
-    """One value a trial: the mean over WAY of what is recorded as a series, else that of the trials table."""
+    """One value a trial: the mean over WAY of what is recorded as a series, else that
+    of the trials table.
+    """
     trials = chosen(study, {"priority": priority})
     if metric not in study.series:
         return trials[metric].to_numpy(np.float64)
-    way = study.series[study.series["frame"].between(*WAY)].groupby("trial_id")[metric].mean()
+    way = (
+        study.series[study.series["frame"].between(*WAY)]
+        .groupby("trial_id")[metric]
+        .mean()
+    )
     return way.loc[trials["trial_id"]].to_numpy()
 
 
@@ -87,16 +140,38 @@ def priorities(studies: Studies) -> Figure:
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.4, 3.7))
         panels = figure.subplots(2, 5).ravel()
-        looks = list(zip((-0.1, 0.1), SCENARIOS.items(), (BLUE, ORANGE), "os", strict=True))
+        looks = list(
+            zip((-0.1, 0.1), SCENARIOS.items(), (BLUE, ORANGE), "os", strict=True)
+        )
         for number, (metric, label) in enumerate(MEASURES.items()):
             for shift, (priority, title), colour, marker in looks:
-                values = [_values(studies[f"priorities{ending}"], priority, metric) for ending in PRESETS]
-                value, low, high, _ = np.transpose([mean_interval(array) for array in values])
-                draw_values(panels[number], np.arange(2) + shift, (value, low, high), colour, marker, title)
-            name_rows(panels[number], ["", ""] if number % 5 else list(PRESETS.values()))
+                values = [
+                    _values(studies[f"priorities{ending}"], priority, metric)
+                    for ending in PRESETS
+                ]
+                value, low, high, _ = np.transpose(
+                    [mean_interval(array) for array in values]
+                )
+                draw_values(
+                    panels[number],
+                    np.arange(2) + shift,
+                    (value, low, high),
+                    colour,
+                    marker,
+                    title,
+                )
+            name_rows(
+                panels[number], ["", ""] if number % 5 else list(PRESETS.values())
+            )
             panels[number].set_xlabel(label, fontsize=8)
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+        figure.legend(
+            *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2
+        )
         study = studies["priorities"]
         trials = len(chosen(study, {"priority": "safety_first"}))
-        note(figure, f"{study.name}: {trials} trials each, mean with 95 % interval; * from 3 to 12 s")
+        note(
+            figure,
+            f"{study.name}: {trials} trials each, mean with 95 % interval; * from 3 to"
+            " 12 s",
+        )
     return figure

@@ -1,10 +1,12 @@
 """From recorded frames to numbers.
 
-A metric is a kernel `(frames, filled, ground, observation, values)` that writes one number for each of the `filled`
-first frames into `values`. To add one, write it and enter it in METRICS.
+A metric is a kernel `(frames, filled, ground, observation, values)` that writes one
+number for each of the `filled` first frames into `values`. To add one, write it and
+enter it in METRICS.
 
-Distances are those of the plane, on a torus too: boids that see each other across its borders are not near each other
-here. Velocities are those at the end of a step, which patel2023 limits only when it moves.
+Distances are those of the plane, on a torus too: boids that see each other across its
+borders are not near each other here. Velocities are those at the end of a step, which
+patel2023 limits only when it moves.
 
 motion  speed, turns, headings     shape   radius, distances, elongation   flocks  connected groups
 places  obstacles and the goal     energy  the pair potential             counted  coverage and events

@@ -2,7 +2,15 @@
 
 import math
 
-from kernels.events import ARRIVAL_STEPS, ARRIVED, BOID_COLLISIONS, COLLISIONS, DEAD_ENDS, ESCAPES, SETTLED
+from kernels.events import (
+    ARRIVAL_STEPS,
+    ARRIVED,
+    BOID_COLLISIONS,
+    COLLISIONS,
+    DEAD_ENDS,
+    ESCAPES,
+    SETTLED,
+)
 from kernels.jit import jit
 from kernels.metrics.ground import Ground
 from kernels.recording import COVERED, FIRST_EVENT, SQUARED_VISITS, VISITS, Frames
@@ -11,22 +19,42 @@ from kernels.state import Floats
 
 
 @jit
-def coverage(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def coverage(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Visited pixels in per cent of the traversable ones."""
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.traversable
 
 
 @jit
-def coverage_total(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def coverage_total(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Visited pixels in per cent of all pixels of the world."""
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.pixels
 
 
 @jit
-def coverage_cv(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
-    """Standard deviation over mean of the visit counts of traversable pixels; NaN before the first visit."""
+def coverage_cv(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Standard deviation over mean of the visit counts of traversable pixels; NaN
+    before the first visit.
+    """
     pixels = ground.traversable
     for f in range(filled):
         visits = frames.counts[f, VISITS]
@@ -37,35 +65,67 @@ def coverage_cv(frames: Frames, filled: int, ground: Ground, observation: Observ
 
 
 @jit
-def escapes(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+def escapes(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """How often a boid has left the world since the start."""
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + ESCAPES]
 
 
 @jit
-def collisions(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+def collisions(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """How often a boid's position has entered an obstacle since the start."""
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + COLLISIONS]
 
 
 @jit
-def boid_collisions(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
-    """How often a boid has come nearer than contact_distance to another, or others, since the start."""
+def boid_collisions(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """How often a boid has come nearer than contact_distance to another, or others,
+    since the start.
+    """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + BOID_COLLISIONS]
 
 
 @jit
-def share_arrived(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def share_arrived(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Boids that have been within goal_radius of the goal, in per cent."""
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + ARRIVED] / ground.boids
 
 
 @jit
-def time_to_goal(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def time_to_goal(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Mean time at which those boids came there first; NaN where none has."""
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
@@ -74,14 +134,30 @@ def time_to_goal(frames: Frames, filled: int, ground: Ground, _observation: Obse
 
 
 @jit
-def equilibrium(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
-    """Boids that have moved in step with all their neighbours, at least one, for equilibrium_steps, in per cent."""
+def equilibrium(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Boids that have moved in step with all their neighbours, at least one, for
+    equilibrium_steps, in per cent.
+    """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + SETTLED] / ground.boids
 
 
 @jit
-def dead_ends(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
-    """How often a boid that looked for a free heading has found none since the start."""
+def dead_ends(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """How often a boid that looked for a free heading has
+    found none since the start.
+    """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + DEAD_ENDS]

@@ -1,14 +1,16 @@
-"""The potential energy of Eq. (27) of patel2023, with the pair potential whose gradient are the model's own rules.
+"""The potential energy of Eq. (27) of patel2023, with the pair potential whose gradient
+are the model's own rules.
 
-For the strengths a of separation, within r_s, and c of cohesion, towards the mean of the n boids within r_c, with
-r_s <= r_c:
+For the strengths a of separation, within r_s, and c of cohesion, towards the mean of
+the n boids within r_c, with r_s <= r_c:
 
     V(r) = (a - c/n) (r_s^2 - r^2) / 2    for r < r_s
     V(r) = (c/n) (r^2 - r_s^2) / 2        for r_s <= r < r_c
 
-so that the force on a boid, with n held fixed, is the sum of both rules. V is least, namely 0, at r_s, as the text
-asks, but stays finite as boids meet. Where only those outside r_s cohere, the first line has a alone, and n counts
-them. Where r_s > r_c, which is not checked, V is not the potential of the rules.
+so that the force on a boid, with n held fixed, is the sum of both rules. V is least,
+namely 0, at r_s, as the text asks, but stays finite as boids meet. Where only those
+outside r_s cohere, the first line has a alone, and n counts them. Where r_s > r_c,
+which is not checked, V is not the potential of the rules.
 """
 
 import math
@@ -38,7 +40,9 @@ def _pair_potential(rule: PairPotential, attraction: float, distance2: float) ->
 @jit
 def _boid_potential(rule: PairPotential, x: Floats, y: Floats, i: int) -> float:
     """The sum of V over the pairs of boid `i`."""
-    near2 = rule.separation_range * rule.separation_range if rule.cohesion_outside else 0.0
+    near2 = (
+        rule.separation_range * rule.separation_range if rule.cohesion_outside else 0.0
+    )
     far2 = rule.cohesion_range * rule.cohesion_range
     n = 0
     for j in range(x.size):
@@ -55,19 +59,35 @@ def _boid_potential(rule: PairPotential, x: Floats, y: Floats, i: int) -> float:
 
 
 @jit_with_memory
-def potential(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def potential(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Mean over boids of the sum of V over their pairs."""
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
         for i in range(n):
-            total += _boid_potential(ground.potential, frames.bodies[f, X], frames.bodies[f, Y], i)
+            total += _boid_potential(
+                ground.potential, frames.bodies[f, X], frames.bodies[f, Y], i
+            )
         values[f] = total / n
 
 
 @jit_with_memory
-def flock_potential(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
-    """Mean over flocks of two or more of their boids' potentials, summed; NaN where there is none."""
+def flock_potential(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean over flocks of two or more of their boids' potentials, summed; NaN where
+    there is none.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = frames.bodies[f, X], frames.bodies[f, Y]

@@ -12,7 +12,9 @@ from kernels.state import Floats
 
 @jit_with_memory
 def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
-    """For every boid the index of one boid of its flock, the same for all members; shape (N,)."""
+    """For every boid the index of one boid of its flock, the same for all members;
+    shape (N,).
+    """
     n = x.size
     order = np.argsort(x)
     parent = np.arange(n)
@@ -57,22 +59,44 @@ def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
 
 
 @jit_with_memory
-def flock_count(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+def flock_count(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
     """Number of flocks."""
     for f in range(filled):
-        flock = labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        flock = labels(
+            frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range
+        )
         values[f] = np.sum(sizes(flock) > 0)
 
 
 @jit_with_memory
-def largest_flock(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
+def largest_flock(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
     """Number of boids in the largest flock."""
     for f in range(filled):
-        values[f] = largest(labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range))[1]
+        values[f] = largest(
+            labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        )[1]
 
 
 @jit_with_memory
-def largest_flock_share(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
+def largest_flock_share(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
     """The same in per cent of all boids."""
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):
@@ -80,7 +104,13 @@ def largest_flock_share(frames: Frames, filled: int, ground: Ground, observation
 
 
 @jit_with_memory
-def boids_lost(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
+def boids_lost(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
     """Number of boids outside the largest flock."""
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):

@@ -11,7 +11,9 @@ X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(6)
 
 
 class Ground(NamedTuple):
-    """The world and the number of boids, of traversable pixels and of all pixels, the time of a step, the potential."""
+    """The world and the number of boids, of traversable pixels and of all pixels, the
+    time of a step, the potential.
+    """
 
     world: World
     boids: int
@@ -24,8 +26,9 @@ class Ground(NamedTuple):
 class Metric(NamedTuple):
     """A metric looks at the bodies, or at what was counted on the way.
 
-    `covers`, `counts` and `pairs` say that it needs, instead of the bodies: the visited pixels; escapes, collisions and
-    arrivals; contacts between boids. `potential` says that it needs a model with a pair potential.
+    `covers`, `counts` and `pairs` say that it needs, instead of the bodies: the visited
+    pixels; escapes, collisions and arrivals; contacts between boids. `potential` says
+    that it needs a model with a pair potential.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]

@@ -10,7 +10,13 @@ from kernels.state import Floats
 
 
 @jit
-def speed(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+def speed(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Mean of |v|."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -23,17 +29,30 @@ def speed(frames: Frames, filled: int, _ground: Ground, _observation: Observatio
 
 @jit
 def _turn(frames: Frames, f: int, i: int) -> float:
-    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 at rest and at the start."""
+    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 at
+    rest and at the start.
+    """
     vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
-    before_x, before_y = frames.bodies[f, PREVIOUS_VX, i], frames.bodies[f, PREVIOUS_VY, i]
+    before_x, before_y = (
+        frames.bodies[f, PREVIOUS_VX, i],
+        frames.bodies[f, PREVIOUS_VY, i],
+    )
     if (vx == 0.0 and vy == 0.0) or (before_x == 0.0 and before_y == 0.0):
         return 0.0
     return math.atan2(before_y, before_x) - math.atan2(vy, vx)
 
 
 @jit
-def turn_rate(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
-    """Mean angle between the velocities before and after the last step, in [0, 180] degrees."""
+def turn_rate(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean angle between the velocities before and after the last step, in [0, 180]
+    degrees.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
@@ -45,9 +64,15 @@ def turn_rate(frames: Frames, filled: int, _ground: Ground, _observation: Observ
 
 @jit
 def turn_rate_unwrapped(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
 ) -> None:
-    """Mean absolute difference of the two headings as numbers in (-180, 180], so in [0, 360) degrees."""
+    """Mean absolute difference of the two headings as numbers in (-180, 180], so in [0,
+    360) degrees.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
@@ -57,8 +82,16 @@ def turn_rate_unwrapped(
 
 
 @jit
-def polarization(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
-    """Length of the mean unit velocity: 1 where all head the same way. A boid at rest counts as zero."""
+def polarization(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Length of the mean unit velocity: 1 where all head the same way. A boid at rest
+    counts as zero.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = 0.0, 0.0

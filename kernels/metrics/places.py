@@ -12,7 +12,9 @@ from kernels.worlds import obstacle_distance
 
 @jit
 def _clearance(world: World, x: float, y: float) -> float:
-    """The distance of (x, y) from the nearest surface of an obstacle, negative inside; infinite without obstacles."""
+    """The distance of (x, y) from the nearest surface of an obstacle, negative inside;
+    infinite without obstacles.
+    """
     nearest = math.inf
     for m in range(world.obstacle_x.size):
         nearest = min(nearest, obstacle_distance(world, m, x, y))
@@ -20,28 +22,57 @@ def _clearance(world: World, x: float, y: float) -> float:
 
 
 @jit
-def clearance(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
-    """Mean distance of boids from the nearest obstacle, negative inside; NaN without obstacles."""
+def clearance(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean distance of boids from the nearest obstacle, negative inside; NaN without
+    obstacles.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
         for i in range(n):
-            total += _clearance(ground.world, frames.bodies[f, X, i], frames.bodies[f, Y, i])
+            total += _clearance(
+                ground.world, frames.bodies[f, X, i], frames.bodies[f, Y, i]
+            )
         values[f] = total / n if ground.world.obstacle_x.size > 0 else math.nan
 
 
 @jit
-def least_clearance(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
-    """Distance of the boid that is nearest to an obstacle, negative inside; NaN without obstacles."""
+def least_clearance(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Distance of the boid that is nearest to an obstacle, negative inside; NaN without
+    obstacles.
+    """
     for f in range(filled):
         least = math.inf
         for i in range(frames.bodies.shape[2]):
-            least = min(least, _clearance(ground.world, frames.bodies[f, X, i], frames.bodies[f, Y, i]))
+            least = min(
+                least,
+                _clearance(
+                    ground.world, frames.bodies[f, X, i], frames.bodies[f, Y, i]
+                ),
+            )
         values[f] = least if ground.world.obstacle_x.size > 0 else math.nan
 
 
 @jit
-def goal_distance(frames: Frames, filled: int, ground: Ground, _observation: Observation, values: Floats) -> None:
+def goal_distance(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Mean distance of boids from the goal."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -54,8 +85,16 @@ def goal_distance(frames: Frames, filled: int, ground: Ground, _observation: Obs
 
 
 @jit
-def goal_spread(frames: Frames, filled: int, ground: Ground, observation: Observation, values: Floats) -> None:
-    """Mean distance from their centre of the boids within goal_radius of the goal; NaN for fewer than two."""
+def goal_spread(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Mean distance from their centre of the boids within goal_radius of the goal; NaN
+    for fewer than two.
+    """
     radius2 = observation.goal_radius * observation.goal_radius
     for f in range(filled):
         there, x, y = 0, 0.0, 0.0

@@ -1,4 +1,6 @@
-"""The shape of the swarm: how far boids are from its centre, from each other, and how it is stretched."""
+"""The shape of the swarm: how far boids are from its centre, from each other, and how
+it is stretched.
+"""
 
 import math
 
@@ -39,7 +41,13 @@ def _mean_distance(frames: Frames, f: int, x: float, y: float) -> float:
 
 
 @jit
-def flock_radius(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+def flock_radius(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Mean distance from the centre of mass."""
     for f in range(filled):
         x, y = _centre(frames, f)
@@ -47,7 +55,13 @@ def flock_radius(frames: Frames, filled: int, _ground: Ground, _observation: Obs
 
 
 @jit
-def dispersion(frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats) -> None:
+def dispersion(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
     """Standard deviation (ddof 0) of the distances from the centre of mass."""
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -62,9 +76,15 @@ def dispersion(frames: Frames, filled: int, _ground: Ground, _observation: Obser
 
 @jit_with_memory
 def nearest_neighbour_distance(
-    frames: Frames, filled: int, _ground: Ground, _observation: Observation, values: Floats
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    _observation: Observation,
+    values: Floats,
 ) -> None:
-    """Mean distance to the nearest other boid; NaN for one boid. Sweeps outwards along x, so about N sqrt(N) pairs."""
+    """Mean distance to the nearest other boid; NaN for one boid. Sweeps outwards along
+    x, so about N sqrt(N) pairs.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = frames.bodies[f, X], frames.bodies[f, Y]
@@ -86,13 +106,23 @@ def nearest_neighbour_distance(
 
 
 @jit_with_memory
-def elongation(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
-    """(a - b) / (a + b), a and b the standard deviations of the largest flock's positions along and across its course.
+def elongation(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """(a - b) / (a + b), a and b the standard deviations of the largest flock's
+    positions along and across its course.
 
-    1 for a column, 0 for a round flock, -1 for a broad front; NaN for fewer than three boids or without a course.
+    1 for a column, 0 for a round flock, -1 for a broad front; NaN for fewer than three
+    boids or without a course.
     """
     for f in range(filled):
-        flock = labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
+        flock = labels(
+            frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range
+        )
         which, size = largest(flock)
         x, y, vx, vy = 0.0, 0.0, 0.0, 0.0
         for i in range(flock.size):
@@ -112,9 +142,20 @@ def elongation(frames: Frames, filled: int, _ground: Ground, observation: Observ
 
 
 @jit_with_memory
-def neighbours_ahead(frames: Frames, filled: int, _ground: Ground, observation: Observation, values: Floats) -> None:
-    """Share of the neighbours of moving boids that are ahead, within 90 degrees of the course; NaN without any."""
-    n, reach2 = frames.bodies.shape[2], observation.flock_range * observation.flock_range
+def neighbours_ahead(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Share of the neighbours of moving boids that are ahead, within 90 degrees of the
+    course; NaN without any.
+    """
+    n, reach2 = (
+        frames.bodies.shape[2],
+        observation.flock_range * observation.flock_range,
+    )
     for f in range(filled):
         x, y = frames.bodies[f, X], frames.bodies[f, Y]
         vx, vy = frames.bodies[f, VX], frames.bodies[f, VY]
@@ -127,6 +168,10 @@ def neighbours_ahead(frames: Frames, filled: int, _ground: Ground, observation: 
                 if dx >= observation.flock_range:
                     break
                 if dx * dx + dy * dy < reach2:
-                    ahead += int(dx * vx[i] + dy * vy[i] > 0.0) + int(dx * vx[j] + dy * vy[j] < 0.0)
-                    all_of_them += int(vx[i] != 0.0 or vy[i] != 0.0) + int(vx[j] != 0.0 or vy[j] != 0.0)
+                    ahead += int(dx * vx[i] + dy * vy[i] > 0.0) + int(
+                        dx * vx[j] + dy * vy[j] < 0.0
+                    )
+                    all_of_them += int(vx[i] != 0.0 or vy[i] != 0.0) + int(
+                        vx[j] != 0.0 or vy[j] != 0.0
+                    )
         values[f] = 100.0 * ahead / all_of_them if all_of_them > 0 else math.nan

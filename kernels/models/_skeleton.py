@@ -1,7 +1,9 @@
-"""A model to copy: boids that seek the mean position of those they see, and nothing else.
+"""A model to copy: boids that seek the mean position of those they see, and nothing
+else.
 
-Copy this file, rename the model and enter it in `kernels.models.MODELS`. The file of a model holds four things and no
-more: its `Params`, one preset per published version, `interaction_range`, and `advance`.
+Copy this file, rename the model and enter it in `kernels.models.MODELS`. The file of a
+model holds four things and no more: its `Params`, one preset per published version,
+`interaction_range`, and `advance`.
 """
 
 from typing import Annotated, NamedTuple
@@ -20,15 +22,31 @@ from kernels.workspace import Workspace
 
 
 class Params(NamedTuple):
-    """Every number of the paper that a study may want to change, each with what it means, its unit and its range.
+    """Every number of the paper that a study may want to change, each with what it
+    means, its unit and its range.
 
-    Names that other models have too (`cohesion_weight`, `fov`, `max_speed`, `update`, `dt`) mean the same here.
+    Names that other models have too (`cohesion_weight`, `fov`, `max_speed`, `update`,
+    `dt`) mean the same here.
     """
 
-    cohesion_weight: Annotated[float, About("strength of the pull towards the others", "1/time^2", low=0)]
-    perception_range: Annotated[float, About("radius within which others are seen", "length", low=0)]
-    fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
-    max_acceleration: Annotated[float, About("longest acceleration", "length/time^2", low=0)]
+    cohesion_weight: Annotated[
+        float, About("strength of the pull towards the others", "1/time^2", low=0)
+    ]
+    perception_range: Annotated[
+        float, About("radius within which others are seen", "length", low=0)
+    ]
+    fov: Annotated[
+        float,
+        About(
+            "field of view, the whole cone about the velocity",
+            "degrees",
+            low=0,
+            high=360,
+        ),
+    ]
+    max_acceleration: Annotated[
+        float, About("longest acceleration", "length/time^2", low=0)
+    ]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
@@ -54,19 +72,29 @@ AS_RUN = AS_WRITTEN | {"fov": 270.0, "update": "sequential"}
 
 
 def interaction_range(params: Params) -> float:
-    """The longest distance at which boids act on each other, px: the cells of the search are no smaller."""
+    """The longest distance at which boids act on each other, px: the cells of the
+    search are no smaller.
+    """
     return params.perception_range
 
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
-    `seen` is what boids react to: the flock itself in a sequential update, a copy from before the step otherwise. The
-    grid is told of every move at once, or of all moves after the step. The loop is written out in every model, since
-    papers differ in it and a reader must see how.
+    `seen` is what boids react to: the flock itself in a sequential update, a copy from
+    before the step otherwise. The grid is told of every move at once, or of all moves
+    after the step. The loop is written out in every model, since papers differ in it
+    and a reader must see how.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.perception_range, False)
@@ -75,12 +103,32 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, view, seen.vx[i], seen.vy[i], work.near)
+            found = search(
+                seen,
+                world,
+                work.grid,
+                i,
+                range2,
+                view,
+                seen.vx[i],
+                seen.vy[i],
+                work.near,
+            )
             x, y = cohesion(work.near, found, range2)
-            ax, ay = limit(params.cohesion_weight * x, params.cohesion_weight * y, params.max_acceleration)
-            vx, vy = limit(flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)
+            ax, ay = limit(
+                params.cohesion_weight * x,
+                params.cohesion_weight * y,
+                params.max_acceleration,
+            )
+            vx, vy = limit(
+                flock.vx[i] + ax * params.dt,
+                flock.vy[i] + ay * params.dt,
+                params.max_speed,
+            )
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
-            y, vy = confine(flock.y[i] + vy * params.dt, vy, world.height, world.borders)
+            y, vy = confine(
+                flock.y[i] + vy * params.dt, vy, world.height, world.borders
+            )
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
             if sequential:
                 move(work.grid, i, x, y)

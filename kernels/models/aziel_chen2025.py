@@ -25,15 +25,37 @@ class Params(NamedTuple):
     separation_weight: Annotated[float, About("k_col", "1/time^2", low=0)]
     alignment_weight: Annotated[float, About("k_ali", "1/time", low=0)]
     cohesion_weight: Annotated[float, About("k_coh", "1/time^2", low=0)]
-    obstacle_weight: Annotated[float, About("strength of an obstacle's repulsion", "length^2/time^2", low=0)]
+    obstacle_weight: Annotated[
+        float, About("strength of an obstacle's repulsion", "length^2/time^2", low=0)
+    ]
     wall_weight: Annotated[float, About("k_wall", "length^2/time^2", low=0)]
-    goal_weight: Annotated[float, About("pull towards the goal, the text's target", "1/time^2", low=0)]
-    perception_range: Annotated[float, About("radius within which others are seen", "length", low=0)]
-    fov: Annotated[float, About("field of view, the whole cone about the velocity", "degrees", low=0, high=360)]
-    separation_range: Annotated[float, About("radius within which visible neighbours repel", "length", low=0)]
-    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "length", low=0)]
-    epsilon: Annotated[float, About("regularisation of obstacle and wall forces", "length", low=0)]
-    max_acceleration: Annotated[float, About("budget shared by all forces", "length/time^2", low=0)]
+    goal_weight: Annotated[
+        float, About("pull towards the goal, the text's target", "1/time^2", low=0)
+    ]
+    perception_range: Annotated[
+        float, About("radius within which others are seen", "length", low=0)
+    ]
+    fov: Annotated[
+        float,
+        About(
+            "field of view, the whole cone about the velocity",
+            "degrees",
+            low=0,
+            high=360,
+        ),
+    ]
+    separation_range: Annotated[
+        float, About("radius within which visible neighbours repel", "length", low=0)
+    ]
+    obstacle_range: Annotated[
+        float, About("reach of an obstacle beyond its surface", "length", low=0)
+    ]
+    epsilon: Annotated[
+        float, About("regularisation of obstacle and wall forces", "length", low=0)
+    ]
+    max_acceleration: Annotated[
+        float, About("budget shared by all forces", "length/time^2", low=0)
+    ]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
     priority: Annotated[
         int,
@@ -42,7 +64,9 @@ class Params(NamedTuple):
             choices=("obstacle_first", "separation_first"),
         ),
     ]
-    walls_are_obstacles: Annotated[bool, About("wall and obstacle forces share one place in the priority order")]
+    walls_are_obstacles: Annotated[
+        bool, About("wall and obstacle forces share one place in the priority order")
+    ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
@@ -100,9 +124,16 @@ def interaction_range(params: Params) -> float:
 def _obstacle_and_wall(
     params: Params, world: World, work: Workspace, x: float, y: float
 ) -> tuple[float, float, float, float]:
-    """The obstacle and the wall force at (x, y); where walls are obstacles, their sum and zero."""
-    obstacle_x, obstacle_y = repulsion_inverse(world, work.reach, params.obstacle_range, params.epsilon, x, y)
-    obstacle_x, obstacle_y = params.obstacle_weight * obstacle_x, params.obstacle_weight * obstacle_y
+    """The obstacle and the wall force at (x, y); where walls are obstacles, their sum
+    and zero.
+    """
+    obstacle_x, obstacle_y = repulsion_inverse(
+        world, work.reach, params.obstacle_range, params.epsilon, x, y
+    )
+    obstacle_x, obstacle_y = (
+        params.obstacle_weight * obstacle_x,
+        params.obstacle_weight * obstacle_y,
+    )
     wall_x = params.wall_weight * wall_repulsion(x, world.width, params.epsilon)
     wall_y = params.wall_weight * wall_repulsion(y, world.height, params.epsilon)
     if params.walls_are_obstacles:
@@ -114,11 +145,18 @@ def _obstacle_and_wall(
 def _acceleration(
     params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The forces on boid `i` in order of priority, each served from what the earlier ones left of the budget."""
+    """The forces on boid `i` in order of priority, each served from what the earlier
+    ones left of the budget.
+    """
     x, y = seen.x[i], seen.y[i]
     range2 = square_range(params.separation_range, params.range_inclusive)
-    crowd_x, crowd_y, to_x, to_y, sum_vx, sum_vy = flocking_sums(seen, work.near, found, range2)
-    first_x, first_y = -params.separation_weight * crowd_x, -params.separation_weight * crowd_y
+    crowd_x, crowd_y, to_x, to_y, sum_vx, sum_vy = flocking_sums(
+        seen, work.near, found, range2
+    )
+    first_x, first_y = (
+        -params.separation_weight * crowd_x,
+        -params.separation_weight * crowd_y,
+    )
     second_x, second_y, wall_x, wall_y = _obstacle_and_wall(params, world, work, x, y)
     if params.priority == OBSTACLE_FIRST:
         first_x, first_y, second_x, second_y = second_x, second_y, first_x, first_y
@@ -129,21 +167,36 @@ def _acceleration(
         share = 1.0 / found
         weight = params.alignment_weight
         ax, ay, left = serve(
-            ax, ay, weight * (sum_vx * share - seen.vx[i]), weight * (sum_vy * share - seen.vy[i]), left
+            ax,
+            ay,
+            weight * (sum_vx * share - seen.vx[i]),
+            weight * (sum_vy * share - seen.vy[i]),
+            left,
         )
         weight = params.cohesion_weight
-        ax, ay, left = serve(ax, ay, weight * (to_x * share), weight * (to_y * share), left)
+        ax, ay, left = serve(
+            ax, ay, weight * (to_x * share), weight * (to_y * share), left
+        )
     if params.goal_weight > 0.0:
         weight = params.goal_weight
-        ax, ay, left = serve(ax, ay, weight * (world.goal_x - x), weight * (world.goal_y - y), left)
+        ax, ay, left = serve(
+            ax, ay, weight * (world.goal_x - x), weight * (world.goal_y - y), left
+        )
     return ax, ay
 
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
     v += a dt, limited to max_speed; p += v dt.
     """
@@ -154,11 +207,27 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, view, seen.vx[i], seen.vy[i], work.near)
+            found = search(
+                seen,
+                world,
+                work.grid,
+                i,
+                range2,
+                view,
+                seen.vx[i],
+                seen.vy[i],
+                work.near,
+            )
             ax, ay = _acceleration(params, seen, world, i, work, found)
-            vx, vy = limit(flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)
+            vx, vy = limit(
+                flock.vx[i] + ax * params.dt,
+                flock.vy[i] + ay * params.dt,
+                params.max_speed,
+            )
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
-            y, vy = confine(flock.y[i] + vy * params.dt, vy, world.height, world.borders)
+            y, vy = confine(
+                flock.y[i] + vy * params.dt, vy, world.height, world.borders
+            )
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
             if sequential:
                 move(work.grid, i, x, y)
@@ -171,7 +240,10 @@ def advance(
 
 MODEL = Model(
     name="aziel_chen2025",
-    source="B. Aziel and J. Chen (2025), Performance analysis of the boids algorithm in coverage scenarios",
+    source=(
+        "B. Aziel and J. Chen (2025), Performance analysis of the boids algorithm in"
+        " coverage scenarios"
+    ),
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=("coverage", "coverage_total", "coverage_cv", "escapes", "collisions"),

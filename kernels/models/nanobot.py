@@ -1,4 +1,6 @@
-"""Boids that keep a protected range about them (the pseudocode of "Boids for nanobot swarms", no author given)."""
+"""Boids that keep a protected range about them (the pseudocode of "Boids for nanobot
+swarms", no author given).
+"""
 
 from typing import Annotated, NamedTuple
 
@@ -21,15 +23,31 @@ class Params(NamedTuple):
     separation_weight: Annotated[float, About("AvoidFactor", "1/time^2", low=0)]
     alignment_weight: Annotated[float, About("MatchingFactor", "1/time", low=0)]
     cohesion_weight: Annotated[float, About("CenteringFactor", "1/time^2", low=0)]
-    separation_range: Annotated[float, About("ProtectedRange: radius within which others repel", "length", low=0)]
-    perception_range: Annotated[float, About("VisualRange: radius within which others are seen", "length", low=0)]
-    protected_count_once: Annotated[
-        bool, About("those inside the protected range take no part in alignment and cohesion")
+    separation_range: Annotated[
+        float,
+        About("ProtectedRange: radius within which others repel", "length", low=0),
     ]
-    border_margin: Annotated[float, About("ScreenMargins: distance from a border to turn back at", "length", low=0)]
+    perception_range: Annotated[
+        float,
+        About("VisualRange: radius within which others are seen", "length", low=0),
+    ]
+    protected_count_once: Annotated[
+        bool,
+        About(
+            "those inside the protected range take no part in alignment and cohesion"
+        ),
+    ]
+    border_margin: Annotated[
+        float,
+        About("ScreenMargins: distance from a border to turn back at", "length", low=0),
+    ]
     border_turn: Annotated[float, About("TurnFactor", "length/time^2", low=0)]
-    min_speed: Annotated[float, About("MinSpeed, the lower limit of the speed", "length/time", low=0)]
-    max_speed: Annotated[float, About("MaxSpeed, the upper limit of the speed", "length/time", low=0)]
+    min_speed: Annotated[
+        float, About("MinSpeed, the lower limit of the speed", "length/time", low=0)
+    ]
+    max_speed: Annotated[
+        float, About("MaxSpeed, the upper limit of the speed", "length/time", low=0)
+    ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 
@@ -55,7 +73,8 @@ AS_WRITTEN = COMMON | {
     "start_speed": 4.0,
     "flock_range": 40.0,
 }
-"""The document gives no values. These are widely used with this pseudocode; boids, steps and start are our choice.
+"""The document gives no values. These are widely used with this pseudocode; boids,
+steps and start are our choice.
 
 There is no program either: as_run is the same as as_written.
 """
@@ -68,23 +87,40 @@ def interaction_range(params: Params) -> float:
 
 def _pair_potential(params: Params) -> PairPotential:
     separation = (params.separation_weight, params.separation_range)
-    return PairPotential(*separation, params.cohesion_weight, params.perception_range, params.protected_count_once)
+    return PairPotential(
+        *separation,
+        params.cohesion_weight,
+        params.perception_range,
+        params.protected_count_once,
+    )
 
 
 @jit
 def _new_velocity(
     params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after cohesion, alignment with what that has left, separation, borders and limits."""
-    crowd2, range2 = square_range(params.separation_range, False), square_range(params.perception_range, False)
+    """The velocity of boid `i` after cohesion, alignment with what that has left,
+    separation, borders and limits.
+    """
+    crowd2, range2 = (
+        square_range(params.separation_range, False),
+        square_range(params.perception_range, False),
+    )
     crowd_x, crowd_y, x, y, sum_vx, sum_vy, count = protected_sums(
         seen, work.near, found, crowd2, range2, params.protected_count_once
     )
     vx, vy, dt = seen.vx[i], seen.vy[i], params.dt
     if count > 0:
-        share, centering, matching = 1.0 / count, params.cohesion_weight * dt, params.alignment_weight * dt
+        share, centering, matching = (
+            1.0 / count,
+            params.cohesion_weight * dt,
+            params.alignment_weight * dt,
+        )
         vx, vy = vx + centering * (x * share), vy + centering * (y * share)
-        vx, vy = vx + matching * (sum_vx * share - vx), vy + matching * (sum_vy * share - vy)
+        vx, vy = (
+            vx + matching * (sum_vx * share - vx),
+            vy + matching * (sum_vy * share - vy),
+        )
     avoiding, turn = params.separation_weight * dt, params.border_turn * dt
     vx, vy = vx - avoiding * crowd_x, vy - avoiding * crowd_y
     vx += turn * turn_back(seen.x[i], world.width, params.border_margin)
@@ -94,12 +130,19 @@ def _new_velocity(
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
-    v += dt times each rule, limited at both ends; p += v dt. At rest the pseudocode divides by zero: here a boid at
-    rest stays so until a rule moves it.
+    v += dt times each rule, limited at both ends; p += v dt. At rest the pseudocode
+    divides by zero: here a boid at rest stays so until a rule moves it.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(max(params.separation_range, params.perception_range), False)
@@ -107,10 +150,14 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
             vx, vy = _new_velocity(params, seen, world, i, work, found)
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
-            y, vy = confine(flock.y[i] + vy * params.dt, vy, world.height, world.borders)
+            y, vy = confine(
+                flock.y[i] + vy * params.dt, vy, world.height, world.borders
+            )
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
             if sequential:
                 move(work.grid, i, x, y)
@@ -123,7 +170,10 @@ def advance(
 
 MODEL = Model(
     name="nanobot",
-    source="Boids model for nanobot swarms: brief description, pseudocode implementation, final thoughts",
+    source=(
+        "Boids model for nanobot swarms: brief description, pseudocode implementation,"
+        " final thoughts"
+    ),
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_WRITTEN},
     metrics=(

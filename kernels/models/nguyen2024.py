@@ -1,4 +1,6 @@
-"""Boids with obstacles, swept over one weight at a time (Nguyen 2024, "Monte Carlo analysis of boid simulations")."""
+"""Boids with obstacles, swept over one weight at a time (Nguyen 2024, "Monte Carlo
+analysis of boid simulations").
+"""
 
 import math
 from typing import Annotated, NamedTuple
@@ -29,11 +31,22 @@ class Params(NamedTuple):
     separation_range: Annotated[float, About("r_s of Eq. (4)", "length", low=0)]
     alignment_range: Annotated[float, About("r_a of Eq. (5)", "length", low=0)]
     cohesion_range: Annotated[float, About("r_c of Eq. (6)", "length", low=0)]
-    wander_range: Annotated[float, About("r_w of Eq. (8), each component", "length/time^2", low=0)]
-    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "length", low=0)]
-    max_force: Annotated[float, About("F_max of Eq. (9), for each force before its weight", "length/time^2", low=0)]
+    wander_range: Annotated[
+        float, About("r_w of Eq. (8), each component", "length/time^2", low=0)
+    ]
+    obstacle_range: Annotated[
+        float, About("reach of an obstacle beyond its surface", "length", low=0)
+    ]
+    max_force: Annotated[
+        float,
+        About(
+            "F_max of Eq. (9), for each force before its weight", "length/time^2", low=0
+        ),
+    ]
     displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
-    drag: Annotated[float, About("share of the velocity lost after each move", low=0, high=1)]
+    drag: Annotated[
+        float, About("share of the velocity lost after each move", low=0, high=1)
+    ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
@@ -87,9 +100,17 @@ def interaction_range(params: Params) -> float:
 
 @jit
 def _acceleration(
-    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int, rng: Generator
+    params: Params,
+    seen: Flock,
+    world: World,
+    i: int,
+    work: Workspace,
+    found: int,
+    rng: Generator,
 ) -> tuple[float, float]:
-    """The weighted sum of Eq. (3) for boid `i`: each force limited to max_force, the wander and the sum not."""
+    """The weighted sum of Eq. (3) for boid `i`: each force limited to max_force, the
+    wander and the sum not.
+    """
     most, near = params.max_force, work.near
     range2 = square_range(params.separation_range, params.range_inclusive)
     x, y = limit(*separation_unit(near, found, range2), most)
@@ -102,31 +123,52 @@ def _acceleration(
     ax, ay = ax + params.cohesion_weight * x, ay + params.cohesion_weight * y
     x, y = wander(rng, params.wander_range)
     ax, ay = ax + params.wander_weight * x, ay + params.wander_weight * y
-    x, y = limit(*repulsion_unit(world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]), most)
+    x, y = limit(
+        *repulsion_unit(world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]),
+        most,
+    )
     return ax + params.obstacle_weight * x, ay + params.obstacle_weight * y
 
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
-    Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag takes its share of v.
+    Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag takes its
+    share of v.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(max(params.separation_range, params.alignment_range, params.cohesion_range), True)
+    range2 = square_range(
+        max(params.separation_range, params.alignment_range, params.cohesion_range),
+        True,
+    )
     seen = flock if sequential else work.before
     step, kept = params.displacement_factor * params.dt, 1.0 - params.drag
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
             ax, ay = _acceleration(params, seen, world, i, work, found, rng)
             vx, vy = flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt
             x, vx = confine(flock.x[i] + step * vx, vx, world.width, world.borders)
             y, vy = confine(flock.y[i] + step * vy, vy, world.height, world.borders)
-            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx * kept, vy * kept
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
+                x,
+                y,
+                vx * kept,
+                vy * kept,
+            )
             if sequential:
                 move(work.grid, i, x, y)
         if not sequential:
@@ -138,10 +180,20 @@ def advance(
 
 MODEL = Model(
     name="nguyen2024",
-    source="Q. C. Nguyen (2024), Monte Carlo analysis of boid simulations with obstacles: a physics-based perspective",
+    source=(
+        "Q. C. Nguyen (2024), Monte Carlo analysis of boid simulations with obstacles:"
+        " a physics-based perspective"
+    ),
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
-    metrics=("speed", "flock_radius", "turn_rate", "turn_rate_unwrapped", "dispersion", "polarization"),
+    metrics=(
+        "speed",
+        "flock_radius",
+        "turn_rate",
+        "turn_rate_unwrapped",
+        "dispersion",
+        "polarization",
+    ),
     interaction_range=interaction_range,
     advance=advance,
 )

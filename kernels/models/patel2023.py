@@ -28,18 +28,30 @@ class Params(NamedTuple):
     separation_range: Annotated[float, About("R_separation", "length", low=0)]
     alignment_range: Annotated[float, About("R_alignment", "length", low=0)]
     cohesion_range: Annotated[float, About("R_cohesion", "length", low=0)]
-    obstacle_range: Annotated[float, About("reach of an obstacle beyond its surface", "length", low=0)]
-    border_margin: Annotated[float, About("distance from a border within which boids turn back", "length", low=0)]
-    border_turn: Annotated[float, About("T_border of Eqs. (18) and (19)", "length/time^2", low=0)]
+    obstacle_range: Annotated[
+        float, About("reach of an obstacle beyond its surface", "length", low=0)
+    ]
+    border_margin: Annotated[
+        float,
+        About("distance from a border within which boids turn back", "length", low=0),
+    ]
+    border_turn: Annotated[
+        float, About("T_border of Eqs. (18) and (19)", "length/time^2", low=0)
+    ]
     border_adds_velocity: Annotated[
         int,
         About(
-            "where the border rule, besides the turn, adds a component of the velocity to itself",
+            "where the border rule, besides the turn, adds a component of the velocity"
+            " to itself",
             choices=("always", "in_margin", "never"),
         ),
     ]
-    min_speed: Annotated[float, About("V_min, the lower limit of the speed", "length/time", low=0)]
-    max_speed: Annotated[float, About("V_max, the upper limit of the speed", "length/time", low=0)]
+    min_speed: Annotated[
+        float, About("V_min, the lower limit of the speed", "length/time", low=0)
+    ]
+    max_speed: Annotated[
+        float, About("V_max, the upper limit of the speed", "length/time", low=0)
+    ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
@@ -75,15 +87,19 @@ AS_WRITTEN = COMMON | {
     "start_free": False,
     "flock_range": 80.0,
 }
-"""The world is the window, and the arena what is 100 px from its borders. Rocks are points.
+"""The world is the window, and the arena what is 100 px from its borders. Rocks are
+points.
 
-The document does not give the rate of frames, nor how long a trial is; 500 steps are our choice.
+The document does not give the rate of frames, nor how long a trial is; 500 steps are
+our choice.
 """
 AS_RUN = AS_WRITTEN | {"border_adds_velocity": "always"}
 AS_INTENDED = AS_WRITTEN | {"border_adds_velocity": "never"}
-"""In the text the border rule gives V + T or V - T, Eqs. (18) and (19), which Eq. (21) adds to V: in a margin a
-component of the velocity doubles. The program gives V elsewhere, so there it doubles every component in every step.
-Neither is likely to be meant: T alone turns a rover back."""
+"""In the text the border rule gives V + T or V - T, Eqs. (18) and (19), which Eq. (21)
+adds to V: in a margin a component of the velocity doubles. The program gives V
+elsewhere, so there it doubles every component in every step. Neither is likely to be
+meant: T alone turns a rover back.
+"""
 
 
 def interaction_range(params: Params) -> float:
@@ -93,20 +109,28 @@ def interaction_range(params: Params) -> float:
 
 def _pair_potential(params: Params) -> PairPotential:
     separation = (params.separation_weight, params.separation_range)
-    return PairPotential(*separation, params.cohesion_weight, params.cohesion_range, False)
+    return PairPotential(
+        *separation, params.cohesion_weight, params.cohesion_range, False
+    )
 
 
 @jit
 def _move(seen: Flock, world: World, params: Params, i: int) -> None:
     """Move boid `i` of `seen` at a speed within the limits: Eqs. (22) and (2)."""
     vx, vy = clamp_speed(seen.vx[i], seen.vy[i], params.min_speed, params.max_speed)
-    seen.x[i], seen.vx[i] = confine(seen.x[i] + vx * params.dt, vx, world.width, world.borders)
-    seen.y[i], seen.vy[i] = confine(seen.y[i] + vy * params.dt, vy, world.height, world.borders)
+    seen.x[i], seen.vx[i] = confine(
+        seen.x[i] + vx * params.dt, vx, world.width, world.borders
+    )
+    seen.y[i], seen.vy[i] = confine(
+        seen.y[i] + vy * params.dt, vy, world.height, world.borders
+    )
 
 
 @jit
 def _border(params: Params, position: float, velocity: float, length: float) -> float:
-    """One component of V_border, Eqs. (18) and (19), or what the program and the intention have for it."""
+    """One component of V_border, Eqs. (18) and (19), or what the program and the
+    intention have for it.
+    """
     back = turn_back(position, length, params.border_margin)
     adds = params.border_adds_velocity
     added = velocity if adds == ALWAYS or (adds == IN_MARGIN and back != 0.0) else 0.0
@@ -117,36 +141,62 @@ def _border(params: Params, position: float, velocity: float, length: float) -> 
 def _new_velocity(
     params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after five rules, each of which acts on what the one before it has left."""
+    """The velocity of boid `i` after five rules, each of which acts on what the one
+    before it has left.
+    """
     near, dt = work.near, params.dt
-    x, y = separation_linear(near, found, square_range(params.separation_range, params.range_inclusive))
+    x, y = separation_linear(
+        near, found, square_range(params.separation_range, params.range_inclusive)
+    )
     weight = params.separation_weight * dt
     vx, vy = seen.vx[i] + weight * x, seen.vy[i] + weight * y
-    x, y = alignment_from(vx, vy, seen, near, found, square_range(params.alignment_range, params.range_inclusive))
+    x, y = alignment_from(
+        vx,
+        vy,
+        seen,
+        near,
+        found,
+        square_range(params.alignment_range, params.range_inclusive),
+    )
     weight = params.alignment_weight * dt
     vx, vy = vx + weight * x, vy + weight * y
-    x, y = cohesion(near, found, square_range(params.cohesion_range, params.range_inclusive))
+    x, y = cohesion(
+        near, found, square_range(params.cohesion_range, params.range_inclusive)
+    )
     weight = params.cohesion_weight * dt
     vx, vy = vx + weight * x, vy + weight * y
     vx += _border(params, seen.x[i], vx, world.width) * dt
     vy += _border(params, seen.y[i], vy, world.height) * dt
-    x, y = repulsion_linear(world, work.reach, params.obstacle_range, seen.x[i], seen.y[i])
+    x, y = repulsion_linear(
+        world, work.reach, params.obstacle_range, seen.x[i], seen.y[i]
+    )
     weight = params.obstacle_weight * dt
     return vx + weight * x, vy + weight * y
 
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
-    p += v dt, then v += dt times the sum of the rules at the new position. In a synchronous update all boids move
-    before any of them looks. The velocity at the end of a step is limited at the beginning of the next: what is
-    recorded is faster than what moves, as run about 21 px a step where moves are 10.
+    p += v dt, then v += dt times the sum of the rules at the new position. In a
+    synchronous update all boids move before any of them looks. The velocity at the end
+    of a step is limited at the beginning of the next: what is recorded is faster than
+    what moves, as run about 21 px a step where moves are 10.
     """
     sequential = params.update == SEQUENTIAL
-    range2 = square_range(max(params.separation_range, params.alignment_range, params.cohesion_range), True)
+    range2 = square_range(
+        max(params.separation_range, params.alignment_range, params.cohesion_range),
+        True,
+    )
     seen = flock if sequential else work.before
     for _ in range(steps):
         remember(flock, seen)
@@ -158,9 +208,16 @@ def advance(
             if sequential:
                 _move(seen, world, params, i)
                 move(work.grid, i, seen.x[i], seen.y[i])
-            found = search(seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near)
+            found = search(
+                seen, world, work.grid, i, range2, ALL_ROUND, 0.0, 0.0, work.near
+            )
             vx, vy = _new_velocity(params, seen, world, i, work, found)
-            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = seen.x[i], seen.y[i], vx, vy
+            flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = (
+                seen.x[i],
+                seen.y[i],
+                vx,
+                vy,
+            )
         if not observe(flock, world, record):
             return False
     return True
@@ -168,7 +225,10 @@ def advance(
 
 MODEL = Model(
     name="patel2023",
-    source="S. Patel (2023), Pattern formation: investigating boids algorithm for multi-robot systems",
+    source=(
+        "S. Patel (2023), Pattern formation: investigating boids algorithm for"
+        " multi-robot systems"
+    ),
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN, "as_intended": AS_INTENDED},
     metrics=(

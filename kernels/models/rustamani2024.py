@@ -24,12 +24,24 @@ SAFETY_FIRST, FLOCKING_FIRST = 0, 1
 class Params(NamedTuple):
     """Weights, gains, perception, limits and the occupancy grid of section 2."""
 
-    obstacle_weight: Annotated[float, About("weight of steering round obstacles", "length/time^2", low=0)]
-    separation_weight: Annotated[float, About("weight of the direction away from others", "length/time^2", low=0)]
-    arrival_weight: Annotated[float, About("weight of the arrival at the goal", "1/time", low=0)]
-    seek_weight: Annotated[float, About("weight of the way to the goal", "1/time", low=0)]
-    alignment_weight: Annotated[float, About("weight of the alignment", "1/time", low=0)]
-    cohesion_weight: Annotated[float, About("weight of the cohesion", "1/time^2", low=0)]
+    obstacle_weight: Annotated[
+        float, About("weight of steering round obstacles", "length/time^2", low=0)
+    ]
+    separation_weight: Annotated[
+        float, About("weight of the direction away from others", "length/time^2", low=0)
+    ]
+    arrival_weight: Annotated[
+        float, About("weight of the arrival at the goal", "1/time", low=0)
+    ]
+    seek_weight: Annotated[
+        float, About("weight of the way to the goal", "1/time", low=0)
+    ]
+    alignment_weight: Annotated[
+        float, About("weight of the alignment", "1/time", low=0)
+    ]
+    cohesion_weight: Annotated[
+        float, About("weight of the cohesion", "1/time^2", low=0)
+    ]
     priority: Annotated[
         int,
         About(
@@ -39,31 +51,85 @@ class Params(NamedTuple):
         ),
     ]
     alignment_gain: Annotated[float, About("factor on the alignment", low=0)]
-    navigation_gain: Annotated[float, About("speed sought for each unit of distance from the goal", "1/time", low=0)]
-    arrival_gain: Annotated[float, About("factor on the velocity desired for arrival", low=0)]
-    arrival_limited: Annotated[bool, About("the arrival is limited to max_acceleration, as seek is")]
-    stop_distance: Annotated[float, About("distance from the goal below which arrival ends", "length", low=0)]
+    navigation_gain: Annotated[
+        float,
+        About("speed sought for each unit of distance from the goal", "1/time", low=0),
+    ]
+    arrival_gain: Annotated[
+        float, About("factor on the velocity desired for arrival", low=0)
+    ]
+    arrival_limited: Annotated[
+        bool, About("the arrival is limited to max_acceleration, as seek is")
+    ]
+    stop_distance: Annotated[
+        float, About("distance from the goal below which arrival ends", "length", low=0)
+    ]
     slow_distance: Annotated[
-        float, About("distance from the goal below which arrival slows down", "length", low=0, exclusive=True)
+        float,
+        About(
+            "distance from the goal below which arrival slows down",
+            "length",
+            low=0,
+            exclusive=True,
+        ),
     ]
     leader_share: Annotated[
-        float, About("share of the boids, the first ones, that know the goal; their number is rounded", low=0, high=1)
+        float,
+        About(
+            "share of the boids, the first ones, that know the goal; their number is"
+            " rounded",
+            low=0,
+            high=1,
+        ),
     ]
-    perception_range: Annotated[float, About("radius within which others are seen", "length", low=0)]
-    fov: Annotated[float, About("field of view, the whole cone about the heading", "degrees", low=0, high=360)]
-    separation_range: Annotated[float, About("radius within which visible neighbours repel", "length", low=0)]
+    perception_range: Annotated[
+        float, About("radius within which others are seen", "length", low=0)
+    ]
+    fov: Annotated[
+        float,
+        About(
+            "field of view, the whole cone about the heading",
+            "degrees",
+            low=0,
+            high=360,
+        ),
+    ]
+    separation_range: Annotated[
+        float, About("radius within which visible neighbours repel", "length", low=0)
+    ]
     range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
-    look_ahead: Annotated[float, About("length of the paths that are looked at", "length", low=0, high=1e6)]
-    path_step: Annotated[float, About("distance of the points looked at on a path", "length", low=1e-3)]
-    angle_step: Annotated[float, About("angle from one path to the next", "radians", low=1e-3)]
-    grid_cell: Annotated[float, About("side of a cell of the occupancy grid", "length", low=0, exclusive=True)]
-    inflation: Annotated[float, About("cells nearer than this to an obstacle are taken", "length", low=0)]
-    acceleration_pool: Annotated[
-        float, About("length of the sum of terms after which no more are added", "length/time^2", low=0)
+    look_ahead: Annotated[
+        float,
+        About("length of the paths that are looked at", "length", low=0, high=1e6),
     ]
-    max_acceleration: Annotated[float, About("upper limit of the acceleration", "length/time^2", low=0)]
+    path_step: Annotated[
+        float, About("distance of the points looked at on a path", "length", low=1e-3)
+    ]
+    angle_step: Annotated[
+        float, About("angle from one path to the next", "radians", low=1e-3)
+    ]
+    grid_cell: Annotated[
+        float,
+        About("side of a cell of the occupancy grid", "length", low=0, exclusive=True),
+    ]
+    inflation: Annotated[
+        float, About("cells nearer than this to an obstacle are taken", "length", low=0)
+    ]
+    acceleration_pool: Annotated[
+        float,
+        About(
+            "length of the sum of terms after which no more are added",
+            "length/time^2",
+            low=0,
+        ),
+    ]
+    max_acceleration: Annotated[
+        float, About("upper limit of the acceleration", "length/time^2", low=0)
+    ]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
-    component_limits: Annotated[bool, About("both are limits of each component, not of the length")]
+    component_limits: Annotated[
+        bool, About("both are limits of each component, not of the length")
+    ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
 
@@ -114,11 +180,12 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.1,
     "pixel": 0.05,
 }
-"""The document has one tolerance for stopping and slowing and gives no value: here that of the program's stop.
+"""The document has one tolerance for stopping and slowing and gives no value: here that
+of the program's stop.
 
-Nor does it give weights, whose values are the program's too, or say how robots start: uniform in the arena with half
-the speed is our choice. Every robot is a process of its own that reacts to the last published state of the others,
-so the update is synchronous.
+Nor does it give weights, whose values are the program's too, or say how robots start:
+uniform in the arena with half the speed is our choice. Every robot is a process of its
+own that reacts to the last published state of the others, so the update is synchronous.
 """
 AS_RUN = AS_WRITTEN | {
     "alignment_gain": 3.0,
@@ -144,14 +211,20 @@ def _occupancy(params: Params) -> OccupancySettings:
 @jit
 def _limited(params: Params, x: float, y: float, most: float) -> tuple[float, float]:
     """The vector (x, y) within the limit `most` of its components or its length."""
-    return limit_components(x, y, most) if params.component_limits else limit(x, y, most)
+    return (
+        limit_components(x, y, most) if params.component_limits else limit(x, y, most)
+    )
 
 
 @jit
-def _avoidance(params: Params, seen: Flock, i: int, work: Workspace, record: Record) -> tuple[float, float]:
+def _avoidance(
+    params: Params, seen: Flock, i: int, work: Workspace, record: Record
+) -> tuple[float, float]:
     """The weighted steering of boid `i` round obstacles. A dead end is counted."""
     ahead, step, turn = params.look_ahead, params.path_step, params.angle_step
-    x, y, is_dead_end = steer_to_avoid(work.occupancy, seen.x[i], seen.y[i], seen.vx[i], seen.vy[i], ahead, step, turn)
+    x, y, is_dead_end = steer_to_avoid(
+        work.occupancy, seen.x[i], seen.y[i], seen.vx[i], seen.vy[i], ahead, step, turn
+    )
     record.watch.events[DEAD_ENDS] += int(is_dead_end)
     return params.obstacle_weight * x, params.obstacle_weight * y
 
@@ -165,17 +238,33 @@ def _flocking(
     crowd_x, crowd_y = separation_direction(work.near, found, crowd2)
     with_x, with_y = alignment(seen, i, work.near, found, math.inf)
     to_x, to_y = cohesion(work.near, found, math.inf)
-    away, pace = params.separation_weight, params.alignment_weight * params.alignment_gain
+    away, pace = (
+        params.separation_weight,
+        params.alignment_weight * params.alignment_gain,
+    )
     together = params.cohesion_weight
-    return (away * crowd_x, away * crowd_y), (pace * with_x, pace * with_y), (together * to_x, together * to_y)
+    return (
+        (away * crowd_x, away * crowd_y),
+        (pace * with_x, pace * with_y),
+        (together * to_x, together * to_y),
+    )
 
 
 @jit
-def _navigation(params: Params, seen: Flock, world: World, i: int) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The weighted arrival and seek of boid `i`, zero where it does not know the goal."""
+def _navigation(
+    params: Params, seen: Flock, world: World, i: int
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The weighted arrival and seek of boid `i`, zero where
+    it does not know the goal.
+    """
     if i >= math.floor(params.leader_share * seen.x.size + 0.5):
         return (0.0, 0.0), (0.0, 0.0)
-    dx, dy, vx, vy = world.goal_x - seen.x[i], world.goal_y - seen.y[i], seen.vx[i], seen.vy[i]
+    dx, dy, vx, vy = (
+        world.goal_x - seen.x[i],
+        world.goal_y - seen.y[i],
+        seen.vx[i],
+        seen.vy[i],
+    )
     stop, slow, gain = params.stop_distance, params.slow_distance, params.arrival_gain
     there_x, there_y = arrival(dx, dy, vx, vy, stop, slow, params.max_speed, gain)
     if params.arrival_limited:
@@ -188,9 +277,17 @@ def _navigation(params: Params, seen: Flock, world: World, i: int) -> tuple[tupl
 
 @jit
 def _acceleration(
-    params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int, record: Record
+    params: Params,
+    seen: Flock,
+    world: World,
+    i: int,
+    work: Workspace,
+    found: int,
+    record: Record,
 ) -> tuple[float, float]:
-    """The terms of boid `i` in order of priority, added until their sum is longer than the pool, and limited."""
+    """The terms of boid `i` in order of priority, added until their sum is longer than
+    the pool, and limited.
+    """
     obstacle = _avoidance(params, seen, i, work, record)
     apart, along, together = _flocking(params, seen, i, work, found)
     there, sought = _navigation(params, seen, world, i)
@@ -205,11 +302,19 @@ def _acceleration(
 
 @jit
 def advance(
-    flock: Flock, world: World, params: Params, work: Workspace, record: Record, _rng: Generator, steps: int
+    flock: Flock,
+    world: World,
+    params: Params,
+    work: Workspace,
+    record: Record,
+    _rng: Generator,
+    steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not finite.
+    """Advance `flock` by `steps` updates; return False after the first step that is not
+    finite.
 
-    v += a dt, limited to max_speed; p += v dt. The heading of a boid at rest is that of its last velocity.
+    v += a dt, limited to max_speed; p += v dt. The heading of a boid at rest is that of
+    its last velocity.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.perception_range, params.range_inclusive)
@@ -218,11 +323,28 @@ def advance(
     for _ in range(steps):
         remember(flock, seen)
         for i in range(flock.x.size):
-            found = search(seen, world, work.grid, i, range2, view, work.heading_x[i], work.heading_y[i], work.near)
+            found = search(
+                seen,
+                world,
+                work.grid,
+                i,
+                range2,
+                view,
+                work.heading_x[i],
+                work.heading_y[i],
+                work.near,
+            )
             ax, ay = _acceleration(params, seen, world, i, work, found, record)
-            vx, vy = _limited(params, flock.vx[i] + ax * params.dt, flock.vy[i] + ay * params.dt, params.max_speed)
+            vx, vy = _limited(
+                params,
+                flock.vx[i] + ax * params.dt,
+                flock.vy[i] + ay * params.dt,
+                params.max_speed,
+            )
             x, vx = confine(flock.x[i] + vx * params.dt, vx, world.width, world.borders)
-            y, vy = confine(flock.y[i] + vy * params.dt, vy, world.height, world.borders)
+            y, vy = confine(
+                flock.y[i] + vy * params.dt, vy, world.height, world.borders
+            )
             flock.x[i], flock.y[i], flock.vx[i], flock.vy[i] = x, y, vx, vy
             if vx != 0.0 or vy != 0.0:
                 work.heading_x[i], work.heading_y[i] = vx, vy
@@ -237,12 +359,29 @@ def advance(
 
 MODEL = Model(
     name="rustamani2024",
-    source="F. Y. Rustamani et al. (2024), Controlling a swarm of robots in 2D simulator Stage using Reynolds' rules",
+    source=(
+        "F. Y. Rustamani et al. (2024), Controlling a swarm of robots in 2D simulator"
+        " Stage using Reynolds' rules"
+    ),
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=(
-        *("speed", "polarization", "flock_count", "largest_flock_share", "boids_lost", "elongation"),
-        *("neighbours_ahead", "share_arrived", "time_to_goal", "collisions", "boid_collisions", "dead_ends"),
+        *(
+            "speed",
+            "polarization",
+            "flock_count",
+            "largest_flock_share",
+            "boids_lost",
+            "elongation",
+        ),
+        *(
+            "neighbours_ahead",
+            "share_arrived",
+            "time_to_goal",
+            "collisions",
+            "boid_collisions",
+            "dead_ends",
+        ),
     ),
     interaction_range=interaction_range,
     advance=advance,

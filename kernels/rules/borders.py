@@ -5,10 +5,13 @@ from kernels.settings import BOUNDED, TORUS
 
 
 @jit
-def confine(position: float, velocity: float, length: float, borders: int) -> tuple[float, float]:
+def confine(
+    position: float, velocity: float, length: float, borders: int
+) -> tuple[float, float]:
     """One coordinate and its velocity after the border has acted.
 
-    A torus wraps the position once; a bounded world mirrors position and velocity; an open one does nothing.
+    A torus wraps the position once; a bounded world mirrors position and velocity; an
+    open one does nothing.
     """
     if borders == TORUS:
         if position < 0.0:
@@ -25,7 +28,8 @@ def confine(position: float, velocity: float, length: float, borders: int) -> tu
 
 @jit
 def turn_back(position: float, length: float, margin: float) -> float:
-    """The way back for one coordinate in [0, L]: 1 below `margin`, else -1 above L - margin, else 0.
+    """The way back for one coordinate in [0, L]: 1 below `margin`, else -1 above L -
+    margin, else 0.
 
     It holds beyond the borders too. Eqs. (18) and (19) of patel2023, and nanobot.
     """

@@ -1,4 +1,6 @@
-"""Separation, alignment and cohesion over the `found` first neighbours in `near`, in ascending order of index."""
+"""Separation, alignment and cohesion over the `found` first neighbours in `near`, in
+ascending order of index.
+"""
 
 import math
 
@@ -10,7 +12,9 @@ from kernels.state import Flock
 
 @jit
 def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The sum of d / max(|d|, 1), d = x_i - x_j, over neighbours nearer than sqrt(range2): Eq. (4) of nguyen2024."""
+    """The sum of d / max(|d|, 1), d = x_i - x_j, over neighbours nearer than
+    sqrt(range2): Eq. (4) of nguyen2024.
+    """
     x, y = 0.0, 0.0
     for k in range(found):
         if near.distance2[k] < range2:
@@ -22,7 +26,8 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
 
 @jit
 def separation_direction(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The unit vector along the sum of d / |d|^2, d = x_i - x_j, over neighbours nearer than sqrt(range2).
+    """The unit vector along the sum of d / |d|^2, d = x_i - x_j, over neighbours nearer
+    than sqrt(range2).
 
     Zero without neighbours, or where the sum is. Algorithm 2 of rustamani2024.
     """
@@ -37,7 +42,9 @@ def separation_direction(near: Near, found: int, range2: float) -> tuple[float, 
 
 @jit
 def separation_linear(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The sum of d = x_i - x_j over neighbours nearer than sqrt(range2): Eq. (6) of patel2023."""
+    """The sum of d = x_i - x_j over neighbours nearer than sqrt(range2): Eq. (6) of
+    patel2023.
+    """
     x, y = 0.0, 0.0
     for k in range(found):
         close = 1.0 if near.distance2[k] < range2 else 0.0
@@ -47,8 +54,11 @@ def separation_linear(near: Near, found: int, range2: float) -> tuple[float, flo
 
 
 @jit
-def alignment(seen: Flock, i: int, near: Near, found: int, range2: float) -> tuple[float, float]:
-    """Mean velocity of the neighbours nearer than sqrt(range2), less that of boid `i`: Eq. (5) of nguyen2024.
+def alignment(
+    seen: Flock, i: int, near: Near, found: int, range2: float
+) -> tuple[float, float]:
+    """Mean velocity of the neighbours nearer than sqrt(range2), less that of boid `i`:
+    Eq. (5) of nguyen2024.
 
     Zero without neighbours.
     """
@@ -56,8 +66,12 @@ def alignment(seen: Flock, i: int, near: Near, found: int, range2: float) -> tup
 
 
 @jit
-def alignment_from(vx: float, vy: float, seen: Flock, near: Near, found: int, range2: float) -> tuple[float, float]:
-    """`alignment` of a boid whose velocity is already (vx, vy) and not the one seen: Eq. (10) of patel2023."""
+def alignment_from(
+    vx: float, vy: float, seen: Flock, near: Near, found: int, range2: float
+) -> tuple[float, float]:
+    """`alignment` of a boid whose velocity is already (vx, vy) and not the one seen:
+    Eq. (10) of patel2023.
+    """
     mean_vx, mean_vy, count = 0.0, 0.0, 0
     for k in range(found):
         if near.distance2[k] < range2:
@@ -72,7 +86,8 @@ def alignment_from(vx: float, vy: float, seen: Flock, near: Near, found: int, ra
 
 @jit
 def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """From boid to the mean position of its neighbours nearer than sqrt(range2): Eq. (6) of nguyen2024.
+    """From boid to the mean position of its neighbours nearer than sqrt(range2): Eq.
+    (6) of nguyen2024.
 
     Zero without neighbours.
     """
@@ -92,9 +107,11 @@ def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
 def flocking_sums(
     seen: Flock, near: Near, found: int, crowd2: float
 ) -> tuple[float, float, float, float, float, float]:
-    """The sums behind f_col, f_coh and f_ali of aziel_chen2025, in one pass since they share their neighbours.
+    """The sums behind f_col, f_coh and f_ali of aziel_chen2025, in one pass since they
+    share their neighbours.
 
-    x and y of: displacements to those nearer than sqrt(crowd2), displacements to all, velocities of all.
+    x and y of: displacements to those nearer than sqrt(crowd2), displacements to all,
+    velocities of all.
     """
     crowd_x, crowd_y, x, y, vx, vy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(found):
@@ -114,8 +131,9 @@ def protected_sums(
 ) -> tuple[float, float, float, float, float, float, int]:
     """The sums behind the three rules of nanobot, in one pass.
 
-    x and y of: displacements to those nearer than sqrt(crowd2); displacements to, and velocities of, those nearer than
-    sqrt(range2), without the former if `crowd_apart`; and the number of the latter.
+    x and y of: displacements to those nearer than sqrt(crowd2); displacements to, and
+    velocities of, those nearer than sqrt(range2), without the former if `crowd_apart`;
+    and the number of the latter.
     """
     crowd_x, crowd_y, x, y, vx, vy, count = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
     for k in range(found):

@@ -1,4 +1,6 @@
-"""Rules that need neither neighbours nor obstacles: wandering, and the way to a goal."""
+"""Rules that need neither neighbours nor obstacles:
+wandering, and the way to a goal.
+"""
 
 import math
 
@@ -16,19 +18,31 @@ def wander(rng: np.random.Generator, width: float) -> tuple[float, float]:
 
 
 @jit
-def seek(dx: float, dy: float, vx: float, vy: float, gain: float) -> tuple[float, float]:
-    """From the velocity to the one that is `gain` times the way (dx, dy) to the goal: Algorithm 5 of rustamani2024."""
+def seek(
+    dx: float, dy: float, vx: float, vy: float, gain: float
+) -> tuple[float, float]:
+    """From the velocity to the one that is `gain` times the way (dx, dy) to the goal:
+    Algorithm 5 of rustamani2024.
+    """
     return gain * dx - vx, gain * dy - vy
 
 
 @jit
 def arrival(
-    dx: float, dy: float, vx: float, vy: float, stop: float, slow: float, most: float, gain: float
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    stop: float,
+    slow: float,
+    most: float,
+    gain: float,
 ) -> tuple[float, float]:
-    """From the velocity to the one that takes a boid along (dx, dy) to its goal: Algorithm 6 of rustamani2024.
+    """From the velocity to the one that takes a boid along (dx, dy) to its goal:
+    Algorithm 6 of rustamani2024.
 
-    That is `gain` times `most`, and less in proportion to the distance where it is below `slow`. Zero nearer than
-    `stop`: there a boid is left to drift.
+    That is `gain` times `most`, and less in proportion to the distance where it is
+    below `slow`. Zero nearer than `stop`: there a boid is left to drift.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     scale = gain * most / max(distance, slow)

@@ -52,9 +52,31 @@ from sweep.analysis.order import (
     susceptibility,
     susceptibility_values,
 )
-from sweep.analysis.pairing import Unit, Units, agrees, chosen, common_streams, replicates, units
-from sweep.analysis.series import Autocorrelation, BurnIn, Drift, autocorrelation, burn_in, drift, integrated_time
-from sweep.analysis.simultaneous import Simultaneous, adjusted, holm, max_t, simultaneous_confidence
+from sweep.analysis.pairing import (
+    Unit,
+    Units,
+    agrees,
+    chosen,
+    common_streams,
+    replicates,
+    units,
+)
+from sweep.analysis.series import (
+    Autocorrelation,
+    BurnIn,
+    Drift,
+    autocorrelation,
+    burn_in,
+    drift,
+    integrated_time,
+)
+from sweep.analysis.simultaneous import (
+    Simultaneous,
+    adjusted,
+    holm,
+    max_t,
+    simultaneous_confidence,
+)
 from sweep.analysis.steady import SteadyState, steady_state, steady_states
 
 __all__ = [

@@ -1,8 +1,10 @@
-"""What a change of settings does: the difference of two selections of trials, paired where they share random numbers.
+"""What a change of settings does: the difference of two selections of trials, paired
+where they share random numbers.
 
-Two selections whose trials start alike differ less by chance than independent ones: with common random numbers the
-variance of the difference is var(first) + var(second) - 2 cov(first, second) (Law 2015, Simulation Modeling and
-Analysis, section 11.2). Each result says whether it is paired and what that brought.
+Two selections whose trials start alike differ less by chance than independent ones:
+with common random numbers the variance of the difference is var(first) + var(second) -
+2 cov(first, second) (Law 2015, Simulation Modeling and Analysis, section 11.2). Each
+result says whether it is paired and what that brought.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +25,9 @@ Together = Literal["holm", "bonferroni", "sidak", "max_t"]
 
 
 class Study(Protocol):
-    """What a contrast needs of a stored study: its trials and the names of the settings that differ between points."""
+    """What a contrast needs of a stored study: its trials and the names of the settings
+    that differ between points.
+    """
 
     @property
     def trials(self) -> pd.DataFrame:
@@ -38,8 +42,9 @@ class Study(Protocol):
 class Contrast:
     """A first mean minus a second.
 
-    `first` and `second` hold the independent values that count: where paired, (n,) each in the order of `pairs`, what
-    tells pairs apart (else None), and of any two lengths where not. `left_out` counts trials without a result.
+    `first` and `second` hold the independent values that count: where paired, (n,) each
+    in the order of `pairs`, what tells pairs apart (else None), and of any two lengths
+    where not. `left_out` counts trials without a result.
     """
 
     estimate: MeanEstimate
@@ -60,17 +65,26 @@ class Contrast:
 
     @property
     def correlation(self) -> float:
-        """Pearson's correlation within pairs; NaN where not paired, where a side does not vary, or below 2 pairs."""
-        if not self.paired or len(self.first) < 2 or np.ptp(self.first) == 0.0 or np.ptp(self.second) == 0.0:
+        """Pearson's correlation within pairs; NaN where not paired, where a side does
+        not vary, or below 2 pairs.
+        """
+        if (
+            not self.paired
+            or len(self.first) < 2
+            or np.ptp(self.first) == 0.0
+            or np.ptp(self.second) == 0.0
+        ):
             return np.nan
         return float(np.corrcoef(self.first, self.second)[0, 1])
 
     @property
     def variance_reduction(self) -> float:
-        """How many times as many independent trials would be needed for the same error: var(unpaired)/var(paired).
+        """How many times as many independent trials would be needed for the same error:
+        var(unpaired)/var(paired).
 
-        Infinite where all differences are equal, below 1 where pairs vary against each other, NaN where not paired
-        or below 2 pairs. For equal variances it is 1/(1 - correlation).
+        Infinite where all differences are equal, below 1 where pairs vary against each
+        other, NaN where not paired or below 2 pairs. For equal variances it is 1/(1 -
+        correlation).
         """
         if not self.paired or not self.estimate.testable:
             return np.nan
@@ -79,12 +93,20 @@ class Contrast:
         return float(unpaired / paired) if paired > 0.0 else np.inf
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
-        """The bounds of Student's interval of the mean of differences, of Welch's where not paired; NaN if unknown."""
-        return self.estimate.interval(confidence) if self.estimate.testable else (np.nan, np.nan)
+        """The bounds of Student's interval of the mean of differences, of Welch's where
+        not paired; NaN if unknown.
+        """
+        return (
+            self.estimate.interval(confidence)
+            if self.estimate.testable
+            else (np.nan, np.nan)
+        )
 
 
 class Family(NamedTuple):
-    """Contrasts looked at together: the bounds of intervals that all hold, and adjusted p-values, (k,) each."""
+    """Contrasts looked at together: the bounds of intervals that all hold, and adjusted
+    p-values, (k,) each.
+    """
 
     contrasts: Sequence[Contrast]
     low: Floats
@@ -93,7 +115,9 @@ class Family(NamedTuple):
 
 
 class Equivalence(NamedTuple):
-    """Two one-sided tests: the larger p, the interval at 1 - 2 `level`, and whether it lies within the margins."""
+    """Two one-sided tests: the larger p, the interval at 1 - 2 `level`, and whether it
+    lies within the margins.
+    """
 
     p: float
     low: float
@@ -102,11 +126,15 @@ class Equivalence(NamedTuple):
 
 
 def compare(one: Units, other: Units) -> Contrast:
-    """`one` minus `other`: paired where each unit has its partner, else between independent samples."""
+    """`one` minus `other`: paired where each unit has its partner, else between
+    independent samples.
+    """
     left_out = one.left_out + other.left_out
     if pairable(one, other):
         return paired_contrast(one.values, other.values, left_out)
-    first, second = (values[~np.isnan(values)] for values in (one.array(), other.array()))
+    first, second = (
+        values[~np.isnan(values)] for values in (one.array(), other.array())
+    )
     return independent_contrast(first, second, left_out)
 
 
@@ -115,13 +143,19 @@ def independent_contrast(first: Floats, second: Floats, left_out: int = 0) -> Co
     return Contrast(mean_estimate(first, second), first, second, None, left_out)
 
 
-def paired_contrast(first: "pd.Series[float]", second: "pd.Series[float]", left_out: int = 0) -> Contrast:
-    """The mean of the differences of two columns whose index pairs them; a pair that lacks a side does not count.
+def paired_contrast(
+    first: "pd.Series[float]", second: "pd.Series[float]", left_out: int = 0
+) -> Contrast:
+    """The mean of the differences of two columns whose index pairs them; a pair that
+    lacks a side does not count.
 
     Raises ValueError where an index has an entry twice.
     """
     if not (first.index.is_unique and second.index.is_unique):
-        raise ValueError("values cannot be paired: several have the same seed, replicate and settings")
+        raise ValueError(
+            "values cannot be paired: several have the same seed, replicate and"
+            " settings"
+        )
     both = pd.concat([first, second], axis=1, join="inner").dropna().sort_index()
     one, other = both.to_numpy(np.float64).T
     return Contrast(mean_estimate(one - other), one, other, both.index, left_out)
@@ -134,14 +168,18 @@ def contrast(
     second: Mapping[str, Any],
     unit: Unit | None = None,
 ) -> Contrast:
-    """The mean of a column of trials where settings are `first` minus that where they are `second`.
+    """The mean of a column of trials where settings are `first` minus that where they
+    are `second`.
 
-    `source` is a stored study, or its table of trials, which then is taken to vary in the named settings only. Trials
-    are paired by seed, replicate and the varied settings that neither side names, if all start in common (the spec's
-    `streams: {start: common}`) and both sides have the same; else the two samples are taken to be independent.
-    Where several points are left, `unit` says what is independent: "trial", the means of a "point", or those of a
-    "replicate", the right one for starts in common. Student's interval is valid for a difference that is about normal.
-    Raises ValueError for names that do not exist, sides that are empty or overlap, and where `unit` is missing.
+    `source` is a stored study, or its table of trials, which then is taken to vary in
+    the named settings only. Trials are paired by seed, replicate and the varied
+    settings that neither side names, if all start in common (the spec's `streams:
+    {start: common}`) and both sides have the same; else the two samples are taken to be
+    independent. Where several points are left, `unit` says what is independent:
+    "trial", the means of a "point", or those of a "replicate", the right one for starts
+    in common. Student's interval is valid for a difference that is about normal. Raises
+    ValueError for names that do not exist, sides that are empty or overlap, and where
+    `unit` is missing.
     """
     trials, varied = _table(source)
     for name in (metric, *first, *second):
@@ -151,7 +189,10 @@ def contrast(
         if side.empty:
             raise ValueError(f"no trial has {_words(settings)}")
     if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
-        raise ValueError(f"{_words(first)} and {_words(second)} share trials; a contrast needs two apart")
+        raise ValueError(
+            f"{_words(first)} and {_words(second)} share trials; a contrast needs two"
+            " apart"
+        )
     free = [name for name in varied if name not in {*first, *second}]
     return compare(*(_units(side, metric, unit, free) for side in sides))
 
@@ -166,23 +207,40 @@ def contrasts(
     confidence: float = CONFIDENCE,
     together: Together = "holm",
 ) -> pd.DataFrame:
-    """Every value of the setting `by` against `reference`, where the other settings are `settings`.
+    """Every value of the setting `by` against `reference`, where the other settings are
+    `settings`.
 
-    Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside the reference), correlation,
-    variance_reduction, left_out. The intervals hold together, as do the p-values, see `jointly`; `contrast` has
-    pairs, units and errors.
+    Columns: `by`, difference, low, high, p, paired, n (of pairs, else of values beside
+    the reference), correlation, variance_reduction, left_out. The intervals hold
+    together, as do the p-values, see `jointly`; `contrast` has pairs, units and errors.
     """
     trials, _ = _table(source)
     _check_column(trials, by)
     same = dict(settings or {})
-    values = [value for value in dict.fromkeys(chosen(trials, same)[by]) if not agrees([value], reference)[0]]
+    values = [
+        value
+        for value in dict.fromkeys(chosen(trials, same)[by])
+        if not agrees([value], reference)[0]
+    ]
     if not values:
         raise ValueError(f"no trial has another {by} than {reference}")
-    sides = [contrast(source, metric, {**same, by: value}, {**same, by: reference}, unit) for value in values]
+    sides = [
+        contrast(source, metric, {**same, by: value}, {**same, by: reference}, unit)
+        for value in values
+    ]
     family = jointly(sides, confidence, together)
     sides = list(family.contrasts)
-    columns = {by: values, "difference": [side.value for side in sides], "low": family.low, "high": family.high}
-    columns |= {"p": family.p, "paired": [side.paired for side in sides], "n": [len(side.first) for side in sides]}
+    columns = {
+        by: values,
+        "difference": [side.value for side in sides],
+        "low": family.low,
+        "high": family.high,
+    }
+    columns |= {
+        "p": family.p,
+        "paired": [side.paired for side in sides],
+        "n": [len(side.first) for side in sides],
+    }
     columns |= {name: [getattr(side, name) for side in sides] for name in SHOWN}
     return pd.DataFrame(columns)
 
@@ -190,38 +248,55 @@ def contrasts(
 SHOWN = ("correlation", "variance_reduction", "left_out")
 
 
-def jointly(sides: Sequence[Contrast], confidence: float = CONFIDENCE, together: Together = "holm") -> Family:
-    """`sides` with intervals that all hold with `confidence`, and p-values that are adjusted for each other.
+def jointly(
+    sides: Sequence[Contrast],
+    confidence: float = CONFIDENCE,
+    together: Together = "holm",
+) -> Family:
+    """`sides` with intervals that all hold with `confidence`, and p-values that are
+    adjusted for each other.
 
-    With "bonferroni" and "sidak" both are those of that correction; "holm" has Bonferroni's intervals and Holm's
-    p-values, which are never larger, so that one may be small although its interval has the zero. With "max_t" both
-    come from one bootstrap of whole replicates, for which all must be paired; those that lack a trial are left out
-    of all. `sweep.analysis.simultaneous` says when each is valid. A contrast of less than two values is no test.
-    Raises ValueError for another correction, and as `max_t`.
+    With "bonferroni" and "sidak" both are those of that correction; "holm" has
+    Bonferroni's intervals and Holm's p-values, which are never larger, so that one may
+    be small although its interval has the zero. With "max_t" both come from one
+    bootstrap of whole replicates, for which all must be paired; those that lack a trial
+    are left out of all. `sweep.analysis.simultaneous` says when each is valid. A
+    contrast of less than two values is no test. Raises ValueError for another
+    correction, and as `max_t`.
     """
     if together not in get_args(Together):
         raise ValueError(unknown("together", together, get_args(Together)))
     if together == "max_t":
         sides = _common(sides)
-        found = max_t(np.column_stack([side.first - side.second for side in sides]), confidence)
+        found = max_t(
+            np.column_stack([side.first - side.second for side in sides]), confidence
+        )
         return Family(sides, found.low, found.high, found.p)
     tests = max(1, sum(side.estimate.testable for side in sides))
-    level = simultaneous_confidence(tests, confidence, "sidak" if together == "sidak" else "bonferroni")
+    level = simultaneous_confidence(
+        tests, confidence, "sidak" if together == "sidak" else "bonferroni"
+    )
     bounds = np.array([side.interval(level) for side in sides])
     p_values = adjusted([side.estimate.p_value() for side in sides], together)
     return Family(sides, bounds[:, 0], bounds[:, 1], p_values)
 
 
-def equivalence(estimate: MeanEstimate, low: float, high: float, level: float = 0.05) -> Equivalence:
-    """Whether an estimate is shown to lie between the margins `low` and `high`, chosen before looking.
+def equivalence(
+    estimate: MeanEstimate, low: float, high: float, level: float = 0.05
+) -> Equivalence:
+    """Whether an estimate is shown to lie between the margins `low` and `high`, chosen
+    before looking.
 
-    Two one-sided tests of Student (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680): equivalent if both
-    reject at `level`, which a true value on or beyond a margin does with at most that chance, for means that are
-    about normal. Not being shown equivalent does not mean to differ. p and bounds are NaN where there are fewer than
-    two values. Raises ValueError for margins that are not in order.
+    Two one-sided tests of Student (Schuirmann 1987, J. Pharmacokin. Biopharm. 15,
+    657-680): equivalent if both reject at `level`, which a true value on or beyond a
+    margin does with at most that chance, for means that are about normal. Not being
+    shown equivalent does not mean to differ. p and bounds are NaN where there are fewer
+    than two values. Raises ValueError for margins that are not in order.
     """
     if not low < high:
-        raise ValueError(f"margins: {low} to {high}; the first must lie below the second")
+        raise ValueError(
+            f"margins: {low} to {high}; the first must lie below the second"
+        )
     if not estimate.testable:
         return Equivalence(np.nan, np.nan, np.nan, False)
     p = max(estimate.tail(low, above=True), estimate.tail(high, above=False))
@@ -229,34 +304,55 @@ def equivalence(estimate: MeanEstimate, low: float, high: float, level: float = 
 
 
 def _common(sides: Sequence[Contrast]) -> list[Contrast]:
-    """The contrasts of the pairs that all of them have. Raises ValueError where one is not paired."""
+    """The contrasts of the pairs that all of them have. Raises ValueError where one is
+    not paired.
+    """
     if not all(side.paired for side in sides):
-        raise ValueError("max_t resamples whole replicates: every value needs a trial of each, started in common")
-    tables = [pd.DataFrame({"first": side.first, "second": side.second}, index=side.pairs) for side in sides]
+        raise ValueError(
+            "max_t resamples whole replicates: every value needs a trial of each,"
+            " started in common"
+        )
+    tables = [
+        pd.DataFrame({"first": side.first, "second": side.second}, index=side.pairs)
+        for side in sides
+    ]
     common = tables[0].index
     for table in tables[1:]:
         common = common.intersection(table.index)
     chosen_pairs = [table.loc[common] for table in tables]
     counts = [side.left_out for side in sides]
-    return [paired_contrast(table["first"], table["second"], n) for table, n in zip(chosen_pairs, counts, strict=True)]
+    return [
+        paired_contrast(table["first"], table["second"], n)
+        for table, n in zip(chosen_pairs, counts, strict=True)
+    ]
 
 
-def _units(trials: pd.DataFrame, metric: str, unit: Unit | None, free: Sequence[str]) -> Units:
+def _units(
+    trials: pd.DataFrame, metric: str, unit: Unit | None, free: Sequence[str]
+) -> Units:
     points = trials["point"].nunique()
     if points > 1 and unit not in get_args(Unit):
         raise ValueError(
-            f'{points:,} points are left on one side: "unit" must say what counts as one independent value '
+            f'{points:,} points are left on one side: "unit" must say what counts as'
+            " one independent value "
             f"({', '.join(get_args(Unit))}), or more settings be named"
         )
     values = trials[metric].astype(np.float64).where(trials["status"] == "done")
     found = units(trials, values, unit or "trial", free)
     if points > 1 and not found.values.index.is_unique:
-        raise ValueError("trials of the same seed and replicate differ in settings that are not named")
+        raise ValueError(
+            "trials of the same seed and replicate differ in settings that are not"
+            " named"
+        )
     return found
 
 
 def _table(source: Study | pd.DataFrame) -> tuple[pd.DataFrame, Sequence[str]]:
-    return (source, ()) if isinstance(source, pd.DataFrame) else (source.trials, source.varied)
+    return (
+        (source, ())
+        if isinstance(source, pd.DataFrame)
+        else (source.trials, source.varied)
+    )
 
 
 def _check_column(trials: pd.DataFrame, name: str) -> None:
@@ -265,4 +361,7 @@ def _check_column(trials: pd.DataFrame, name: str) -> None:
 
 
 def _words(settings: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in settings.items()) or "no setting"
+    return (
+        ", ".join(f"{name} = {value}" for name, value in settings.items())
+        or "no setting"
+    )

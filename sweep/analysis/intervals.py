@@ -1,4 +1,6 @@
-"""Means and quantiles over replicates, each with its interval. Trials that are not done are counted, no more."""
+"""Means and quantiles over replicates, each with its interval. Trials that are not done
+are counted, no more.
+"""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
@@ -30,29 +32,41 @@ class Interval(NamedTuple):
 
 
 def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
-    """Half the width of the Student-t interval of a mean of `n` values with sample standard deviation `deviation`.
+    """Half the width of the Student-t interval of a mean of `n` values with sample
+    standard deviation `deviation`.
 
-    Both may be arrays. Valid for independent values whose mean is about normal; NaN for fewer than two values.
+    Both may be arrays. Valid for independent values whose mean is about normal; NaN for
+    fewer than two values.
     """
     from scipy.stats import t
 
     n = np.asarray(n, np.float64)
-    return t.ppf(0.5 + confidence / 2, np.where(n > 1, n - 1, np.nan)) * deviation / np.sqrt(n)
+    return (
+        t.ppf(0.5 + confidence / 2, np.where(n > 1, n - 1, np.nan))
+        * deviation
+        / np.sqrt(n)
+    )
 
 
-def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE, interval: MeanKind = "t") -> Interval:
-    """The mean of `values` (n,), its interval, and the number of values that are not NaN.
+def mean_interval(
+    values: ArrayLike, confidence: float = CONFIDENCE, interval: MeanKind = "t"
+) -> Interval:
+    """The mean of `values` (n,), its interval, and the number of values that are not
+    NaN.
 
     The values must be independent. `interval` is one of
 
-    - "t", Student's: for means that are about normal;
-    - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): its two sides miss about equally often where the
+    - "t", Student's: for means that are about normal; - "bootstrap", BCa (Efron 1987,
+    J. Am. Stat. Assoc. 82, 171-185): its two sides miss about equally often where the
       distribution is skewed, but it is too narrow for fewer than about 50 values;
-    - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap, section 12.5): wide on the side of
-      the long tail, and for few skewed values the one that covers best. Unbounded for two or three values.
+    - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
+    section 12.5): wide on the side of
+      the long tail, and for few skewed values the one that covers best. Unbounded for
+      two or three values.
 
-    Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order; 30: 93, 92 and 94 %; for 30 lognormal
-    ones with sigma = 1: 88, 89 and 93 %. NaN bounds for fewer than two values. Raises ValueError for another kind.
+    Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order; 30: 93,
+    92 and 94 %; for 30 lognormal ones with sigma = 1: 88, 89 and 93 %. NaN bounds for
+    fewer than two values. Raises ValueError for another kind.
     """
     _check("interval", interval, get_args(MeanKind))
     estimate = mean_estimate(np.asarray(values, np.float64))
@@ -62,35 +76,56 @@ def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE, interval: M
     if interval == "t":
         return Interval(estimate.value, *estimate.interval(confidence), n)
     if interval == "bootstrap_t":
-        return Interval(estimate.value, *studentised_interval(_known(values), confidence), n)
-    return Interval(estimate.value, *resampled_interval(_known(values), np.mean, confidence, "BCa"), n)
+        return Interval(
+            estimate.value, *studentised_interval(_known(values), confidence), n
+        )
+    return Interval(
+        estimate.value,
+        *resampled_interval(_known(values), np.mean, confidence, "BCa"),
+        n,
+    )
 
 
 def quantile_interval(
-    values: ArrayLike, probability: float, confidence: float = CONFIDENCE, interval: QuantileKind = "order"
+    values: ArrayLike,
+    probability: float,
+    confidence: float = CONFIDENCE,
+    interval: QuantileKind = "order",
 ) -> Interval:
-    """The quantile of `values` (n,) at `probability`, the median at 0.5, its interval, and the number not NaN.
+    """The quantile of `values` (n,) at `probability`, the median at 0.5, its interval,
+    and the number not NaN.
 
-    The values must be independent. "order" is the interval between order statistics (Thompson 1936, Ann. Math. Stat.
-    7, 122-128): whatever the distribution, it misses on either side with at most half of 1 - `confidence`, and where
-    values are equal more seldom. Its bounds are NaN where there are too few values for that: the median needs 6 for
-    95 %, the tenth part 36. "bootstrap" is the percentile one, approximate and for more than about 20 values; BCa
-    corrects by a jackknife, which is not consistent for quantiles (Efron and Tibshirani 1993, section 11.6). Raises
+    The values must be independent. "order" is the interval between order statistics
+    (Thompson 1936, Ann. Math. Stat. 7, 122-128): whatever the distribution, it misses
+    on either side with at most half of 1 - `confidence`, and where values are equal
+    more seldom. Its bounds are NaN where there are too few values for that: the median
+    needs 6 for 95 %, the tenth part 36. "bootstrap" is the percentile one, approximate
+    and for more than about 20 values; BCa corrects by a jackknife, which is not
+    consistent for quantiles (Efron and Tibshirani 1993, section 11.6). Raises
     ValueError for another kind, and for a probability that is not between 0 and 1.
     """
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
-        raise ValueError(f"probability: {probability}; allowed: above 0 and below 1, and the median is 0.5")
+        raise ValueError(
+            f"probability: {probability}; allowed: above 0 and below 1, and the median"
+            " is 0.5"
+        )
     known = _known(values)
     if len(known) < 2:
-        return Interval(float(known[0]) if len(known) else np.nan, np.nan, np.nan, len(known))
+        return Interval(
+            float(known[0]) if len(known) else np.nan, np.nan, np.nan, len(known)
+        )
     value = float(np.quantile(known, probability))
     if interval == "order":
         low, high = _order_bounds(len(known), probability, confidence)
         ordered = [np.nan, *np.sort(known), np.nan]
         return Interval(value, float(ordered[low]), float(ordered[high]), len(known))
     statistic = partial(np.quantile, q=probability)
-    return Interval(value, *resampled_interval(known, statistic, confidence, "percentile"), len(known))
+    return Interval(
+        value,
+        *resampled_interval(known, statistic, confidence, "percentile"),
+        len(known),
+    )
 
 
 def by_point(
@@ -101,14 +136,17 @@ def by_point(
     interval: MeanKind = "t",
     repeated: Mapping[str, float] = NONE_REPEATED,
 ) -> pd.DataFrame:
-    """Each metric's mean and interval over the replicates of each point, in the order of `trials`.
+    """Each metric's mean and interval over the replicates of each point, in the order
+    of `trials`.
 
-    Columns: the `varied` settings, then for each metric its mean under its own name, `<metric>_low`,
-    `<metric>_high` and `<metric>_n`, and `not_done`, the number of trials without a result. Each interval is for
-    its point alone; `simultaneous_confidence` gives the `confidence` at which all hold together.
+    Columns: the `varied` settings, then for each metric its mean under its own name,
+    `<metric>_low`, `<metric>_high` and `<metric>_n`, and `not_done`, the number of
+    trials without a result. Each interval is for its point alone;
+    `simultaneous_confidence` gives the `confidence` at which all hold together.
 
-    Where a metric decided how many trials a point has, its interval must be the repeated one, Student's at a higher
-    confidence: `repeated=study.repeated` has that by the name of the metric.
+    Where a metric decided how many trials a point has, its interval must be the
+    repeated one, Student's at a higher confidence: `repeated=study.repeated` has that
+    by the name of the metric.
     """
     _check("interval", interval, get_args(MeanKind))
     groups = trials.groupby("point", sort=False)
@@ -116,8 +154,13 @@ def by_point(
     for name in metrics:
         nominal = repeated.get(name)
         kind: MeanKind = interval if nominal is None else "t"
-        table = _group_means(groups[name], confidence if nominal is None else nominal, kind)
-        columns |= {name: table["mean"], **{f"{name}_{end}": table[end] for end in ("low", "high", "n")}}
+        table = _group_means(
+            groups[name], confidence if nominal is None else nominal, kind
+        )
+        columns |= {
+            name: table["mean"],
+            **{f"{name}_{end}": table[end] for end in ("low", "high", "n")},
+        }
     columns["not_done"] = _not_done(trials)
     return pd.DataFrame(columns).reset_index(drop=True)
 
@@ -129,10 +172,12 @@ def quantiles_by_point(
     probabilities: Sequence[float] = (0.25, 0.5, 0.75),
     confidence: float = CONFIDENCE,
 ) -> pd.DataFrame:
-    """Each metric's quantiles over the replicates of each point, with intervals between order statistics.
+    """Each metric's quantiles over the replicates of each point, with intervals between
+    order statistics.
 
-    One row a point, metric and probability, points in the order of `trials`. Columns: the `varied` settings, metric,
-    probability, value, low, high, n and `not_done`, as `quantile_interval` and `by_point` have them.
+    One row a point, metric and probability, points in the order of `trials`. Columns:
+    the `varied` settings, metric, probability, value, low, high, n and `not_done`, as
+    `quantile_interval` and `by_point` have them.
     """
     not_done, rows = _not_done(trials), []
     for point, group in trials.groupby("point", sort=False):
@@ -142,7 +187,9 @@ def quantiles_by_point(
             for probability in probabilities:
                 found = quantile_interval(values, probability, confidence)
                 rows.append((*settings, metric, probability, *found, not_done[point]))
-    return pd.DataFrame(rows, columns=[*varied, "metric", "probability", *Interval._fields, "not_done"])
+    return pd.DataFrame(
+        rows, columns=[*varied, "metric", "probability", *Interval._fields, "not_done"]
+    )
 
 
 def curves(
@@ -153,21 +200,27 @@ def curves(
     confidence: float = CONFIDENCE,
     interval: MeanKind = "t",
 ) -> pd.DataFrame:
-    """Mean of `metric` over trials, with its pointwise interval, at every frame and for every value of `by`.
+    """Mean of `metric` over trials, with its pointwise interval, at every frame and for
+    every value of `by`.
 
-    Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not for the whole curve.
+    Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not
+    for the whole curve.
     """
     _check("interval", interval, get_args(MeanKind))
     done = trials.loc[trials["status"] == "done", ["trial_id", by]]
     joined = series[["trial_id", "frame", metric]].merge(done, on="trial_id")
-    return _group_means(joined.groupby([by, "frame"], sort=True)[metric], confidence, interval).reset_index()
+    return _group_means(
+        joined.groupby([by, "frame"], sort=True)[metric], confidence, interval
+    ).reset_index()
 
 
 def _group_means(groups: Any, confidence: float, interval: MeanKind) -> pd.DataFrame:
     """mean, low, high and n of each group of a column, by the keys of the groups."""
     if interval != "t":
         found = [mean_interval(group, confidence, interval) for _, group in groups]
-        return pd.DataFrame(found, columns=["mean", "low", "high", "n"], index=groups.count().index)
+        return pd.DataFrame(
+            found, columns=["mean", "low", "high", "n"], index=groups.count().index
+        )
     mean, n = groups.mean(), groups.count()
     half = half_width(groups.std(), n, confidence)
     return pd.DataFrame({"mean": mean, "low": mean - half, "high": mean + half, "n": n})
@@ -175,14 +228,19 @@ def _group_means(groups: Any, confidence: float, interval: MeanKind) -> pd.DataF
 
 @lru_cache(maxsize=4096)
 def _order_bounds(n: int, probability: float, confidence: float) -> tuple[int, int]:
-    """Which of n values in ascending order, from 1 to n, bound the quantile; 0 and n + 1 where none does.
+    """Which of n values in ascending order, from 1 to n, bound the quantile; 0 and n +
+    1 where none does.
 
-    Those of scipy's `quantile_test`, which takes too long to be asked for every point of a study.
+    Those of scipy's `quantile_test`, which takes too long to be asked for every point
+    of a study.
     """
     from scipy.stats import binom
 
     tail = 0.5 - confidence / 2
-    return int(binom.ppf(tail, n, probability)), int(binom.isf(tail, n, probability)) + 1
+    return (
+        int(binom.ppf(tail, n, probability)),
+        int(binom.isf(tail, n, probability)) + 1,
+    )
 
 
 def _not_done(trials: pd.DataFrame) -> "pd.Series[Any]":

@@ -1,4 +1,6 @@
-"""Which trials make one independent value, and which of two selections belong together by common random numbers."""
+"""Which trials make one independent value, and which of two selections belong together
+by common random numbers.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -11,15 +13,20 @@ Floats = NDArray[np.float64]
 Unit = Literal["trial", "point", "replicate"]
 
 REPLICATE = ("seed", "replicate")
-UNITS: Mapping[str, Sequence[str]] = {"trial": ["trial_id"], "replicate": list(REPLICATE), "point": ["point"]}
+UNITS: Mapping[str, Sequence[str]] = {
+    "trial": ["trial_id"],
+    "replicate": list(REPLICATE),
+    "point": ["point"],
+}
 SAME_NUMBER = 1e-9
 
 
 class Units(NamedTuple):
-    """Independent values, NaN where one lacks a trial's result, by the keys that pair them with another selection's.
+    """Independent values, NaN where one lacks a trial's result, by the keys that pair
+    them with another selection's.
 
-    `trials` is the number of results behind them, `left_out` that of trials without one, and `pairs` whether units
-    with the same keys share their random numbers.
+    `trials` is the number of results behind them, `left_out` that of trials without
+    one, and `pairs` whether units with the same keys share their random numbers.
     """
 
     values: "pd.Series[float]"
@@ -33,9 +40,15 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Which of `values` are `value`; numbers to the last digits, so that 0.3 finds 3 * 0.1."""
+    """Which of `values` are `value`; numbers to the last digits, so that 0.3 finds 3 *
+    0.1.
+    """
     array = np.asarray(values)
-    if isinstance(value, int | float) and not isinstance(value, bool) and array.dtype.kind in "iuf":
+    if (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and array.dtype.kind in "iuf"
+    ):
         return np.isclose(array.astype(np.float64), value, rtol=SAME_NUMBER, atol=0.0)
     return np.asarray(array == value, np.bool_)
 
@@ -47,14 +60,20 @@ def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
     return trials
 
 
-def units(trials: pd.DataFrame, values: "pd.Series[float]", unit: Unit, free: Sequence[str]) -> Units:
-    """The independent values among those of `trials`, one of `values` a row, NaN where it has no result.
+def units(
+    trials: pd.DataFrame, values: "pd.Series[float]", unit: Unit, free: Sequence[str]
+) -> Units:
+    """The independent values among those of `trials`, one of `values` a row, NaN where
+    it has no result.
 
-    A unit is a trial, the mean over a point's trials, or the mean over the trials of a replicate. `free` are the
-    varied settings that pair units beside seed and replicate: those that no selection names.
+    A unit is a trial, the mean over a point's trials, or the mean over the trials of a
+    replicate. `free` are the varied settings that pair units beside seed and replicate:
+    those that no selection names.
     """
     single = trials["point"].nunique() <= 1
-    keys = {"trial": [*REPLICATE, *free], "replicate": [*REPLICATE], "point": [*free]}[unit]
+    keys = {"trial": [*REPLICATE, *free], "replicate": [*REPLICATE], "point": [*free]}[
+        unit
+    ]
     keys = [*REPLICATE] if single else keys or ["point"]
     table = trials[list(dict.fromkeys([*UNITS[unit], *keys]))].assign(_value=values)
     groups = table.groupby(list(UNITS[unit]), sort=False)
@@ -72,26 +91,39 @@ def units(trials: pd.DataFrame, values: "pd.Series[float]", unit: Unit, free: Se
 
 
 def common_streams(trials: pd.DataFrame) -> frozenset[str]:
-    """The random streams, of start, world and noise, that all `trials` take in common with those of other points."""
-    streams = [dict(stream.split("=") for stream in text.split()) for text in trials["streams"].unique()]
+    """The random streams, of start, world and noise, that all `trials` take in common
+    with those of other points.
+    """
+    streams = [
+        dict(stream.split("=") for stream in text.split())
+        for text in trials["streams"].unique()
+    ]
     return (
-        frozenset(name for name in streams[0] if all(each[name] == "common" for each in streams))
+        frozenset(
+            name
+            for name in streams[0]
+            if all(each[name] == "common" for each in streams)
+        )
         if streams
         else frozenset()
     )
 
 
 def replicates(trials: pd.DataFrame) -> pd.MultiIndex:
-    """What tells the random numbers of trials apart: seed and replicate, 0 for a listed seed, which stands for both.
+    """What tells the random numbers of trials apart: seed and replicate, 0 for a listed
+    seed, which stands for both.
 
-    Streams in common have the same numbers where both are the same, in any study and at any point.
+    Streams in common have the same numbers where both are the same, in any study and at
+    any point.
     """
     places = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
     return pd.MultiIndex.from_arrays([trials["seed"], places], names=REPLICATE)
 
 
 def pairable(one: Units, other: Units) -> bool:
-    """Whether each unit has its partner: the same keys once on both sides, with common random numbers."""
+    """Whether each unit has its partner: the same keys once on both sides, with common
+    random numbers.
+    """
     indices = one.values.index, other.values.index
     return (
         one.pairs

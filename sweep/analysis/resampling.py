@@ -1,4 +1,6 @@
-"""The bootstrap: what an estimate would have been with other replicates, drawn from those that there are."""
+"""The bootstrap: what an estimate would have been with other replicates, drawn from
+those that there are.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +20,9 @@ MOST_NUMBERS = 5_000_000
 def resampled_interval(
     values: Floats, statistic: Callable[..., Any], confidence: float, method: str
 ) -> tuple[float, float]:
-    """scipy's "BCa" or "percentile" interval of a statistic of `values` (n,); no width where all are equal."""
+    """scipy's "BCa" or "percentile" interval of a statistic of `values` (n,); no width
+    where all are equal.
+    """
     from scipy.stats import bootstrap
 
     if np.all(values == values[0]):
@@ -38,7 +42,9 @@ def resampled_interval(
 
 
 def studentised_interval(values: Floats, confidence: float) -> tuple[float, float]:
-    """The bootstrap-t interval of the mean of `values` (n,); no width where all are equal."""
+    """The bootstrap-t interval of the mean of `values` (n,); no width where all are
+    equal.
+    """
     if np.all(values == values[0]):
         return float(values[0]), float(values[0])
     mean, error = values.mean(), values.std(ddof=1) / np.sqrt(len(values))
@@ -49,25 +55,32 @@ def studentised_interval(values: Floats, confidence: float) -> tuple[float, floa
 
 
 def student_statistics(centred: Floats) -> Floats:
-    """Student's statistic of each of k means in each resample of the rows of `centred` (n, k), whose means are zero.
+    """Student's statistic of each of k means in each resample of the rows of `centred`
+    (n, k), whose means are zero.
 
-    Shape (`RESAMPLES`, k). Infinite where a resample has an error of zero, and zero where its mean is so too.
+    Shape (`RESAMPLES`, k). Infinite where a resample has an error of zero, and zero
+    where its mean is so too.
     """
     n = len(centred)
     rng, statistics = np.random.default_rng(RESAMPLING_SEED), []
     batch = max(1, MOST_NUMBERS // n)
     for first in range(0, RESAMPLES, batch):
-        # How often each row is drawn: sums over a resample are then products of matrices.
+        # How often each row is drawn: sums over a resample are then products of
+        # matrices.
         rows = np.arange(min(batch, RESAMPLES - first))[:, None]
         drawn = rng.integers(0, n, (len(rows), n)) + n * rows
         weights = np.bincount(drawn.ravel(), minlength=n * len(rows)).reshape(-1, n) / n
         means = weights @ centred
-        errors = np.sqrt(np.maximum(weights @ (centred * centred) - means * means, 0.0) / (n - 1))
+        errors = np.sqrt(
+            np.maximum(weights @ (centred * centred) - means * means, 0.0) / (n - 1)
+        )
         statistics.append(ratio(means, errors))
     return np.concatenate(statistics)
 
 
 def ratio(mean: Floats, error: Floats) -> Floats:
-    """Student's statistic: infinite without an error, and zero where the mean is so too."""
+    """Student's statistic: infinite without an error, and zero where the mean is so
+    too.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(mean == 0.0, 0.0, mean / error)

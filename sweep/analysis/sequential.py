@@ -1,19 +1,25 @@
-"""When a point has enough trials: repeated confidence intervals, which hold at all looks together.
+"""When a point has enough trials: repeated confidence intervals, which hold at all
+looks together.
 
-Whoever looks after every few trials and stops as soon as the interval is narrow takes the moments at which the
-values happen to lie close together: the usual interval then covers less often than it says. Here the intervals of
-all looks cover the mean together with the stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials
-5, 33-45; 1989, J. R. Stat. Soc. B 51, 305-361), so the one at which a point stops does, whatever made it stop.
+Whoever looks after every few trials and stops as soon as the interval is narrow takes
+the moments at which the values happen to lie close together: the usual interval then
+covers less often than it says. Here the intervals of all looks cover the mean together
+with the stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials 5,
+33-45; 1989, J. R. Stat. Soc. B 51, 305-361), so the one at which a point stops does,
+whatever made it stop.
 
-Each look takes Student's interval at one common, higher confidence, the nominal one. For independent normal values
-the sequence of t statistics depends neither on their mean nor on their variance, so that confidence is found by a
-simulation once for all. It is the price of looking: with a first look at 10, where the known standard deviation would
-ask for 31 trials, a point takes 2.2 times as many on average with `max` 200 and 2.4 times with 1000; where for 123,
-2.3 times with 1000. With a first look at 3 these are 2.4, 2.6 and 2.5.
+Each look takes Student's interval at one common, higher confidence, the nominal one.
+For independent normal values the sequence of t statistics depends neither on their mean
+nor on their variance, so that confidence is found by a simulation once for all. It is
+the price of looking: with a first look at 10, where the known standard deviation would
+ask for 31 trials, a point takes 2.2 times as many on average with `max` 200 and 2.4
+times with 1000; where for 123, 2.3 times with 1000. With a first look at 3 these are
+2.4, 2.6 and 2.5.
 
-It buys more than is seen at the end: of the intervals at which normal points stop, 99 % cover the mean (min 3: 98.7 %),
-as most of what could go wrong at other looks did not. For skewed values see `repeated_interval`. Values that depend on
-each other are not covered; trials of one point never do, as each has random numbers of its own.
+It buys more than is seen at the end: of the intervals at which normal points stop, 99 %
+cover the mean (min 3: 98.7 %), as most of what could go wrong at other looks did not.
+For skewed values see `repeated_interval`. Values that depend on each other are not
+covered; trials of one point never do, as each has random numbers of its own.
 """
 
 import math
@@ -37,12 +43,15 @@ GROWTH = 1.25
 PATHS = 400_000
 SEED = 20240611
 SAFETY = 2.0
-"""Standard errors of the simulation by which the nominal confidence is on the safe side: 0.07 % at 95 %."""
+"""Standard errors of the simulation by which the nominal confidence is on the safe
+side: 0.07 % at 95 %.
+"""
 
 
 @dataclass(frozen=True)
 class Until:
-    """A point gets trials until the interval of the mean of `metric` has at most this half width, or `most`.
+    """A point gets trials until the interval of the mean of `metric` has at most this
+    half width, or `most`.
 
     `metric` is a column of the trials; the first look is after `least` trials.
     """
@@ -60,24 +69,38 @@ class Until:
 
     @property
     def nominal(self) -> float:
-        """The confidence of Student's interval at each look; the first call takes about a second."""
+        """The confidence of Student's interval at each look; the first call takes about
+        a second.
+        """
         return nominal_confidence(self.looks, self.confidence)
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec."""
-        about = {"metric": self.metric, "half_width": self.half_width, "confidence": self.confidence}
+        about = {
+            "metric": self.metric,
+            "half_width": self.half_width,
+            "confidence": self.confidence,
+        }
         return about | {"min": self.least, "max": self.most}
 
 
 def from_json(about: Mapping[str, Any]) -> Until:
     """The rule that `Until.as_json` has written."""
-    return Until(about["metric"], about["half_width"], about["confidence"], about["min"], about["max"])
+    return Until(
+        about["metric"],
+        about["half_width"],
+        about["confidence"],
+        about["min"],
+        about["max"],
+    )
 
 
 class Look(NamedTuple):
-    """What is seen of P points: how many values, half widths, and how many trials each gets from now on.
+    """What is seen of P points: how many values, half widths, and how many trials each
+    gets from now on.
 
-    `half_width` is NaN for fewer than two values, `further` the present number where a point has had its last trial.
+    `half_width` is NaN for fewer than two values, `further` the present number where a
+    point has had its last trial.
     """
 
     values: Counts
@@ -86,7 +109,9 @@ class Look(NamedTuple):
 
 
 def looks(least: int, most: int) -> tuple[int, ...]:
-    """Numbers of trials from `least` to `most`, each a quarter more than the one before, and at least one more."""
+    """Numbers of trials from `least` to `most`, each a quarter more than the one
+    before, and at least one more.
+    """
     numbers = [least]
     while numbers[-1] < most:
         numbers.append(min(most, max(numbers[-1] + 1, math.ceil(GROWTH * numbers[-1]))))
@@ -95,9 +120,11 @@ def looks(least: int, most: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
-    """The confidence at which Student's intervals of all `looks` cover the mean together with `confidence`.
+    """The confidence at which Student's intervals of all `looks` cover the mean
+    together with `confidence`.
 
-    By a simulation of PATHS sequences of normal values with a fixed seed, rounded up to the safe side.
+    By a simulation of PATHS sequences of normal values with a fixed seed, rounded up to
+    the safe side.
     """
     if len(looks) == 1:
         return confidence
@@ -110,9 +137,11 @@ def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
 
 
 def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
-    """The smallest two-sided p of Student's test of the true mean over the looks of each path; 1 above `largest`.
+    """The smallest two-sided p of Student's test of the true mean over the looks of
+    each path; 1 above `largest`.
 
-    Between two looks only the sum of the new values and the sum of their squares are drawn.
+    Between two looks only the sum of the new values and the sum of their squares are
+    drawn.
     """
     from scipy.special import stdtr, stdtrit
 
@@ -130,15 +159,20 @@ def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
     return smallest
 
 
-def repeated_interval(values: ArrayLike, looks: Sequence[int], confidence: float = 0.95) -> "Interval":
-    """The mean of `values` (n,) and its repeated confidence interval, where n is one of `looks`.
+def repeated_interval(
+    values: ArrayLike, looks: Sequence[int], confidence: float = 0.95
+) -> "Interval":
+    """The mean of `values` (n,) and its repeated confidence interval, where n is one of
+    `looks`.
 
-    Valid for independent values whose mean is about normal, whichever look it is and why ever that one was chosen.
-    NaN does not count among the values, and is taken to be missing whatever the value would have been. Raises
-    ValueError where n is none of the looks.
+    Valid for independent values whose mean is about normal, whichever look it is and
+    why ever that one was chosen. NaN does not count among the values, and is taken to
+    be missing whatever the value would have been. Raises ValueError where n is none of
+    the looks.
 
-    Skewed values need a larger first look. Per cent of 95 % intervals that cover the mean where points stop, the lowest
-    of four half widths from 1 to 0.1 standard deviations, at most 1000 trials, by the number of trials at first look:
+    Skewed values need a larger first look. Per cent of 95 % intervals that cover the
+    mean where points stop, the lowest of four half widths from 1 to 0.1 standard
+    deviations, at most 1000 trials, by the number of trials at first look:
 
         first look                      3    10    20    30    50   100
         exponential                    93    95    97    97    98    98
@@ -148,41 +182,55 @@ def repeated_interval(values: ArrayLike, looks: Sequence[int], confidence: float
 
     array = np.asarray(values, np.float64)
     if len(array) not in looks:
-        raise ValueError(f"values: {len(array)} of them; allowed: as many as a look has, {', '.join(map(str, looks))}")
+        raise ValueError(
+            f"values: {len(array)} of them; allowed: as many as a look has,"
+            f" {', '.join(map(str, looks))}"
+        )
     return mean_interval(array, nominal_confidence(tuple(looks), confidence))
 
 
 def look(until: Until, nominal: float, trials: Counts, values: ArrayLike) -> Look:
-    """Look at P points with `trials` (P,) each, whose `values` follow one another, point after point.
+    """Look at P points with `trials` (P,) each, whose `values` follow one another,
+    point after point.
 
-    What is not finite is no value. A point with fewer than two values is given up, whatever its number of trials:
-    it might go on to `most` without ever having one. Equal values have half width 0.
+    What is not finite is no value. A point with fewer than two values is given up,
+    whatever its number of trials: it might go on to `most` without ever having one.
+    Equal values have half width 0.
     """
     counts, deviation = _spread(np.asarray(values, np.float64), trials)
     half_width = _student(nominal, counts) * deviation / np.sqrt(np.maximum(counts, 1))
     numbers = np.asarray(until.looks)
-    following = numbers[np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)]
+    following = numbers[
+        np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
+    ]
     open_ = (counts > 1) & ~(half_width <= until.half_width)
     return Look(counts, half_width, np.where(open_, following, trials))
 
 
 def _spread(values: Floats, trials: Counts) -> tuple[Counts, Floats]:
-    """The number of finite values of each point, and their standard deviation, NaN for fewer than two."""
+    """The number of finite values of each point, and their standard deviation, NaN for
+    fewer than two.
+    """
     starts = np.cumsum(trials) - trials
     known = np.isfinite(values)
     counts = np.add.reduceat(known.astype(np.int64), starts)
     totals = np.add.reduceat(np.where(known, values, 0.0), starts)
     means = np.repeat(totals / np.maximum(counts, 1), trials)
     squares = np.add.reduceat(np.where(known, values - means, 0.0) ** 2, starts)
-    # The mean of equal values may be off by a rounding error, which would pass for a variance.
+    # The mean of equal values may be off by a rounding error, which would pass for a
+    # variance.
     lowest = np.minimum.reduceat(np.where(known, values, np.inf), starts)
     highest = np.maximum.reduceat(np.where(known, values, -np.inf), starts)
-    deviation = np.where(lowest == highest, 0.0, np.sqrt(squares / np.maximum(counts - 1, 1)))
+    deviation = np.where(
+        lowest == highest, 0.0, np.sqrt(squares / np.maximum(counts - 1, 1))
+    )
     return counts, np.where(counts > 1, deviation, np.nan)
 
 
 def _student(nominal: float, counts: Counts) -> Floats:
-    """Student's quantile of a two-sided interval for so many values; NaN for fewer than two."""
+    """Student's quantile of a two-sided interval for so many values; NaN for fewer than
+    two.
+    """
     from scipy.special import stdtrit
 
     freedom = np.where(counts > 1, counts - 1.0, np.nan)

@@ -1,7 +1,9 @@
-"""Recorded series: where a burn-in ends, how long values remember those before, whether the mean still moves.
+"""Recorded series: where a burn-in ends, how long values remember those before, whether
+the mean still moves.
 
-A series (T,) is one trial's; several are (m, T), independent trials of the same settings. Times are in recorded
-frames. All of it is about the mean: a spread that changes while the mean does not is not noticed.
+A series (T,) is one trial's; several are (m, T), independent trials of the same
+settings. Times are in recorded frames. All of it is about the mean: a spread that
+changes while the mean does not is not noticed.
 """
 
 import math
@@ -17,25 +19,33 @@ Floats = NDArray[np.float64]
 BATCH = 5
 WINDOW = 5.0
 LONG_ENOUGH = 50.0
-"""Times tau, below which an autocorrelation time is too small on average (Sokal 1997; emcee warns at the same)."""
+"""Times tau, below which an autocorrelation time is too small on average (Sokal 1997;
+emcee warns at the same).
+"""
 EARLY, LATE = 0.1, 0.5
 ENOUGH_SERIES = 10
-"""From so many on, series are compared with each other and not with their autocorrelation."""
+"""From so many on, series are compared with each other and not with their
+autocorrelation.
+"""
 FEWEST_FRAMES = 20
 LARGEST_SHARE = 0.5
 
 
 class BurnIn(NamedTuple):
-    """How many frames to leave out from the start, and whether an end of the transient was found at all."""
+    """How many frames to leave out from the start, and whether an end of the transient
+    was found at all.
+    """
 
     frames: int
     found: bool
 
 
 class Autocorrelation(NamedTuple):
-    """The integrated autocorrelation time in frames, the effective sample size, and whether T is at least 50 tau.
+    """The integrated autocorrelation time in frames, the effective sample size, and
+    whether T is at least 50 tau.
 
-    Where `reliable` is false the time is likely to be too small and the sample size too large.
+    Where `reliable` is false the time is likely to be too small and the sample size too
+    large.
     """
 
     tau: float
@@ -44,7 +54,9 @@ class Autocorrelation(NamedTuple):
 
 
 class Drift(NamedTuple):
-    """The mean of the first tenth of the frames less that of the last half, and its two-sided p without a drift."""
+    """The mean of the first tenth of the frames less that of the last half, and its
+    two-sided p without a drift.
+    """
 
     difference: float
     p: float
@@ -53,68 +65,93 @@ class Drift(NamedTuple):
 def burn_in(series: ArrayLike) -> BurnIn:
     """The truncation of MSER-5 for a series (T,), or for the mean of several (m, T).
 
-    Means of five frames are left out from the start until the error of the mean of the rest, as if it were white, is
-    smallest (White 1997, Simulation 69, 323-334; Franklin and White 2008, Proc. Winter Simul. Conf., 541-546). Found
-    in the second half, that only says that the transient has no end there: `found` is false and nothing is left out.
-    Not for series that oscillate with a period of their length or longer. Raises ValueError for fewer than 20
-    frames and for values that are not finite.
+    Means of five frames are left out from the start until the error of the mean of the
+    rest, as if it were white, is smallest (White 1997, Simulation 69, 323-334; Franklin
+    and White 2008, Proc. Winter Simul. Conf., 541-546). Found in the second half, that
+    only says that the transient has no end there: `found` is false and nothing is left
+    out. Not for series that oscillate with a period of their length or longer. Raises
+    ValueError for fewer than 20 frames and for values that are not finite.
     """
     values = as_series(series).mean(axis=0)
     if len(values) < FEWEST_FRAMES:
-        raise ValueError(f"series of {len(values)} frames; allowed: {FEWEST_FRAMES} or more")
+        raise ValueError(
+            f"series of {len(values)} frames; allowed: {FEWEST_FRAMES} or more"
+        )
     batches = values[: len(values) // BATCH * BATCH].reshape(-1, BATCH).mean(axis=1)
     centred = batches - batches.mean()
     left = np.arange(len(batches), 0, -1)
-    sums, squares = np.cumsum(centred[::-1])[::-1], np.cumsum((centred * centred)[::-1])[::-1]
+    sums, squares = (
+        np.cumsum(centred[::-1])[::-1],
+        np.cumsum((centred * centred)[::-1])[::-1],
+    )
     # The last few means always look steady: so few may agree by chance.
-    error = ((squares - sums * sums / left) / (left * left))[: len(batches) - min(BATCH, len(batches) // 2)]
+    error = ((squares - sums * sums / left) / (left * left))[
+        : len(batches) - min(BATCH, len(batches) // 2)
+    ]
     first = int(np.argmin(error))
-    return BurnIn(first * BATCH, True) if first <= len(batches) // 2 else BurnIn(0, False)
+    return (
+        BurnIn(first * BATCH, True) if first <= len(batches) // 2 else BurnIn(0, False)
+    )
 
 
 def autocorrelation(series: ArrayLike) -> Floats:
-    """The autocorrelation function at lags 0 to T - 1, shape (T,), the mean of that of each series about its mean.
+    """The autocorrelation function at lags 0 to T - 1, shape (T,), the mean of that of
+    each series about its mean.
 
-    By Fourier transforms, with the divisor T at every lag. NaN where no series varies. Raises ValueError for
-    another shape and for values that are not finite.
+    By Fourier transforms, with the divisor T at every lag. NaN where no series varies.
+    Raises ValueError for another shape and for values that are not finite.
     """
     values = as_series(series)
     length = values.shape[1]
     centred = values - values.mean(axis=1, keepdims=True)
-    spectrum = np.abs(np.fft.rfft(centred, n=1 << (2 * length - 1).bit_length(), axis=1)) ** 2
+    spectrum = (
+        np.abs(np.fft.rfft(centred, n=1 << (2 * length - 1).bit_length(), axis=1)) ** 2
+    )
     covariance = np.fft.irfft(spectrum.mean(axis=0))[:length]
     varies = bool((np.ptp(values, axis=1) > 0.0).any())
-    return np.asarray(covariance / covariance[0] if varies else np.full(length, np.nan), np.float64)
+    return np.asarray(
+        covariance / covariance[0] if varies else np.full(length, np.nan), np.float64
+    )
 
 
 def integrated_time(series: ArrayLike) -> Autocorrelation:
-    """The integrated autocorrelation time tau = 1 + 2 sum of the autocorrelation, and the effective size m T/tau.
+    """The integrated autocorrelation time tau = 1 + 2 sum of the autocorrelation, and
+    the effective size m T/tau.
 
-    The sum ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo Methods in Statistical Mechanics,
-    section 3; Goodman and Weare 2010 and emcee for several series). Assumes that the series are stationary: a drift
-    or a burn-in that is left in makes tau large. tau is NaN where nothing varies. Raises ValueError as
+    The sum ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo
+    Methods in Statistical Mechanics, section 3; Goodman and Weare 2010 and emcee for
+    several series). Assumes that the series are stationary: a drift or a burn-in that
+    is left in makes tau large. tau is NaN where nothing varies. Raises ValueError as
     `autocorrelation`.
     """
     values = as_series(series)
     times = 2.0 * np.cumsum(autocorrelation(values)) - 1.0
-    # Below one, where values vary against each other, tau is the difference of larger terms, which it must not cut off.
+    # Below one, where values vary against each other, tau is the difference of larger
+    # terms, which it must not cut off.
     beyond = np.arange(len(times)) >= WINDOW * np.maximum(times, 1.0)
     tau = float(times[np.argmax(beyond)] if beyond.any() else times[-1])
     tau = max(tau, 1.0 / len(times)) if not math.isnan(tau) else tau
-    return Autocorrelation(tau, values.size / tau, not values.shape[1] < LONG_ENOUGH * tau)
+    return Autocorrelation(
+        tau, values.size / tau, not values.shape[1] < LONG_ENOUGH * tau
+    )
 
 
 def drift(series: ArrayLike) -> Drift:
-    """Whether the mean of the first tenth of the frames differs from that of the last half (Geweke 1992).
+    """Whether the mean of the first tenth of the frames differs from that of the last
+    half (Geweke 1992).
 
-    Ten series or more are compared with each other: a Student test of their differences. Fewer are compared
-    with the error that the variance and the autocorrelation time of the last half give, as if that half were steady:
-    then p means little where the half is shorter than 50 tau. p is 1 where nothing varies and the means are equal.
-    Raises ValueError as `autocorrelation`.
+    Ten series or more are compared with each other: a Student test of their
+    differences. Fewer are compared with the error that the variance and the
+    autocorrelation time of the last half give, as if that half were steady: then p
+    means little where the half is shorter than 50 tau. p is 1 where nothing varies and
+    the means are equal. Raises ValueError as `autocorrelation`.
     """
     values = as_series(series)
     length = values.shape[1]
-    early, late = values[:, : max(1, round(EARLY * length))], values[:, length - round(LATE * length) :]
+    early, late = (
+        values[:, : max(1, round(EARLY * length))],
+        values[:, length - round(LATE * length) :],
+    )
     differences = early.mean(axis=1) - late.mean(axis=1)
     difference = float(differences.mean())
     if len(values) >= ENOUGH_SERIES:
@@ -122,24 +159,39 @@ def drift(series: ArrayLike) -> Drift:
     found = integrated_time(late)
     if math.isnan(found.tau):
         return Drift(difference, float(difference == 0.0))
-    variance = series_variance(late, found.tau) * found.tau * (1.0 / early.size + 1.0 / late.size)
-    return Drift(difference, _two_sided(difference / math.sqrt(variance), max(1.0, found.effective - 1.0)))
+    variance = (
+        series_variance(late, found.tau)
+        * found.tau
+        * (1.0 / early.size + 1.0 / late.size)
+    )
+    return Drift(
+        difference,
+        _two_sided(difference / math.sqrt(variance), max(1.0, found.effective - 1.0)),
+    )
 
 
 def series_variance(series: ArrayLike, tau: float) -> float:
-    """The variance of single values about the true mean, those about each series' own being smaller by tau/T."""
+    """The variance of single values about the true mean, those about each series' own
+    being smaller by tau/T.
+    """
     values = as_series(series)
     share = min(tau / values.shape[1], LARGEST_SHARE)
     return float(values.var(axis=1).mean() / (1.0 - share))
 
 
 def as_series(series: ArrayLike) -> Floats:
-    """One series or several as an array (m, T). Raises ValueError for another shape and for values not finite."""
+    """One series or several as an array (m, T). Raises ValueError for another shape and
+    for values not finite.
+    """
     values = np.atleast_2d(np.asarray(series, np.float64))
     if values.ndim != 2 or values.shape[1] < 2:
-        raise ValueError(f"series of shape {np.shape(series)}; allowed: (T,) or (m, T), T above 1")
+        raise ValueError(
+            f"series of shape {np.shape(series)}; allowed: (T,) or (m, T), T above 1"
+        )
     if not np.isfinite(values).all():
-        raise ValueError("a series has values that are missing or infinite; leave it out")
+        raise ValueError(
+            "a series has values that are missing or infinite; leave it out"
+        )
     return values
 
 

@@ -1,4 +1,6 @@
-"""Many intervals or tests at once: how sure each must be for all of them to hold together."""
+"""Many intervals or tests at once: how sure each must be for all of them to hold
+together.
+"""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args
@@ -18,7 +20,9 @@ FEWEST_REPLICATES = 10
 
 
 class Simultaneous(NamedTuple):
-    """Means, the bounds of intervals that hold together, and p-values adjusted for all of them, (k,) each."""
+    """Means, the bounds of intervals that hold together, and p-values adjusted for all
+    of them, (k,) each.
+    """
 
     value: Floats
     low: Floats
@@ -27,13 +31,17 @@ class Simultaneous(NamedTuple):
 
 
 def simultaneous_confidence(
-    comparisons: int, confidence: float = CONFIDENCE, correction: Correction = "bonferroni"
+    comparisons: int,
+    confidence: float = CONFIDENCE,
+    correction: Correction = "bonferroni",
 ) -> float:
-    """The confidence that each of `comparisons` intervals must have for all to hold together with `confidence`.
+    """The confidence that each of `comparisons` intervals must have for all to hold
+    together with `confidence`.
 
-    "bonferroni" is valid however they depend on each other. "sidak" (Sidak 1967, J. Am. Stat. Assoc. 62, 626-633) is
-    a little narrower: exact for independent intervals, and valid for two-sided ones of normal means however they are
-    correlated. Raises ValueError for another correction, and for fewer than one comparison.
+    "bonferroni" is valid however they depend on each other. "sidak" (Sidak 1967, J. Am.
+    Stat. Assoc. 62, 626-633) is a little narrower: exact for independent intervals, and
+    valid for two-sided ones of normal means however they are correlated. Raises
+    ValueError for another correction, and for fewer than one comparison.
     """
     if correction not in get_args(Correction):
         raise ValueError(unknown("correction", correction, get_args(Correction)))
@@ -45,10 +53,11 @@ def simultaneous_confidence(
 
 
 def holm(p_values: Sequence[float] | Floats) -> Floats:
-    """The p-values (k,) adjusted for k tests: those below a level are rejected with at most that chance of one error.
+    """The p-values (k,) adjusted for k tests: those below a level are rejected with at
+    most that chance of one error.
 
-    Holm (1979, Scand. J. Stat. 6, 65-70), valid however the tests depend on each other. A NaN stays one and is no
-    test.
+    Holm (1979, Scand. J. Stat. 6, 65-70), valid however the tests depend on each other.
+    A NaN stays one and is no test.
     """
     given = np.asarray(p_values, np.float64)
     adjusted = np.full(len(given), np.nan)
@@ -58,11 +67,14 @@ def holm(p_values: Sequence[float] | Floats) -> Floats:
     return adjusted
 
 
-def adjusted(p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm") -> Floats:
-    """The p-values (k,) adjusted for all tests among them: by `holm`, never larger than the others, or in one step.
+def adjusted(
+    p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm"
+) -> Floats:
+    """The p-values (k,) adjusted for all tests among them: by `holm`, never larger than
+    the others, or in one step.
 
-    "bonferroni" and "sidak" agree with the intervals at `simultaneous_confidence`. A NaN stays one and is no test.
-    Raises ValueError for another adjustment.
+    "bonferroni" and "sidak" agree with the intervals at `simultaneous_confidence`. A
+    NaN stays one and is no test. Raises ValueError for another adjustment.
     """
     if adjustment not in get_args(Adjustment):
         raise ValueError(unknown("adjustment", adjustment, get_args(Adjustment)))
@@ -70,30 +82,44 @@ def adjusted(p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm"
     tests = int(np.count_nonzero(~np.isnan(given)))
     if adjustment == "holm":
         return holm(given)
-    return np.minimum(1.0, tests * given) if adjustment == "bonferroni" else -np.expm1(tests * np.log1p(-given))
+    return (
+        np.minimum(1.0, tests * given)
+        if adjustment == "bonferroni"
+        else -np.expm1(tests * np.log1p(-given))
+    )
 
 
 def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneous:
-    """Intervals of the means of `differences` (n, k), n independent replicates of k contrasts, that hold together.
+    """Intervals of the means of `differences` (n, k), n independent replicates of k
+    contrasts, that hold together.
 
-    Replicates are resampled whole, and the quantile is that of the largest of the k Student statistics (Westfall and
-    Young 1993, Resampling-Based Multiple Testing, section 2; Romano and Wolf 2005, Econometrica 73, 1237-1282). It
-    so knows how contrasts with the same reference go together, and is narrower than Bonferroni where they do. The
-    statistic is studentised in each resample, without which few replicates would give too narrow intervals;
-    approximate all the same, and for ten replicates or so too wide rather than too narrow. Raises ValueError for
-    fewer than ten replicates and for values that are not finite.
+    Replicates are resampled whole, and the quantile is that of the largest of the k
+    Student statistics (Westfall and Young 1993, Resampling-Based Multiple Testing,
+    section 2; Romano and Wolf 2005, Econometrica 73, 1237-1282). It so knows how
+    contrasts with the same reference go together, and is narrower than Bonferroni where
+    they do. The statistic is studentised in each resample, without which few replicates
+    would give too narrow intervals; approximate all the same, and for ten replicates or
+    so too wide rather than too narrow. Raises ValueError for fewer than ten replicates
+    and for values that are not finite.
     """
     values = np.asarray(differences, np.float64)
     n = len(values)
     if values.ndim != 2 or n < FEWEST_REPLICATES:
-        raise ValueError(f"max_t: {n} replicates; allowed: {FEWEST_REPLICATES} or more, one a row")
+        raise ValueError(
+            f"max_t: {n} replicates; allowed: {FEWEST_REPLICATES} or more, one a row"
+        )
     if not np.isfinite(values).all():
-        raise ValueError("max_t: a value is missing or infinite; leave such replicates out")
-    # The mean of equal values may be off by a rounding error, which would pass for a difference without an error.
+        raise ValueError(
+            "max_t: a value is missing or infinite; leave such replicates out"
+        )
+    # The mean of equal values may be off by a rounding error, which would pass for a
+    # difference without an error.
     varies = np.ptp(values, axis=0) > 0.0
     mean = np.where(varies, values.mean(axis=0), values[0])
     error = np.where(varies, values.std(axis=0, ddof=1), 0.0) / np.sqrt(n)
     largest = np.abs(student_statistics(values - mean)).max(axis=1)
     half = np.quantile(largest, confidence, method="higher") * error
     exceeding = (largest[:, None] >= np.abs(ratio(mean, error))).sum(axis=0)
-    return Simultaneous(mean, mean - half, mean + half, (exceeding + 1.0) / (len(largest) + 1.0))
+    return Simultaneous(
+        mean, mean - half, mean + half, (exceeding + 1.0) / (len(largest) + 1.0)
+    )

@@ -43,21 +43,31 @@ def launch(
     share: Share | None = None,
     report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
-    """Run the trials of `study` that its store below `results` lacks, and with `retry` those not done.
+    """Run the trials of `study` that its store below `results` lacks, and with `retry`
+    those not done.
 
-    The store's plan becomes that of this spec; trials of an earlier one stay stored, apart. Where a rule says how many
-    trials a point gets, all open points are looked at together, and the plan lists what the looks so far have asked
-    for: they see the stored values of the trials in the plan, so that neither the order of work nor an interruption
-    matters. With a `share`, only the trials in it are run, while other launches may run the others. Damaged parts are
-    set aside first, and their trials run again. `report` is called before trials run, after each batch and at the end.
-    Raises SpecError for a design that cannot be, or be shared; StoreError where another process is launching the study
-    and where the store cannot be read or written; FailedTrialsError where more trials have failed than the spec allows,
-    and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials stored.
+    The store's plan becomes that of this spec; trials of an earlier one stay stored,
+    apart. Where a rule says how many trials a point gets, all open points are looked at
+    together, and the plan lists what the looks so far have asked for: they see the
+    stored values of the trials in the plan, so that neither the order of work nor an
+    interruption matters. With a `share`, only the trials in it are run, while other
+    launches may run the others. Damaged parts are set aside first, and their trials run
+    again. `report` is called before trials run, after each batch and at the end. Raises
+    SpecError for a design that cannot be, or be shared; StoreError where another
+    process is launching the study and where the store cannot be read or written;
+    FailedTrialsError where more trials have failed than the spec allows, and
+    KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials
+    stored.
     """
     if study.search:
-        raise study.document.error(("search",), 'this study is a search: run it with "sweep search"')
+        raise study.document.error(
+            ("search",), 'this study is a search: run it with "sweep search"'
+        )
     if share and study.until:
-        message = "what trials follow depends on all that are stored: this study cannot be launched in shares"
+        message = (
+            "what trials follow depends on all that are stored: this study cannot be"
+            " launched in shares"
+        )
         raise study.document.error(("replicates", "until"), message)
     design, store = expand(study), Store(results / study.name, results)
     with custody(store, share) as lock:
@@ -66,7 +76,9 @@ def launch(
 
 @dataclass
 class _Launch:
-    """One launch; `failed` are those of its trials that were not done, which it does not try again."""
+    """One launch; `failed` are those of its trials that were not done, which it does
+    not try again.
+    """
 
     study: Study
     design: Design
@@ -80,11 +92,18 @@ class _Launch:
 
     def run(self) -> Progress:
         study, n_points = self.study, self.design.n_points
-        self.progress = Progress(n_points, n_points * study.trials_per_point, 0 if study.until else None)
+        self.progress = Progress(
+            n_points, n_points * study.trials_per_point, 0 if study.until else None
+        )
         self.failures = Failures(study, self.store, self.progress.most)
         self.origin = provenance(study)
         self.checkpoints = Checkpoints.of(self.store.folder, self.share)
-        trials, settled = np.full(n_points, study.until.least if study.until else study.trials_per_point), False
+        trials, settled = (
+            np.full(
+                n_points, study.until.least if study.until else study.trials_per_point
+            ),
+            False,
+        )
         while not settled:
             self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
             if study.until is None:
@@ -106,27 +125,48 @@ class _Launch:
         if not self.retry:
             self.failures.note_stored(failed_among(stored, plan["trial_id"]))
         _publish(self.study, self.store, plan)
-        del plan, stored  # of a million trials they would be a hundred megabytes, all the while
+        del (
+            plan,
+            stored,
+        )  # of a million trials they would be a hundred megabytes, all the while
         pa.default_memory_pool().release_unused()
         if missing:
             self.report(self.progress)
             tables = Tables(self.study, self.origin)
-            run_jobs(self.study, missing, self.store, tables, self.executor, self.failures, self._note)
+            run_jobs(
+                self.study,
+                missing,
+                self.store,
+                tables,
+                self.executor,
+                self.failures,
+                self._note,
+            )
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
-        """The places in the plan of the trials to run; takes note of how many are stored."""
+        """The places in the plan of the trials to run; takes note of how many are
+        stored.
+        """
         kept = _among(ids, stored["trial_id"])
         self.progress.apart = len(stored) - int(kept.sum())
         if self.retry:
             not_done = stored["trial_id"].filter(pc.not_equal(stored["status"], "done"))
-            untried = not_done.filter(pc.invert(pc.is_in(not_done, value_set=pa.array(self.failed, pa.string()))))
+            untried = not_done.filter(
+                pc.invert(
+                    pc.is_in(not_done, value_set=pa.array(self.failed, pa.string()))
+                )
+            )
             kept &= ~_among(ids, untried)
         ours = np.ones(len(ids), np.bool_)
         if self.share:
-            ours = np.concatenate([self.share.has(chunk.to_pylist()) for chunk in ids.chunks])
+            ours = np.concatenate(
+                [self.share.has(chunk.to_pylist()) for chunk in ids.chunks]
+            )
         missing = np.flatnonzero(ours & ~kept)
         self.progress.trials = int(ours.sum())
-        self.progress.stored = self.progress.trials - len(missing) - self.progress.statuses.total()
+        self.progress.stored = (
+            self.progress.trials - len(missing) - self.progress.statuses.total()
+        )
         return missing
 
     def _discard_idle(self, ids: pa.ChunkedArray, missing: Counts) -> None:
@@ -141,7 +181,9 @@ class _Launch:
             self.checkpoints.keep_only(named.filter(pa.array(stays)).to_pylist())
 
     def _note(self, results: list[Result]) -> None:
-        self.failed.update(result.job.trial_id for result in results if result.status != "done")
+        self.failed.update(
+            result.job.trial_id for result in results if result.status != "done"
+        )
         self.progress.statuses.update(result.status for result in results)
         self.lock.check()
         self.report(self.progress)
@@ -150,16 +192,22 @@ class _Launch:
 def _statuses(store: Store) -> pa.Table:
     """The status of every stored trial."""
     types = pa.schema({"trial_id": pa.string(), "status": pa.string()})
-    table = checked_numbers(store.folder, store.read("trials", columns=["trial_id", "status"]), ()).cast(types)
+    table = checked_numbers(
+        store.folder, store.read("trials", columns=["trial_id", "status"]), ()
+    ).cast(types)
     pa.default_memory_pool().release_unused()
     return table
 
 
 def _among(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> NDArray[np.bool_]:
-    """Which of `ids` are among the `known` ones, looked up LOOKED_UP at a time: a table of all would be large."""
+    """Which of `ids` are among the `known` ones, looked up LOOKED_UP at a time: a table
+    of all would be large.
+    """
     found = np.zeros(len(ids), np.bool_)
     for first in range(0, len(known), LOOKED_UP):
-        found |= pc.is_in(ids, value_set=known.slice(first, LOOKED_UP).combine_chunks()).to_numpy()
+        found |= pc.is_in(
+            ids, value_set=known.slice(first, LOOKED_UP).combine_chunks()
+        ).to_numpy()
     return found
 
 
@@ -169,7 +217,9 @@ def _publish(study: Study, store: Store, plan: pa.Table) -> None:
 
 
 def _further(until: Until, store: Store, trials: Counts) -> Counts:
-    """How many trials each point gets from now on, all those in the plan being stored."""
+    """How many trials each point gets from now on, all
+    those in the plan being stored.
+    """
     wanted = store.read_plan()["trial_id"].combine_chunks()
     table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
     checked_numbers(store.folder, table, [until.metric])
@@ -178,11 +228,13 @@ def _further(until: Until, store: Store, trials: Counts) -> Counts:
     return look(until, until.nominal, trials, values).further
 
 
-def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, object]) -> pa.Table:
+def plan_table(
+    study: Study, design: Design, jobs: Jobs, origin: dict[str, object]
+) -> pa.Table:
     """The trials of the spec in its order, with the settings that vary.
 
-    The metadata adds their names, what each axis samples or ablates, the spec's maps, and by which rule trials are
-    added.
+    The metadata adds their names, what each axis samples or ablates, the spec's maps,
+    and by which rule trials are added.
     """
     table = jobs.table()
     for name, column in design.columns.items():
@@ -197,11 +249,15 @@ def plan_table(study: Study, design: Design, jobs: Jobs, origin: dict[str, objec
     if study.until:
         rule = {"looks": study.until.looks, "nominal_confidence": study.until.nominal}
         about["until"] = study.until.as_json() | rule
-    return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})
+    return table.replace_schema_metadata(
+        {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
+    )
 
 
 def _axis(axis: Axis) -> dict[str, object]:
-    """The fields of an axis, what sampled them, and of a sample in blocks which row each of its points is."""
+    """The fields of an axis, what sampled them, and of a sample in blocks which row
+    each of its points is.
+    """
     about: dict[str, object] = {"fields": list(axis.columns), "sampler": axis.sampler}
     if axis.blocks and axis.rows is not None:
         about |= {"size": axis.blocks.size, "levels": axis.blocks.levels}

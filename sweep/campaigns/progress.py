@@ -10,11 +10,12 @@ from sweep.store.locations import Location
 
 @dataclass
 class Progress:
-    """How far a launch is: trials of the plan, those stored before, and the new ones by status.
+    """How far a launch is: trials of the plan, those stored before, and the new ones by
+    status.
 
-    Of a share of a study, only the trials in it count. Where a rule decides how many trials a point gets, `settled` of
-    the `points` have had the last of theirs, and the plan grows to `most` trials at most; `settled` is None where their
-    number is fixed.
+    Of a share of a study, only the trials in it count. Where a rule decides how many
+    trials a point gets, `settled` of the `points` have had the last of theirs, and the
+    plan grows to `most` trials at most; `settled` is None where their number is fixed.
     """
 
     points: int = 0
@@ -37,7 +38,9 @@ class Progress:
 
 @dataclass
 class SearchProgress(Progress):
-    """How far a search is: `trials` is the most that it can come to, `found` what there is so far, in words."""
+    """How far a search is: `trials` is the most that it can come to, `found` what there
+    is so far, in words.
+    """
 
     found: str = ""
 

@@ -1,8 +1,8 @@
 """The command line. Data goes to stdout, progress and messages to stderr.
 
-Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad spec,
-130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside the
-commands, so that `sweep --help` answers at once.
+Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad
+spec, 130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside
+the commands, so that `sweep --help` answers at once.
 
     app        the app and its options          engines    where trials run
     running    launch, search, reproduce        reading    table, plot, compare
@@ -17,7 +17,15 @@ commands, so that `sweep --help` answers at once.
 import os
 import sys
 
-from sweep.cli import running, reading, keeping, viewing, catalogue  # noqa: F401  # isort: skip (entered in the order of the help)
+# ruff: isort: off
+# The modules enter their commands in the order of the help.
+from sweep.cli import running as running
+from sweep.cli import reading as reading
+from sweep.cli import keeping as keeping
+from sweep.cli import viewing as viewing
+from sweep.cli import catalogue as catalogue
+
+# ruff: isort: on
 from sweep.cli.app import app, stop
 from sweep.errors import UserError
 from sweep.text import guard_streams
@@ -27,7 +35,9 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """The `sweep` command: errors that a user can mend become one line and an exit code."""
+    """The `sweep` command: errors that a user can mend become one line and an exit
+    code.
+    """
     ignore_settings()
     guard_streams()
     try:
@@ -36,9 +46,14 @@ def main() -> None:
         # typer turns Ctrl-C into an exit without a word.
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
-        stop("interrupted; what is done is stored, and the same command goes on from there", INTERRUPTED)
+        stop(
+            "interrupted; what is done is stored, and the same command goes on from"
+            " there",
+            INTERRUPTED,
+        )
     except BrokenPipeError:
-        # The reader of our output has seen enough; Python would complain once more at exit.
+        # The reader of our output has seen enough; Python would complain once more at
+        # exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except UserError as error:
         stop(str(error), error.exit_code)

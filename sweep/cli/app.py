@@ -16,7 +16,12 @@ app = typer.Typer(
 )
 
 Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
-StudyName = Annotated[str, typer.Argument(metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation.")]
+StudyName = Annotated[
+    str,
+    typer.Argument(
+        metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation."
+    ),
+]
 if TYPE_CHECKING:
     Results = Location
 else:  # typer knows no union of types
@@ -25,11 +30,16 @@ else:  # typer knows no union of types
         typer.Option(
             parser=location,
             metavar="FOLDER|S3",
-            help="Folder that holds the stored studies, or s3://bucket/prefix of an object store.",
+            help=(
+                "Folder that holds the stored studies, or s3://bucket/prefix of an"
+                " object store."
+            ),
         ),
     ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Workers = Annotated[int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")]
+Workers = Annotated[
+    int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")
+]
 
 
 def stop(message: str, code: int = 2) -> NoReturn:

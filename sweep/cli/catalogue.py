@@ -8,11 +8,19 @@ from sweep.cli.app import app, stop
 
 
 @app.command()
-def models(name: Annotated[str | None, typer.Argument(help="A model, for all its settings.")] = None) -> None:
+def models(
+    name: Annotated[
+        str | None, typer.Argument(help="A model, for all its settings.")
+    ] = None,
+) -> None:
     """The models, or the settings of one with units, ranges and preset values."""
     from sweep.cli.listing import model_settings, model_table
 
-    _print(model_table() if name is None else model_settings(_known(name, "model", _models())))
+    _print(
+        model_table()
+        if name is None
+        else model_settings(_known(name, "model", _models()))
+    )
 
 
 @app.command()

@@ -21,29 +21,45 @@ MOST_ALONE = 6
 SMALLEST_P = 0.001
 
 INTERVALS = {
-    "holm": "the intervals of all {n} hold together (Bonferroni), p is adjusted for all (Holm)",
-    "bonferroni": "the intervals of all {n} hold together and p is adjusted for all (Bonferroni)",
-    "max_t": "the intervals of all {n} hold together and p is adjusted for all (max t of resampled pairs)",
+    "holm": (
+        "the intervals of all {n} hold together (Bonferroni), p is adjusted for all"
+        " (Holm)"
+    ),
+    "bonferroni": (
+        "the intervals of all {n} hold together and p is adjusted for all (Bonferroni)"
+    ),
+    "max_t": (
+        "the intervals of all {n} hold together and p is adjusted for all (max t of"
+        " resampled pairs)"
+    ),
 }
 VERDICT = "B against A"
 EFFECT = "g: Hedges' g, B - A in standard deviations of a trial"
-REDUCTION = "variance reduction: how many times as many independent trials would be needed"
+REDUCTION = (
+    "variance reduction: how many times as many independent trials would be needed"
+)
 
 
 def comparison_text(comparison: Comparison) -> None:
-    """Print what is compared, one line a point and metric, how to read it, and what it comes to."""
+    """Print what is compared, one line a point and metric, how to read it, and what it
+    comes to.
+    """
     out = console()
     for line in _heading(comparison):
         out.print(line, soft_wrap=True)
     out.print(_table(comparison))
     if len(comparison.rows) > MOST_ROWS:
-        out.print(f"{len(comparison.rows) - MOST_ROWS:,} more rows: --csv and --json give all")
+        out.print(
+            f"{len(comparison.rows) - MOST_ROWS:,} more rows: --csv and --json give all"
+        )
     for line in (*_notes(comparison), "", *summary(comparison)):
         out.print(line, soft_wrap=True)
 
 
 def comparison_json(comparison: Comparison) -> str:
-    """The same as JSON, every number to the last bit: null where there is none, and infinite ones as "inf"."""
+    """The same as JSON, every number to the last bit: null where there is none, and
+    infinite ones as "inf".
+    """
     matching, method = comparison.matching, comparison.method
     alone = [table.to_dict(orient="records") for table in matching.alone]
     about = {
@@ -52,7 +68,10 @@ def comparison_json(comparison: Comparison) -> str:
         "matched_on": matching.names,
         "points": len(matching.settings),
         "same_trials_left_out": matching.same,
-        "differ": {name: {"a": one, "b": other} for name, (one, other) in _differ(comparison).items()},
+        "differ": {
+            name: {"a": one, "b": other}
+            for name, (one, other) in _differ(comparison).items()
+        },
         "over": "half" if comparison.half else "last",
         "method": {
             "confidence": method.confidence,
@@ -70,38 +89,67 @@ def comparison_json(comparison: Comparison) -> str:
 
 def summary(comparison: Comparison) -> Iterable[str]:
     """A line a metric: at how many points B is what."""
-    within = f"±{comparison.method.margin:g}" if comparison.method.margin is not None else ""
+    within = (
+        f"±{comparison.method.margin:g}" if comparison.method.margin is not None else ""
+    )
     words = {"equivalent": f"equivalent within {within}"}
-    words |= {f"{one}, equivalent": f"{one} but equivalent within {within}" for one in ("higher", "lower")}
+    words |= {
+        f"{one}, equivalent": f"{one} but equivalent within {within}"
+        for one in ("higher", "lower")
+    }
     for metric in dict.fromkeys(comparison.rows["metric"]):
         counts = comparison.verdicts(metric)
-        (first, number), *others = [(words.get(verdict, verdict), number) for verdict, number in counts.items()]
+        (first, number), *others = [
+            (words.get(verdict, verdict), number) for verdict, number in counts.items()
+        ]
         points = _number(len(comparison.matching.settings), "point")
-        told = [f"{first} at {number:,} of {points}", *(f"{one} at {n:,}" for one, n in others)]
+        told = [
+            f"{first} at {number:,} of {points}",
+            *(f"{one} at {n:,}" for one, n in others),
+        ]
         yield f"{metric}, {VERDICT}: {', '.join(told)}"
 
 
 def _heading(comparison: Comparison) -> Iterable[str]:
     matching = comparison.matching
     for letter, side in (("A", comparison.one), ("B", comparison.other)):
-        missing = f"; {side.missing:,} of its study are not stored" if side.missing else ""
-        points = f"{_number(side.trials['point'].nunique(), 'point')}, {_number(len(side.trials), 'trial')}"
+        missing = (
+            f"; {side.missing:,} of its study are not stored" if side.missing else ""
+        )
+        points = (
+            f"{_number(side.trials['point'].nunique(), 'point')},"
+            f" {_number(len(side.trials), 'trial')}"
+        )
         yield f"{letter}  {side.text}: {points}{missing}"
-    differ = [f"{name} ({_some(one)}; {_some(other)})" for name, (one, other) in _differ(comparison).items()]
+    differ = [
+        f"{name} ({_some(one)}; {_some(other)})"
+        for name, (one, other) in _differ(comparison).items()
+    ]
     yield f"A and B differ in {', '.join(differ) or 'no setting'}"
-    on = f" of A matched on {', '.join(matching.names)}" if matching.names else " of A with its partner"
+    on = (
+        f" of A matched on {', '.join(matching.names)}"
+        if matching.names
+        else " of A with its partner"
+    )
     yield f"{_number(len(matching.settings), 'point')}{on}"
     if matching.same:
         yield f"{matching.same:,} more left out: both sides are the same trials"
     for letter, alone in zip("AB", matching.alone, strict=True):
         if len(alone):
-            yield f"without partner: {len(alone):,} of {letter}: {_named(alone, matching.settings)}"
+            yield (
+                f"without partner: {len(alone):,} of {letter}:"
+                f" {_named(alone, matching.settings)}"
+            )
 
 
 def _differ(comparison: Comparison) -> Mapping[str, tuple[list[Any], list[Any]]]:
     """What differs; how often frames are recorded matters to means over frames only."""
     differ = comparison.matching.differ
-    return {name: values for name, values in differ.items() if name != "every" or comparison.half}
+    return {
+        name: values
+        for name, values in differ.items()
+        if name != "every" or comparison.half
+    }
 
 
 def _some(values: list[Any]) -> str:
@@ -110,15 +158,27 @@ def _some(values: list[Any]) -> str:
 
 
 def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
-    """Points without a partner, by what tells the points of their side apart and is not what most of them have."""
+    """Points without a partner, by what tells the points of their side apart and is not
+    what most of them have.
+    """
     points = pd.concat([matched, alone])
-    shares = {name: points[name].value_counts(normalize=True) for name in telling(points)}
-    usual = {name: share.index[0] for name, share in shares.items() if share.iloc[0] > 0.5}
+    shares = {
+        name: points[name].value_counts(normalize=True) for name in telling(points)
+    }
+    usual = {
+        name: share.index[0] for name, share in shares.items() if share.iloc[0] > 0.5
+    }
     words = []
     for row in alone.head(MOST_ALONE).to_dict(orient="records"):
-        told = [f"{name} = {brief(row[name])}" for name in shares if name not in usual or row[name] != usual[name]]
+        told = [
+            f"{name} = {brief(row[name])}"
+            for name in shares
+            if name not in usual or row[name] != usual[name]
+        ]
         words.append(", ".join(told))
-    return "; ".join([*words, *(["... (--json names all)"] if len(alone) > MOST_ALONE else [])])
+    return "; ".join(
+        [*words, *(["... (--json names all)"] if len(alone) > MOST_ALONE else [])]
+    )
 
 
 def _table(comparison: Comparison) -> Table:
@@ -129,16 +189,34 @@ def _table(comparison: Comparison) -> Table:
     }
     names = telling(comparison.matching.settings)
     several = len(metrics) > 1
-    titles = [*(["metric"] if several else []), *names, "A", "B", "B - A", "p", "g", "variance\nreduction", "n"]
+    titles = [
+        *(["metric"] if several else []),
+        *names,
+        "A",
+        "B",
+        "B - A",
+        "p",
+        "g",
+        "variance\nreduction",
+        "n",
+    ]
     titles += [f"p within\n±{margin:g}"] if margin is not None else []
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title=None if several else next(iter(metrics.values())))
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        title=None if several else next(iter(metrics.values())),
+    )
     for title in (*titles, VERDICT):
-        table.add_column(title, justify="left" if title in ("metric", *names, VERDICT) else "right")
+        table.add_column(
+            title, justify="left" if title in ("metric", *names, VERDICT) else "right"
+        )
     last = ""
     for _, row in rows.head(MOST_ROWS).iterrows():
         if several and row["metric"] != last:
             table.add_section()
-        metric = [metrics[row["metric"]] if row["metric"] != last else ""] if several else []
+        metric = (
+            [metrics[row["metric"]] if row["metric"] != last else ""] if several else []
+        )
         last = row["metric"]
         equivalent = [_chance(row["p_equivalent"])] if margin is not None else []
         cells = [
@@ -148,19 +226,35 @@ def _table(comparison: Comparison) -> Table:
             _chance(row["p"]),
             _short(row["hedges_g"]),
         ]
-        table.add_row(*cells, _short(row["variance_reduction"]), _count(row), *equivalent, row["verdict"])
+        table.add_row(
+            *cells,
+            _short(row["variance_reduction"]),
+            _count(row),
+            *equivalent,
+            row["verdict"],
+        )
     return table
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """A, B and their difference, to the decimal place of the second figure of its half width; "-" is unknown."""
+    """A, B and their difference, to the decimal place of the second figure of its half
+    width; "-" is unknown.
+    """
     half = (row["high"] - row["low"]) / 2
     if not half > 0.0 or math.isinf(half):
-        difference = "-" if math.isnan(row["difference"]) else f"{row['difference']:+.5g}"
-        a, b = ("-" if math.isnan(row[side]) else brief(row[side]) for side in ("a", "b"))
+        difference = (
+            "-" if math.isnan(row["difference"]) else f"{row['difference']:+.5g}"
+        )
+        a, b = (
+            "-" if math.isnan(row[side]) else brief(row[side]) for side in ("a", "b")
+        )
         return a, b, difference + (" ± 0" if half == 0.0 else "")
     places = max(0, 1 - math.floor(math.log10(half)))
-    return f"{row['a']:.{places}f}", f"{row['b']:.{places}f}", f"{row['difference']:+.{places}f} ± {half:.{places}f}"
+    return (
+        f"{row['a']:.{places}f}",
+        f"{row['b']:.{places}f}",
+        f"{row['difference']:+.{places}f} ± {half:.{places}f}",
+    )
 
 
 def _chance(p: float) -> str:
@@ -182,23 +276,52 @@ def _notes(comparison: Comparison) -> Iterable[str]:
     rows, method = comparison.rows, comparison.method
     together = _together(comparison)
     yield f"±: half the width of the {100 * method.confidence:g} % interval; {together}"
-    paired, streams = int(rows["paired"].sum()), _listed(comparison.streams or ["one point"])
+    paired, streams = (
+        int(rows["paired"].sum()),
+        _listed(comparison.streams or ["one point"]),
+    )
     yield f"{EFFECT}; {REDUCTION}" if paired else EFFECT
     if paired:
-        number = f"{paired:,} of {len(rows):,} rows are" if paired < len(rows) else "all rows are"
-        yield f"{number} paired by seed and replicate, with the random numbers of {streams} in common"
+        number = (
+            f"{paired:,} of {len(rows):,} rows are"
+            if paired < len(rows)
+            else "all rows are"
+        )
+        yield (
+            f"{number} paired by seed and replicate, with the random numbers of"
+            f" {streams} in common"
+        )
     else:
         yield "not paired: the trials of A and B share no random numbers"
-    if (short := (rows["n_a"] < rows["trials_a"]) | (rows["n_b"] < rows["trials_b"])).any():
-        lost = rows[rows["metric"] == rows["metric"].iloc[0]][["not_done_a", "not_done_b"]].sum()
-        number = f"{lost['not_done_a']:,} of A and {lost['not_done_b']:,} of B are not done"
-        yield f"in {_number(int(short.sum()), 'row')} not all trials count: {number}, others lack a value or a partner"
-    small = (rows["p"] < 1.0 - method.confidence) & (rows["low"] <= 0.0) & (rows["high"] >= 0.0)
+    if (
+        short := (rows["n_a"] < rows["trials_a"]) | (rows["n_b"] < rows["trials_b"])
+    ).any():
+        lost = rows[rows["metric"] == rows["metric"].iloc[0]][
+            ["not_done_a", "not_done_b"]
+        ].sum()
+        number = (
+            f"{lost['not_done_a']:,} of A and {lost['not_done_b']:,} of B are not done"
+        )
+        yield (
+            f"in {_number(int(short.sum()), 'row')} not all trials count: {number},"
+            " others lack a value or a partner"
+        )
+    small = (
+        (rows["p"] < 1.0 - method.confidence)
+        & (rows["low"] <= 0.0)
+        & (rows["high"] >= 0.0)
+    )
     if small.any():
-        yield f"in {_number(int(small.sum()), 'row')} p is small although the interval has 0: Holm's test sees more"
+        yield (
+            f"in {_number(int(small.sum()), 'row')} p is small although the interval"
+            " has 0: Holm's test sees more"
+        )
     for letter, side in (("A", comparison.one), ("B", comparison.other)):
         if until := side.study.provenance.get("until"):
-            yield f"{letter} has as many trials as {until['metric']} asked for: p and intervals are approximate"
+            yield (
+                f"{letter} has as many trials as {until['metric']} asked for: p and"
+                " intervals are approximate"
+            )
 
 
 def _together(comparison: Comparison) -> str:

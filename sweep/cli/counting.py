@@ -1,4 +1,6 @@
-"""How far a piece of work is, on stderr: a line that grows in a terminal, a line now and then elsewhere."""
+"""How far a piece of work is, on stderr: a line that grows in a terminal, a line now
+and then elsewhere.
+"""
 
 import sys
 import time
@@ -9,7 +11,9 @@ LINE_SECONDS = 10.0
 
 
 class Counter:
-    """Says `<what>: 12 of 400 <things>` when it is told so; no more often than is readable."""
+    """Says `<what>: 12 of 400 <things>` when it is told so; no more often than is
+    readable.
+    """
 
     def __init__(self, what: str, things: str) -> None:
         self.what, self.things = what, things

@@ -26,34 +26,52 @@ class Kind(StrEnum):
     dask = "dask"
 
 
-Engine = Annotated[Kind, typer.Option("--executor", help="Processes on this machine, or a dask cluster.")]
+Engine = Annotated[
+    Kind,
+    typer.Option("--executor", help="Processes on this machine, or a dask cluster."),
+]
 Address = Annotated[
     str | None,
     typer.Option(
         metavar="tcp://HOST:PORT",
-        help="Where the scheduler of the dask cluster answers. Who reaches it can run code on its workers and here: "
-        "use an inside network, or tls://HOST:PORT.",
+        help=(
+            "Where the scheduler of the dask cluster answers. Who reaches it can run"
+            " code on its workers and here: use an inside network, or tls://HOST:PORT."
+        ),
     ),
 ]
 SchedulerFile = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="The file in which the scheduler of the dask cluster says so.")
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="The file in which the scheduler of the dask cluster says so.",
+    ),
 ]
 
 
 @contextmanager
-def engine(kind: Kind, workers: int, address: str | None, scheduler_file: Path | None) -> "Iterator[ExecutorFactory]":
+def engine(
+    kind: Kind, workers: int, address: str | None, scheduler_file: Path | None
+) -> "Iterator[ExecutorFactory]":
     """The engine that the options ask for, ready; stopped on leaving the context.
 
-    Options that do not go together, a missing package and a scheduler that does not answer end the command.
+    Options that do not go together, a missing package and a scheduler that does not
+    answer end the command.
     """
-    made = _local(workers, address, scheduler_file) if kind is Kind.local else _dask(workers, address, scheduler_file)
+    made = (
+        _local(workers, address, scheduler_file)
+        if kind is Kind.local
+        else _dask(workers, address, scheduler_file)
+    )
     try:
         yield made
     finally:
         made.stop()
 
 
-def _local(workers: int, address: str | None, scheduler_file: Path | None) -> "ExecutorFactory":
+def _local(
+    workers: int, address: str | None, scheduler_file: Path | None
+) -> "ExecutorFactory":
     from sweep.workers.executors import Loky, core_count
 
     for option, value in (("--address", address), ("--scheduler-file", scheduler_file)):
@@ -62,15 +80,29 @@ def _local(workers: int, address: str | None, scheduler_file: Path | None) -> "E
     return Loky(workers or core_count())
 
 
-def _dask(workers: int, address: str | None, scheduler_file: Path | None) -> "ExecutorFactory":
+def _dask(
+    workers: int, address: str | None, scheduler_file: Path | None
+) -> "ExecutorFactory":
     if workers:
-        stop("--workers: a dask cluster has the workers that were started for it; leave the option out")
+        stop(
+            "--workers: a dask cluster has the workers that were started for it; leave"
+            " the option out"
+        )
     if (address is None) == (scheduler_file is None):
-        stop("--executor dask: give either --address tcp://HOST:PORT or --scheduler-file FILE")
+        stop(
+            "--executor dask: give either --address tcp://HOST:PORT or --scheduler-file"
+            " FILE"
+        )
     if address is not None and not ADDRESS.fullmatch(address):
-        stop(f"--address {address}: give it as the scheduler prints it, e.g. tcp://10.0.0.1:8786")
+        stop(
+            f"--address {address}: give it as the scheduler prints it, e.g."
+            " tcp://10.0.0.1:8786"
+        )
     if scheduler_file is not None and not scheduler_file.is_file():
-        stop(f"{scheduler_file}: no such file; `dask scheduler --scheduler-file {scheduler_file}` writes it")
+        stop(
+            f"{scheduler_file}: no such file; `dask scheduler --scheduler-file"
+            f" {scheduler_file}` writes it"
+        )
     if find_spec("distributed") is None:
         stop('--executor dask: needs dask.distributed: pip install "boidsweep[dask]"')
     from sweep.workers.cluster import Dask

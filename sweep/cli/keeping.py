@@ -1,4 +1,6 @@
-"""Commands for results that are stored: are they true, what would a change do, give room back, hand them on."""
+"""Commands for results that are stored: are they true, what would a change do, give
+room back, hand them on.
+"""
 
 import sys
 from enum import StrEnum
@@ -25,29 +27,50 @@ Force = Annotated[bool, typer.Option("--force", help="Replace files that exist."
 @app.command()
 def replay(
     study: StudyName,
-    trial: Annotated[str, typer.Argument(metavar="TRIAL", help="The id of a trial, as in its row.")],
+    trial: Annotated[
+        str, typer.Argument(metavar="TRIAL", help="The id of a trial, as in its row.")
+    ],
     results: Results = Path("results"),
-    trajectory: Annotated[Path | None, typer.Option(help="Write every frame to this .parquet file.")] = None,
+    trajectory: Annotated[
+        Path | None, typer.Option(help="Write every frame to this .parquet file.")
+    ] = None,
     animate: Annotated[
-        Path | None, typer.Option(help="Write an animation to this .gif or .mp4 file, or a page to .html.")
+        Path | None,
+        typer.Option(
+            help="Write an animation to this .gif or .mp4 file, or a page to .html."
+        ),
     ] = None,
     frame: Annotated[
-        tuple[int, Path] | None, typer.Option(help="Write the picture of one frame: its number and a .png file.")
+        tuple[int, Path] | None,
+        typer.Option(
+            help="Write the picture of one frame: its number and a .png file."
+        ),
     ] = None,
     every: Annotated[
-        int, typer.Option(min=0, help="Steps between frames; 0: all of them, and at most 600 in a GIF or MP4.")
+        int,
+        typer.Option(
+            min=0,
+            help=(
+                "Steps between frames; 0: all of them, and at most 600 in a GIF or MP4."
+            ),
+        ),
     ] = 0,
     force: Force = False,
 ) -> None:
-    """Run a stored trial again, here and now, and compare it with what is stored, bit for bit.
+    """Run a stored trial again, here and now, and compare it with what is stored, bit
+    for bit.
 
-    It can be written at full resolution and shown. An exception of the trial is raised with its traceback.
+    It can be written at full resolution and shown. An exception of the trial is raised
+    with its traceback.
     """
     from sweep.cli.showing import Wanted, check, show
     from sweep.replays.replay import replay as run_again
     from sweep.tables.stored_study import StoredStudy
 
-    wanted, stored = Wanted(trajectory, animate, frame, every), StoredStudy(study, results)
+    wanted, stored = (
+        Wanted(trajectory, animate, frame, every),
+        StoredStudy(study, results),
+    )
     check(stored, trial, wanted, force=force)
     report, same = run_again(stored, trial)
     print(report)
@@ -60,13 +83,18 @@ def replay(
 @app.command()
 def verify(
     study: StudyName,
-    fraction: Annotated[float, typer.Option(min=0, max=1, help="Part of the stored trials, at least one.")] = 0.01,
+    fraction: Annotated[
+        float,
+        typer.Option(min=0, max=1, help="Part of the stored trials, at least one."),
+    ] = 0.01,
     most: Annotated[int, typer.Option(min=1, help="At most so many trials.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
     workers: Workers = 0,
     results: Results = Path("results"),
 ) -> None:
-    """Run a random sample of the stored trials again and compare every bit; exit code 1 where one differs."""
+    """Run a random sample of the stored trials again and compare every bit; exit code 1
+    where one differs.
+    """
     from sweep.cli.counting import Counter
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
@@ -91,18 +119,29 @@ def verify(
 
 @app.command()
 def diff(
-    spec: Annotated[Path, typer.Argument(help="A spec: what it changes of its study as last launched.")],
-    other: Annotated[Path | None, typer.Argument(help="Or what this spec changes of the first.")] = None,
+    spec: Annotated[
+        Path,
+        typer.Argument(help="A spec: what it changes of its study as last launched."),
+    ],
+    other: Annotated[
+        Path | None, typer.Argument(help="Or what this spec changes of the first.")
+    ] = None,
     results: Results = Path("results"),
     as_json: Json = False,
 ) -> None:
-    """What a change of a spec adds, keeps and drops, before any trial runs: points and trials, exactly."""
+    """What a change of a spec adds, keeps and drops, before any trial runs: points and
+    trials, exactly.
+    """
     from sweep.spec.study import load_spec
     from sweep.tables.difference import compare
     from sweep.tables.stored_study import StoredStudy
 
     changed = load_spec(other or spec)
-    made = compare(load_spec(spec) if other else StoredStudy(changed.name, results), changed, results)
+    made = compare(
+        load_spec(spec) if other else StoredStudy(changed.name, results),
+        changed,
+        results,
+    )
     print(made.as_json() if as_json else made.as_text())
 
 
@@ -110,10 +149,14 @@ def diff(
 def gc(
     study: StudyName,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only say what would go.")
+    ] = False,
     results: Results = Path("results"),
 ) -> None:
-    """Give room back: drop trials that have left the spec or are of other kernels, after asking, and merge parts."""
+    """Give room back: drop trials that have left the spec or are of other kernels,
+    after asking, and merge parts.
+    """
     from sweep.design.plan import size
     from sweep.tables.cleaning import clean, find_waste
     from sweep.tables.stored_study import StoredStudy
@@ -125,23 +168,36 @@ def gc(
         return
     if waste.rows and not yes:
         if not sys.stdin.isatty():
-            stop("nothing was removed: there is no terminal to ask in; --yes removes it, --dry-run only says what")
-        typer.confirm("Remove it? It cannot be undone.", default=False, abort=True, err=True)
+            stop(
+                "nothing was removed: there is no terminal to ask in; --yes removes it,"
+                " --dry-run only says what"
+            )
+        typer.confirm(
+            "Remove it? It cannot be undone.", default=False, abort=True, err=True
+        )
     print(f"freed      {size(clean(stored, waste))}")
 
 
 @app.command()
 def export(
     study: StudyName,
-    to: Annotated[Path, typer.Option("--to", help="A .parquet, .csv, .nc (netCDF) or .arrow file.")],
+    to: Annotated[
+        Path,
+        typer.Option("--to", help="A .parquet, .csv, .nc (netCDF) or .arrow file."),
+    ],
     table: Annotated[Exportable, typer.Option(help="Which table.")] = Exportable.trials,
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write one table as one file for other programs, with units, provenance and a checksum."""
+    """Write one table as one file for other programs, with units, provenance and a
+    checksum.
+    """
     from sweep.tables.exporting import export as write
     from sweep.tables.stored_study import StoredStudy
 
     done = write(StoredStudy(study, results), to, table.value, force=force)
-    print(f"{done.rows:,} rows of {table.value} in {', '.join(map(str, done.files))}", file=sys.stderr)
+    print(
+        f"{done.rows:,} rows of {table.value} in {', '.join(map(str, done.files))}",
+        file=sys.stderr,
+    )
     print(f"{done.sha256}  {to}")

@@ -30,7 +30,9 @@ def model_table() -> Table:
     """Models, presets and where they come from."""
     table = Table("model", "presets", "metrics recorded by default", "source")
     for name, model in MODELS.items():
-        table.add_row(name, ", ".join(model.presets), ", ".join(model.metrics), model.source)
+        table.add_row(
+            name, ", ".join(model.presets), ", ".join(model.metrics), model.source
+        )
     return table
 
 
@@ -48,7 +50,9 @@ def map_table() -> Table:
     """Environment maps and where they come from."""
     table = Table("map", "size", "what it is", "source")
     for name, map_ in MAPS.items():
-        size = f"{map_.size[0]:g} x {map_.size[1]:g} {map_.unit}" if map_.size else "any"
+        size = (
+            f"{map_.size[0]:g} x {map_.size[1]:g} {map_.unit}" if map_.size else "any"
+        )
         table.add_row(name, size, map_.text, map_.source)
     return table
 
@@ -64,15 +68,19 @@ def metric_table() -> Table:
 def point_table(
     study: StoredStudy, chosen: list[str], *, half: bool, interval: MeanKind = "t"
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Means with intervals by point, and the names of the metrics in it; `half` takes means over the last half.
+    """Means with intervals by point, and the names of the metrics in it; `half` takes
+    means over the last half.
 
-    The settings of an axis that ablates a preset become one column, `detail`: what is changed, as `details` says it.
-    The last column, `view`, is the command that replays a trial of the point, the first one that is done. Raises
-    ValueError for a metric that the study has not recorded.
+    The settings of an axis that ablates a preset become one column, `detail`: what is
+    changed, as `details` says it. The last column, `view`, is the command that replays
+    a trial of the point, the first one that is done. Raises ValueError for a metric
+    that the study has not recorded.
     """
     for name in chosen:
         if name not in study.metrics:
-            raise ValueError(f"study {study.name}: {unknown('metric', name, study.metrics)}")
+            raise ValueError(
+                f"study {study.name}: {unknown('metric', name, study.metrics)}"
+            )
     names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
     trials, varied = study.trials, study.varied
     for preset, ablated in study.provenance.get("ablated", {}).items():
@@ -85,46 +93,75 @@ def point_table(
 
 def _views(study: str, trials: pd.DataFrame) -> list[str]:
     """The command that shows a trial of each point, in the order of `by_point`."""
-    done_first = trials.assign(later=trials["status"] != "done").sort_values("later", kind="stable")
+    done_first = trials.assign(later=trials["status"] != "done").sort_values(
+        "later", kind="stable"
+    )
     shown = done_first.groupby("point")["trial_id"].first()
-    return [command("view", study, shown.get(point)) for point in trials["point"].unique()]
+    return [
+        command("view", study, shown.get(point)) for point in trials["point"].unique()
+    ]
 
 
 def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
-    """The command that shows a stored trial: made from names that are checked, never read from a file."""
+    """The command that shows a stored trial: made from names that are checked, never
+    read from a file.
+    """
     if not TRIAL_ID.fullmatch(str(trial)):
         return "no command: the id of this trial is not 24 hexadecimal digits"
     return f"sweep {verb} {study} {trial}"
 
 
-def table_text(study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t") -> None:
-    """Print `rows` of `point_table` as means with their 95 % intervals, half widths where they are Student's."""
+def table_text(
+    study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t"
+) -> None:
+    """Print `rows` of `point_table` as means with their 95 % intervals, half widths
+    where they are Student's.
+    """
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
     varied = list(rows.columns[: list(rows.columns).index(names[0])])
-    table = Table(*varied, *headings, "n", title=study.name, caption=_caption(study, interval))
+    table = Table(
+        *varied, *headings, "n", title=study.name, caption=_caption(study, interval)
+    )
     for _, row in rows.head(MOST_ROWS).iterrows():
-        found = [(name, row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names]
+        found = [
+            (name, row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names
+        ]
         cells = [
-            _with_error(mean, high - mean) if interval == "t" or name in study.repeated else _within(mean, low, high)
+            (
+                _with_error(mean, high - mean)
+                if interval == "t" or name in study.repeated
+                else _within(mean, low, high)
+            )
             for name, mean, low, high in found
         ]
-        table.add_row(*(brief(row[name]) for name in varied), *cells, _count(row, names))
+        table.add_row(
+            *(brief(row[name]) for name in varied), *cells, _count(row, names)
+        )
     console().print(table)
     if len(rows) > MOST_ROWS:
-        console().print(f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all")
+        console().print(
+            f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all"
+        )
     for command in rows["view"].head(1):
-        console().print(f"a trial of the first point, and in --csv and --json of each: {command}", soft_wrap=True)
+        console().print(
+            f"a trial of the first point, and in --csv and --json of each: {command}",
+            soft_wrap=True,
+        )
 
 
 def _caption(study: StoredStudy, interval: MeanKind) -> str:
-    """Which intervals a table shows; those of other metrics do not know that one of them chose n."""
+    """Which intervals a table shows; those of other metrics do not know that one of
+    them chose n.
+    """
     if not study.repeated:
         return INTERVALS[interval]
     rule = study.provenance["until"]
     return (
-        f"{rule['metric']}: mean ± half width of the repeated {100 * rule['confidence']:g} % interval, by which the "
-        f"number of trials of each point was chosen\nother metrics: {INTERVALS[interval]}, which takes that as given"
+        f"{rule['metric']}: mean ± half width of the repeated"
+        f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
+        f" each point was chosen\nother metrics: {INTERVALS[interval]}, which takes"
+        " that as given"
     )
 
 
@@ -144,10 +181,14 @@ def _with_error(mean: float, half: float) -> str:
 
 
 def _within(mean: float, low: float, high: float) -> str:
-    """The mean and both bounds, to the decimal place of the second figure of the smaller distance between them."""
+    """The mean and both bounds, to the decimal place of the second figure of the
+    smaller distance between them.
+    """
     if math.isnan(mean) or math.isnan(low):
         return _with_error(mean, math.nan)
-    distances = [distance for distance in (mean - low, high - mean) if 0.0 < distance < math.inf]
+    distances = [
+        distance for distance in (mean - low, high - mean) if 0.0 < distance < math.inf
+    ]
     places = max(0, 1 - math.floor(math.log10(min(distances)))) if distances else 3
     return f"{mean:.{places}f} [{low:.{places}f}, {high:.{places}f}]"
 
@@ -172,13 +213,17 @@ def status_json(study: StoredStudy) -> str:
 def _settled(study: StoredStudy) -> str:
     """How many points have had the last of their trials, by why."""
     counts = study.stopping["why"].value_counts()
-    settled = len(study.stopping) - int(counts.pop("not yet") if "not yet" in counts else 0)
+    settled = len(study.stopping) - int(
+        counts.pop("not yet") if "not yet" in counts else 0
+    )
     reasons = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
     return f"{settled:,} of {len(study.stopping):,} points{reasons}"
 
 
 def status_text(study: StoredStudy) -> str:
-    """Counts by status, what went wrong and how to see it again, where it comes from."""
+    """Counts by status, what went wrong and how to see it
+    again, where it comes from.
+    """
     statuses, origin = study.statuses(), study.provenance
     lines = [
         f"study     {study.name}",
@@ -186,11 +231,16 @@ def status_text(study: StoredStudy) -> str:
         f"trials    {study.plan.num_rows:,}",
     ]
     lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
-    lines += [f"apart     {study.apart():,} stored trials of another spec or other kernels"] if study.apart() else []
+    lines += (
+        [f"apart     {study.apart():,} stored trials of another spec or other kernels"]
+        if study.apart()
+        else []
+    )
     lines += [f"settled   {_settled(study)}"] if study.repeated else []
     lines.append(f"kernels   {origin['kernels_sha'][:16]}")
     lines.append(
-        f"commit    {origin['git'].get('commit', 'unknown')}" + (" (modified)" if origin["git"].get("diff") else "")
+        f"commit    {origin['git'].get('commit', 'unknown')}"
+        + (" (modified)" if origin["git"].get("diff") else "")
     )
     if statuses.keys() - {"done", "missing"}:
         troubled = study.trials[study.trials["status"] != "done"].head(5)

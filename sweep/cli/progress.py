@@ -1,4 +1,6 @@
-"""The progress of a launch, on stderr: a bar in a terminal, a line now and then elsewhere."""
+"""The progress of a launch, on stderr: a bar in a terminal, a line now and then
+elsewhere.
+"""
 
 import sys
 import time
@@ -16,7 +18,9 @@ LINE_SECONDS = 10.0
 
 
 class ProgressBar:
-    """Shows trials done, trials a second, time to go and failures of a study; a context manager."""
+    """Shows trials done, trials a second, time to go and failures of a study; a context
+    manager.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -42,12 +46,17 @@ class ProgressBar:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show `progress` now, or in a file or pipe when the last line is old enough."""
+        """Show `progress` now, or in a file or pipe when the
+        last line is old enough.
+        """
         new = progress.statuses.total()
         if new == 0:
             self._first(progress)
@@ -65,27 +74,42 @@ class ProgressBar:
             self.line_at = time.monotonic()
             settled = f", {_settled(progress)}" if progress.settled is not None else ""
             self._line(
-                f"{progress.stored + new:,} of {progress.trials:,} trials{settled}" + (f", {pace}" if pace else "")
+                f"{progress.stored + new:,} of {progress.trials:,} trials{settled}"
+                + (f", {pace}" if pace else "")
             )
 
     def _pace(self, new: int) -> str:
-        """Trials a second since the first ones came back: what is before that is compiling and starting."""
+        """Trials a second since the first ones came back: what is before that is
+        compiling and starting.
+        """
         if new == 0:
             return "compiling"
         if self.paced_from is None:
             self.paced_from = time.monotonic(), new
         began, already = self.paced_from
-        return f"{(new - already) / max(time.monotonic() - began, 1e-3):.1f} trials/s" if new > already else ""
+        return (
+            f"{(new - already) / max(time.monotonic() - began, 1e-3):.1f} trials/s"
+            if new > already
+            else ""
+        )
 
     def _first(self, progress: Progress) -> None:
         rule = progress.settled is not None
-        settled = f"{_settled(progress)}, at most {progress.most:,} trials; now " if rule else ""
-        self._line(f"{settled}{progress.trials:,} trials, {progress.stored:,} of them stored already")
+        settled = (
+            f"{_settled(progress)}, at most {progress.most:,} trials; now "
+            if rule
+            else ""
+        )
+        self._line(
+            f"{settled}{progress.trials:,} trials, {progress.stored:,} of them stored"
+            " already"
+        )
         if progress.apart:
             later = ", or are not asked for yet" if rule else ""
             self._line(
-                f"{progress.apart:,} stored trials belong to another version of the spec or of the kernels{later}: "
-                "they are kept, and stay out of the tables"
+                f"{progress.apart:,} stored trials belong to another version of the"
+                f" spec or of the kernels{later}: they are kept, and stay out of the"
+                " tables"
             )
 
     def _line(self, text: str) -> None:
@@ -94,9 +118,15 @@ class ProgressBar:
     def summary(self, progress: Progress, folder: Location) -> str:
         """What became of the launch, in one line."""
         new = progress.statuses.total()
-        counts = ", ".join(f"{count:,} {status}" for status, count in sorted(progress.statuses.items()))
+        counts = ", ".join(
+            f"{count:,} {status}" for status, count in sorted(progress.statuses.items())
+        )
         seconds = time.monotonic() - self.began
-        done = f"{new:,} new trials ({counts}) in {seconds:.1f} s" if new else "nothing was missing"
+        done = (
+            f"{new:,} new trials ({counts}) in {seconds:.1f} s"
+            if new
+            else "nothing was missing"
+        )
         settled = f", {_settled(progress)}" if progress.settled is not None else ""
         return f"{self.name}: {done}; {progress.trials:,} trials in {folder}{settled}"
 

@@ -34,7 +34,9 @@ class Together(StrEnum):
 
 
 @app.command()
-def status(study: StudyName, results: Results = Path("results"), as_json: Json = False) -> None:
+def status(
+    study: StudyName, results: Results = Path("results"), as_json: Json = False
+) -> None:
     """How much of a study is stored, and what went wrong."""
     from sweep.cli.listing import status_json, status_text
     from sweep.tables.stored_study import StoredStudy
@@ -47,10 +49,20 @@ def status(study: StudyName, results: Results = Path("results"), as_json: Json =
 def table(
     study: StudyName,
     results: Results = Path("results"),
-    metric: Annotated[list[str] | None, typer.Option(help="A metric to show; may be repeated.")] = None,
-    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to show; may be repeated.")
+    ] = None,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
     interval: Annotated[
-        IntervalKind, typer.Option(help="Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed values.")
+        IntervalKind,
+        typer.Option(
+            help=(
+                "Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed"
+                " values."
+            )
+        ),
     ] = IntervalKind.t,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
@@ -62,7 +74,9 @@ def table(
 
     stored = StoredStudy(study, results)
     try:
-        rows, names = point_table(stored, metric or [], half=over is Over.half, interval=interval.value)
+        rows, names = point_table(
+            stored, metric or [], half=over is Over.half, interval=interval.value
+        )
     except ValueError as error:
         stop(str(error), 2)
     if csv:
@@ -88,24 +102,46 @@ def plot(
         list[str] | None,
         typer.Argument(
             metavar="[KIND]...",
-            help="curves, scatter, heatmap, parallel, pareto, sensitivity, coverage, trajectories; of a search "
-            "history, front, comparison, hypervolume; else all that suit.",
+            help=(
+                "curves, scatter, heatmap, parallel, pareto, sensitivity, coverage,"
+                " trajectories; of a search "
+                "history, front, comparison, hypervolume; else all that suit."
+            ),
         ),
     ] = None,
     results: Results = Path("results"),
     metric: Annotated[
-        list[str] | None, typer.Option(help="A metric to show; coverage+ is to be high, coverage_cv- low. Repeatable.")
+        list[str] | None,
+        typer.Option(
+            help=(
+                "A metric to show; coverage+ is to be high, coverage_cv- low."
+                " Repeatable."
+            )
+        ),
     ] = None,
-    by: Annotated[str | None, typer.Option(help="The setting whose values are lines or colours.")] = None,
+    by: Annotated[
+        str | None, typer.Option(help="The setting whose values are lines or colours.")
+    ] = None,
     x: Annotated[str | None, typer.Option(help="The setting along x.")] = None,
     y: Annotated[str | None, typer.Option(help="The setting along y.")] = None,
-    where: Annotated[list[str] | None, typer.Option(help="Show these points only, as n=50. Repeatable.")] = None,
-    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
-    formats: Annotated[list[Format] | None, typer.Option("--format", help="Repeatable; png by default.")] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(help="Show these points only, as n=50. Repeatable."),
+    ] = None,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
+    formats: Annotated[
+        list[Format] | None,
+        typer.Option("--format", help="Repeatable; png by default."),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of the files; by default results/STUDY/figures, of an object store figures/STUDY here."
+            help=(
+                "Folder of the files; by default results/STUDY/figures, of an object"
+                " store figures/STUDY here."
+            )
         ),
     ] = None,
 ) -> None:
@@ -116,37 +152,65 @@ def plot(
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
-    choices = Choices(tuple(metric or ()), by, x, y, where_of(stored, where or ()), over is Over.half)
+    choices = Choices(
+        tuple(metric or ()), by, x, y, where_of(stored, where or ()), over is Over.half
+    )
     figures = plan_figures(stored, kinds or [], choices)
     for reason in figures.left_out:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
-    home = below / study / FIGURES if isinstance(results, Path) else below / FIGURES / study
+    home = (
+        below / study / FIGURES
+        if isinstance(results, Path)
+        else below / FIGURES / study
+    )
     kinds_of_file = [one.value for one in formats or [Format.png]]
-    for path in draw_figures(stored, figures, out or home, kinds_of_file, choices, below):
+    for path in draw_figures(
+        stored, figures, out or home, kinds_of_file, choices, below
+    ):
         print(path, flush=True)
 
 
 @app.command()
 def compare(
-    a: Annotated[str, typer.Argument(metavar="A", help="STUDY, STUDY:setting=value[,setting=value], or STUDY:PRESET.")],
-    b: Annotated[str, typer.Argument(metavar="B", help="What is compared with it, written alike.")],
+    a: Annotated[
+        str,
+        typer.Argument(
+            metavar="A",
+            help="STUDY, STUDY:setting=value[,setting=value], or STUDY:PRESET.",
+        ),
+    ],
+    b: Annotated[
+        str,
+        typer.Argument(metavar="B", help="What is compared with it, written alike."),
+    ],
     results: Results = Path("results"),
-    metric: Annotated[list[str] | None, typer.Option(help="A metric to compare; may be repeated.")] = None,
-    over: Annotated[Over, typer.Option(help="The last frame, or the mean over the last half.")] = Over.last,
-    margin: Annotated[
-        float | None, typer.Option(help="Test whether B - A lies within +-margin, in the unit of the metric.")
+    metric: Annotated[
+        list[str] | None, typer.Option(help="A metric to compare; may be repeated.")
     ] = None,
-    confidence: Annotated[float, typer.Option(help="With which all intervals hold together.")] = 0.95,
+    over: Annotated[
+        Over, typer.Option(help="The last frame, or the mean over the last half.")
+    ] = Over.last,
+    margin: Annotated[
+        float | None,
+        typer.Option(
+            help="Test whether B - A lies within +-margin, in the unit of the metric."
+        ),
+    ] = None,
+    confidence: Annotated[
+        float, typer.Option(help="With which all intervals hold together.")
+    ] = 0.95,
     together: Annotated[
         Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
     ] = Together.holm,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:
-    """What B has more or less than A, point by point: differences with intervals, p and a verdict.
+    """What B has more or less than A, point by point: differences with intervals, p and
+    a verdict.
 
-    Points that agree in all that varies are compared, their trials in pairs where they share random numbers.
+    Points that agree in all that varies are compared, their trials in pairs where they
+    share random numbers.
     """
     from sweep.cli.comparison_text import comparison_json, comparison_text
     from sweep.tables.comparison import Method, compare_sides
@@ -155,7 +219,9 @@ def compare(
 
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))
-    found = compare_sides(one, other, metric or (), half=over is Over.half, method=method)
+    found = compare_sides(
+        one, other, metric or (), half=over is Over.half, method=method
+    )
     if csv:
         print(as_csv(found.rows), end="")
     elif as_json:

@@ -26,10 +26,15 @@ def launch(
     spec: Spec,
     workers: Workers = 0,
     results: Results = Path("results"),
-    retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+    retry: Annotated[
+        bool, typer.Option(help="Run trials that failed before once more.")
+    ] = False,
     shard: Annotated[
         str | None,
-        typer.Option(metavar="K/N", help="Run this share of the trials only; other launches run the others."),
+        typer.Option(
+            metavar="K/N",
+            help="Run this share of the trials only; other launches run the others.",
+        ),
     ] = None,
     executor: Engine = Kind.local,
     address: Address = None,
@@ -47,8 +52,13 @@ def launch(
     share = Share.parse(shard) if shard else None
     study = load_spec(spec)
     name = f"{study.name}, share {share}" if share else study.name
-    with engine(executor, workers, address, scheduler_file) as made, ProgressBar(name) as bar:
-        progress = run_study(study, results, made, retry=retry, share=share, report=bar.show)
+    with (
+        engine(executor, workers, address, scheduler_file) as made,
+        ProgressBar(name) as bar,
+    ):
+        progress = run_study(
+            study, results, made, retry=retry, share=share, report=bar.show
+        )
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     if progress.troubled:
         raise SystemExit(1)
@@ -61,7 +71,13 @@ def search(
     results: Results = Path("results"),
     repetitions: Annotated[
         int,
-        typer.Option(min=0, help="Repeat the search so often with other seeds, and compare it with random searches."),
+        typer.Option(
+            min=0,
+            help=(
+                "Repeat the search so often with other seeds, and compare it with"
+                " random searches."
+            ),
+        ),
     ] = 0,
     export: Annotated[
         str | None,
@@ -71,7 +87,9 @@ def search(
             "the password of a database is that of SWEEP_EXPORT_PASSWORD.",
         ),
     ] = None,
-    retry: Annotated[bool, typer.Option(help="Run trials that failed before once more.")] = False,
+    retry: Annotated[
+        bool, typer.Option(help="Run trials that failed before once more.")
+    ] = False,
     as_json: Json = False,
     executor: Engine = Kind.local,
     address: Address = None,
@@ -92,13 +110,21 @@ def search(
     study = load_spec(spec)
     if export:
         check_export(export, study.name)
-    with engine(executor, workers, address, scheduler_file) as made, SearchBar(study.name) as bar:
-        progress = run_search(study, results, made, repetitions=repetitions, retry=retry, report=bar.show)
+    with (
+        engine(executor, workers, address, scheduler_file) as made,
+        SearchBar(study.name) as bar,
+    ):
+        progress = run_search(
+            study, results, made, repetitions=repetitions, retry=retry, report=bar.show
+        )
     print(bar.summary(progress, results / study.name), file=sys.stderr)
     stored = StoredStudy(study.name, results)
     print(report.as_json(stored) if as_json else report.text(stored))
     if export:
-        print(f'{study.name}: exported to {export} as "{write_export(stored, export)}"', file=sys.stderr)
+        print(
+            f'{study.name}: exported to {export} as "{write_export(stored, export)}"',
+            file=sys.stderr,
+        )
     if progress.troubled:
         raise SystemExit(1)
 
@@ -116,27 +142,32 @@ def plan(
     from sweep.workers.executors import core_count
 
     study = load_spec(spec)
-    made = (make_search_plan if study.search else make_plan)(study, workers or core_count())
+    made = (make_search_plan if study.search else make_plan)(
+        study, workers or core_count()
+    )
     print(made.as_json() if as_json else made.as_text())
 
 
 @app.command()
 def reproduce(
-    experiments: Annotated[Path, typer.Argument(help="Folder of the studies with a published.yaml.")] = Path(
-        "experiments"
-    ),
+    experiments: Annotated[
+        Path, typer.Argument(help="Folder of the studies with a published.yaml.")
+    ] = Path("experiments"),
     only: Annotated[
         list[str] | None,
         typer.Option(help="Run, draw and judge this study only; may be repeated."),
     ] = None,
-    scale: Annotated[Scale, typer.Option(help="All trials, or few of them as a try.")] = Scale.full,
+    scale: Annotated[
+        Scale, typer.Option(help="All trials, or few of them as a try.")
+    ] = Scale.full,
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
-    """Run what is missing of the published studies, draw their figures, and judge every published claim.
+    """Run what is missing of the published studies, draw their figures, and judge every
+    published claim.
 
-    It runs code, figures.py of each study in the folder, with --only of those alone: read
-    it first. The verdicts are on the page scorecard.html below the results.
+    It runs code, figures.py of each study in the folder, with --only of those alone:
+    read it first. The verdicts are on the page scorecard.html below the results.
     """
     from sweep.cli.progress import ProgressBar
     from sweep.published.claims import code_files, read_all
@@ -144,7 +175,10 @@ def reproduce(
     from sweep.store.locations import local_folder
     from sweep.workers.executors import Loky, core_count
 
-    folder, quick = local_folder(results, "the page and its figures are written to"), scale is Scale.quick
+    folder, quick = (
+        local_folder(results, "the page and its figures are written to"),
+        scale is Scale.quick,
+    )
     files = code_files(experiments, only or ())
     if files and experiments.resolve() != OWN_EXPERIMENTS:
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)

@@ -21,5 +21,8 @@ class SearchBar(ProgressBar):
 
     def _first(self, progress: Progress) -> None:
         if not self.begun:
-            self._line(f"at most {progress.trials:,} trials; what is stored already does not run again")
+            self._line(
+                f"at most {progress.trials:,} trials; what is stored already does not"
+                " run again"
+            )
         self.begun = True

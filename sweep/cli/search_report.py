@@ -31,22 +31,39 @@ WIDTH = 110
 def text(study: StoredStudy) -> str:
     """The report of a stored search. Raises StoreError where the study is none."""
     found = Found(study, read_asked(study))
-    parts = [_searched(found), _warnings_text(found), _best_text(found), _table_text(found)]
+    parts = [
+        _searched(found),
+        _warnings_text(found),
+        _best_text(found),
+        _table_text(found),
+    ]
     parts += [_front_text(found), _references_text(found), _against_text(found)]
     return "\n\n".join(part for part in parts if part)
 
 
 def as_json(study: StoredStudy) -> str:
-    """The same as JSON, all numbers in full; what is not known is null. Raises StoreError as `text` does."""
+    """The same as JSON, all numbers in full; what is not known is null. Raises
+    StoreError as `text` does.
+    """
     found = Found(study, read_asked(study))
     against = found.against
     return json.dumps(
         {
             "study": study.name,
-            **{name: value for name, value in found.asked.about.items() if name != "parameters"},
+            **{
+                name: value
+                for name, value in found.asked.about.items()
+                if name != "parameters"
+            },
             "spent": found.spent,
             "warnings": warnings(found),
-            "best": found.best and {"candidate": plain(found.best["candidate"]), **found.settings(found.best)},
+            "best": (
+                found.best
+                and {
+                    "candidate": plain(found.best["candidate"]),
+                    **found.settings(found.best),
+                }
+            ),
             "candidates": _records(found.candidates),
             "winners": _records(found.winners),
             "references": _records(found.references),
@@ -61,17 +78,26 @@ def as_json(study: StoredStudy) -> str:
 def _searched(found: Found) -> str:
     about, origin = found.asked.about, found.study.provenance
     racing = f"racing at {about['level']:g}" if about["level"] else "no racing"
-    bounds = "".join(f"\n            {constraint_words(one)}" for one in constraints(found.asked))
-    scenarios = f", over {about['scenarios']} scenarios" if about["scenarios"] > 1 else ""
-    wanted = "\n            ".join(objective_words(one) + scenarios for one in found.objectives)
+    bounds = "".join(
+        f"\n            {constraint_words(one)}" for one in constraints(found.asked)
+    )
+    scenarios = (
+        f", over {about['scenarios']} scenarios" if about["scenarios"] > 1 else ""
+    )
+    wanted = "\n            ".join(
+        objective_words(one) + scenarios for one in found.objectives
+    )
     full = about["blocks"][SEARCH]
-    rejected, repeated = about["rejected"].get(SEARCH, 0), about["repeated"].get(SEARCH, 0)
+    rejected, repeated = (
+        about["rejected"].get(SEARCH, 0),
+        about["repeated"].get(SEARCH, 0),
+    )
     return (
-        f"search      {found.study.name}: {origin['model']} {origin['preset']}, {', '.join(about['parameters'])}\n"
-        f"objective   {wanted}{bounds}\n"
-        f"sampler     {about['sampler']}, batches of {about['batch']}, {racing}; up to {full} blocks a candidate\n"
-        f"budget      {found.spent:,} of {about['budget']:,} trials spent\n"
-        f"candidates  {counted(found.candidates, rejected, repeated)}"
+        f"search      {found.study.name}: {origin['model']} {origin['preset']},"
+        f" {', '.join(about['parameters'])}\nobjective   {wanted}{bounds}\nsampler    "
+        f" {about['sampler']}, batches of {about['batch']}, {racing}; up to {full}"
+        f" blocks a candidate\nbudget      {found.spent:,} of {about['budget']:,}"
+        f" trials spent\ncandidates  {counted(found.candidates, rejected, repeated)}"
     )
 
 
@@ -83,12 +109,20 @@ def _best_text(found: Found) -> str:
     """The settings to paste, to six digits."""
     if found.best is None:
         return ""
-    what = "the winner" if len(found.objectives) == 1 else "of the front the best in the first objective"
+    what = (
+        "the winner"
+        if len(found.objectives) == 1
+        else "of the front the best in the first objective"
+    )
     if len(found.objectives) > 1 and found.front["knee"].any():
         what = "the knee of the front"
-    settings = {name: _six_digits(value) for name, value in found.settings(found.best).items()}
+    settings = {
+        name: _six_digits(value) for name, value in found.settings(found.best).items()
+    }
     # A mapping of one is written in braces, which lines of their own do not have.
-    lines = "".join(f"\n  {dump({name: value}).strip()[1:-1]}" for name, value in settings.items())
+    lines = "".join(
+        f"\n  {dump({name: value}).strip()[1:-1]}" for name, value in settings.items()
+    )
     return f"# candidate {found.best['candidate']}, {what}\nfixed:{lines}"
 
 
@@ -100,25 +134,50 @@ def _table_text(found: Found) -> str:
     if found.winners.empty:
         return ""
     several = len(found.objectives) > 1
-    table = _table("candidate", *(["objective"] if several else []), "search", "n", "held out", "n", "too good by")
+    table = _table(
+        "candidate",
+        *(["objective"] if several else []),
+        "search",
+        "n",
+        "held out",
+        "n",
+        "too good by",
+    )
     last = ""
     for row in _records(found.winners):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
-        cells = [_interval(row["search"], row["search_low"], row["search_high"]), str(row["search_n"])]
-        cells += [_interval(*judged), str(row["held_out_n"]), _known(row["optimism"], *judged[1:])]
+        cells = [
+            _interval(row["search"], row["search_low"], row["search_high"]),
+            str(row["search_n"]),
+        ]
+        cells += [
+            _interval(*judged),
+            str(row["held_out_n"]),
+            _known(row["optimism"], *judged[1:]),
+        ]
         who = str(row["candidate"])
-        table.add_row("" if who == last else who, *([_named(found, row["objective"])] if several else []), *cells)
+        table.add_row(
+            "" if who == last else who,
+            *([_named(found, row["objective"])] if several else []),
+            *cells,
+        )
         last = who
     for row in _records(found.references):
         judged = row["held_out"], row["held_out_low"], row["held_out_high"]
         cells = ["", "", _interval(*judged), str(row["held_out_n"]), ""]
         who = row["reference"]
-        table.add_row("" if who == last else who, *([_named(found, row["objective"])] if several else []), *cells)
+        table.add_row(
+            "" if who == last else who,
+            *([_named(found, row["objective"])] if several else []),
+            *cells,
+        )
         last = who
     what = "" if several else f"{_named(found, found.objectives[0].column)}, "
-    return _rendered(table) + (
-        f"\n{what}95 % intervals over n blocks: of the search each as if its candidate had not\n"
-        "been chosen, which makes it look too good; held out, on seeds that no search has seen, they hold together."
+    return (
+        _rendered(table)
+        + f"\n{what}95 % intervals over n blocks: of the search each as if its"
+        " candidate had not\nbeen chosen, which makes it look too good; held out, on"
+        " seeds that no search has seen, they hold together."
     )
 
 
@@ -138,15 +197,25 @@ def _known(*numbers: float | None) -> str:
 def _front_text(found: Found) -> str:
     if len(found.objectives) == 1 or found.front.empty:
         return ""
-    table = _table("candidate", "on the held-out front", "in resamples", "beaten by", "")
+    table = _table(
+        "candidate", "on the held-out front", "in resamples", "beaten by", ""
+    )
     for row in _records(found.front):
         beaten = str(row["beaten_by"]) if row["beaten_by"] >= 0 else ""
         knee = "knee" if row["knee"] else ""
         share = "-" if row["share"] is None else f"{100.0 * row['share']:.0f} %"
-        table.add_row(str(row["candidate"]), "yes" if row["on_front"] else "no", share, beaten, knee)
-    return _rendered(table) + (
-        "\nIn resamples: how often a candidate stays on the front when held-out blocks are drawn again. Beaten by:\n"
-        "better in every objective, beyond intervals of the paired differences that hold together."
+        table.add_row(
+            str(row["candidate"]),
+            "yes" if row["on_front"] else "no",
+            share,
+            beaten,
+            knee,
+        )
+    return (
+        _rendered(table)
+        + "\nIn resamples: how often a candidate stays on the front when held-out"
+        " blocks are drawn again. Beaten by:\nbetter in every objective, beyond"
+        " intervals of the paired differences that hold together."
     )
 
 
@@ -156,24 +225,45 @@ def _references_text(found: Found) -> str:
     if not rows:
         return ""
     if len(found.objectives) > 1:
-        table = _table("candidate", "minus", "objective", "difference", "n", "seeds save")
+        table = _table(
+            "candidate", "minus", "objective", "difference", "n", "seeds save"
+        )
         for row in rows:
-            who, whom, what = str(row["candidate"]), str(row["reference"]), _named(found, str(row["objective"]))
+            who, whom, what = (
+                str(row["candidate"]),
+                str(row["reference"]),
+                _named(found, str(row["objective"])),
+            )
             change = _interval(row["difference"], row["low"], row["high"])
             saved = float(row["variance_reduction"])
-            table.add_row(who, whom, what, change, str(row["n"]), f"{saved:.2g}" if np.isfinite(saved) else "-")
-        return _rendered(table) + (
-            "\n95 % intervals that hold together, of n pairs of blocks; common seeds save so many times as many blocks."
+            table.add_row(
+                who,
+                whom,
+                what,
+                change,
+                str(row["n"]),
+                f"{saved:.2g}" if np.isfinite(saved) else "-",
+            )
+        return (
+            _rendered(table)
+            + "\n95 % intervals that hold together, of n pairs of blocks; common seeds"
+            " save so many times as many blocks."
         )
     lines = []
     for row in rows:
         difference = {end: row[end] for end in ("difference", "low", "high")}
         unit = found.units.get(found.objectives[0].column, "")
-        said = verdict(found.objectives[0], difference, unit, "The winner", str(row["reference"]))
+        said = verdict(
+            found.objectives[0], difference, unit, "The winner", str(row["reference"])
+        )
         saved = float(row["variance_reduction"])
-        reduction = f"; common seeds save a factor of {saved:.2g}" if np.isfinite(saved) else ""
+        reduction = (
+            f"; common seeds save a factor of {saved:.2g}" if np.isfinite(saved) else ""
+        )
         lines.append(f"{said}\n    (95 %; {row['n']} pairs of blocks{reduction})")
-    return "\n".join(lines) + ("\nThese intervals hold together." if len(lines) > 1 else "")
+    return "\n".join(lines) + (
+        "\nThese intervals hold together." if len(lines) > 1 else ""
+    )
 
 
 def _against_text(found: Found) -> str:
@@ -181,23 +271,33 @@ def _against_text(found: Found) -> str:
     if against is None:
         return ""
     budget = found.asked.about["budget"]
-    head = f"{len(against.search)} repetitions of the search against {len(against.random)} random searches"
+    head = (
+        f"{len(against.search)} repetitions of the search against {len(against.random)}"
+        " random searches"
+    )
     head += f" of {budget:,} trials each, winners on held-out seeds:"
     missing = [
         f"\n{count} {kind} without a judged winner"
-        for count, kind in zip(against.without, ("repetitions", "random searches"), strict=True)
+        for count, kind in zip(
+            against.without, ("repetitions", "random searches"), strict=True
+        )
         if count
     ]
     if not against.estimate.testable:
         return head + " too few to compare" + "".join(missing)
     low, high = against.estimate.interval()
-    quantity = Objective(against.quantity, against.maximize, found.objectives[0].statistic)
+    quantity = Objective(
+        against.quantity, against.maximize, found.objectives[0].statistic
+    )
     unit = found.units.get(against.quantity, "")
     difference = {"difference": against.estimate.value, "low": low, "high": high}
     said = verdict(quantity, difference, unit, "The search", "random search")
     means = [number(sample.mean, low, high) for sample in against.estimate.samples]
     unit = f" {unit}" if unit else ""
-    return f"{head}\n{said}\n    (95 %, Welch; means {means[0]} and {means[1]}{unit})" + "".join(missing)
+    return (
+        f"{head}\n{said}\n    (95 %, Welch; means {means[0]} and {means[1]}{unit})"
+        + "".join(missing)
+    )
 
 
 def _against_json(against: AgainstRandom) -> dict[str, Any]:
@@ -216,7 +316,10 @@ def _against_json(against: AgainstRandom) -> dict[str, Any]:
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    return [{str(name): plain(value) for name, value in row.items()} for row in table.to_dict("records")]
+    return [
+        {str(name): plain(value) for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]
 
 
 def _table(*columns: str) -> Table:
@@ -228,6 +331,9 @@ def _table(*columns: str) -> Table:
 
 def _rendered(table: Table) -> str:
     stream = StringIO()
-    # Left to itself rich displays it at once in a notebook, and in bold type where FORCE_COLOR is set.
-    Terminal(file=stream, width=WIDTH, force_jupyter=False, force_terminal=False).print(table)
+    # Left to itself rich displays it at once in a notebook, and in bold type where
+    # FORCE_COLOR is set.
+    Terminal(file=stream, width=WIDTH, force_jupyter=False, force_terminal=False).print(
+        table
+    )
     return stream.getvalue().rstrip("\n")

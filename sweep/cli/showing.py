@@ -1,4 +1,6 @@
-"""What a replay writes of a trial beside its report: every frame, an animation, a picture."""
+"""What a replay writes of a trial beside its report: every frame, an animation, a
+picture.
+"""
 
 import json
 from pathlib import Path
@@ -6,7 +8,12 @@ from typing import NamedTuple
 
 from sweep.cli.counting import Counter
 from sweep.design.jobs import Job
-from sweep.replays.animation import check_frame, frames_apart, write_animation, write_picture
+from sweep.replays.animation import (
+    check_frame,
+    frames_apart,
+    write_animation,
+    write_picture,
+)
 from sweep.replays.flight import Report, write_flight
 from sweep.replays.video import find_ffmpeg
 from sweep.store.origin import PROVENANCE
@@ -16,7 +23,8 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class Wanted(NamedTuple):
-    """Files to write: all frames, an animation, the picture of one frame; `every` so many steps, 0 for the default.
+    """Files to write: all frames, an animation, the picture of one frame; `every` so
+    many steps, 0 for the default.
 
     An animation in HTML is a page that plays the run.
     """
@@ -27,10 +35,13 @@ class Wanted(NamedTuple):
     every: int = 0
 
 
-def check(study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False) -> None:
+def check(
+    study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
+) -> None:
     """Raise StoreError where something wanted cannot be.
 
-    That is a file, a frame, an MP4 without ffmpeg, a page of too many boids, or anything of an unknown trial.
+    That is a file, a frame, an MP4 without ffmpeg, a page of too many boids, or
+    anything of an unknown trial.
     """
     if wanted.trajectory:
         check_output(wanted.trajectory, [".parquet"], force=force)
@@ -44,13 +55,21 @@ def check(study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
 
 
 def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
-    """Run the trial again for each file that is wanted, write it, and return the files; progress is on stderr."""
+    """Run the trial again for each file that is wanted, write it, and return the files;
+    progress is on stderr.
+    """
     stored = study.trial(trial)
     job, written = study.job(stored), list[Path]()
     if wanted.trajectory:
         about = stored.provenance | {"trial": trial, "run_again": machine()}
         metadata = {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
-        write_flight(job, wanted.trajectory, wanted.every or 1, metadata, _report(wanted.trajectory))
+        write_flight(
+            job,
+            wanted.trajectory,
+            wanted.every or 1,
+            metadata,
+            _report(wanted.trajectory),
+        )
         written.append(wanted.trajectory)
     if wanted.animation:
         _animate(study, job, wanted.animation, wanted.every)
@@ -77,7 +96,9 @@ def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:
 
         write_page(study, job.trial_id, path, every, _report(path))
     else:
-        write_animation(study.name, job, path, every or frames_apart(job), _report(path))
+        write_animation(
+            study.name, job, path, every or frames_apart(job), _report(path)
+        )
 
 
 def _report(path: Path) -> Report:

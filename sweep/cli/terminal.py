@@ -11,17 +11,23 @@ PIPE_WIDTH = 200
 
 
 class Terminal(Console):
-    """A rich console to which every text is data: harmless, without markup and emoji codes."""
+    """A rich console to which every text is data: harmless, without markup and emoji
+    codes.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """See rich: every text in what is printed, such as a cell, comes through here."""
+        """See rich: every text in what is printed, such as a
+        cell, comes through here.
+        """
         return super().render_str(harmless(text), **options)
 
 
 def console() -> Terminal:
-    """Standard output; wide where it is not a terminal, so that a pipe loses no column."""
+    """Standard output; wide where it is not a terminal, so
+    that a pipe loses no column.
+    """
     out = Terminal()
     return out if out.is_terminal else Terminal(width=PIPE_WIDTH)

@@ -22,33 +22,61 @@ SPECS = (".yaml", ".yml")
 def view(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="[SPEC | STUDY]", help="A spec or a study, of which the first point is shown."),
+        typer.Argument(
+            metavar="[SPEC | STUDY]",
+            help="A spec or a study, of which the first point is shown.",
+        ),
     ] = None,
     trial: Annotated[
-        str | None, typer.Argument(metavar="[TRIAL]", help="A stored trial of the study to replay.")
+        str | None,
+        typer.Argument(
+            metavar="[TRIAL]", help="A stored trial of the study to replay."
+        ),
     ] = None,
-    model: Annotated[str | None, typer.Option(help="A model; nguyen2024 by default.")] = None,
-    preset: Annotated[str | None, typer.Option(help="A preset of it; as_run by default.")] = None,
-    map_name: Annotated[str | None, typer.Option("--map", help="A map; that of the preset by default.")] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")] = 0,
+    model: Annotated[
+        str | None, typer.Option(help="A model; nguyen2024 by default.")
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="A preset of it; as_run by default.")
+    ] = None,
+    map_name: Annotated[
+        str | None, typer.Option("--map", help="A map; that of the preset by default.")
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")
+    ] = 0,
     no_open: Annotated[
-        bool, typer.Option("--no-open", help="Only print the address, as for a remote machine.")
+        bool,
+        typer.Option(
+            "--no-open", help="Only print the address, as for a remote machine."
+        ),
     ] = False,
     results: Results = Path("results"),
 ) -> None:
-    """See the swarm in the browser: a model, a spec or study from its first point, or a stored trial again.
+    """See the swarm in the browser: a model, a spec or study from its first point, or a
+    stored trial again.
 
     The page is served to this machine only. Ctrl-C ends it.
     """
     if what and (model or preset or map_name):
-        stop(f"--model, --preset and --map are for a view without {what}, which has its own")
+        stop(
+            f"--model, --preset and --map are for a view without {what}, which has"
+            " its own"
+        )
     if what and trial and _is_spec(what):
-        stop(f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY {trial}")
+        stop(
+            f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY"
+            f" {trial}"
+        )
     try:
         from sweep.web.server import Server
     except ModuleNotFoundError as error:
         stop(f"{EXTRA} ({error.name} is missing)")
-    begin = _replayed(what, trial, results) if what and trial else _live(_state(what, model, preset, map_name, results))
+    begin = (
+        _replayed(what, trial, results)
+        if what and trial
+        else _live(_state(what, model, preset, map_name, results))
+    )
     server = Server(_first_at_once(begin), port)
     print(server.url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
@@ -59,7 +87,9 @@ def view(
 
 
 def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
-    """What makes a show for each page, the first of which is made now: what is wrong with it is said at once."""
+    """What makes a show for each page, the first of which is made now: what is wrong
+    with it is said at once.
+    """
     made = [begin()]
     return lambda: made.pop() if made else begin()
 
@@ -79,7 +109,11 @@ def _live(state: "ViewState") -> "Callable[[], Show]":
 
 
 def _state(
-    what: str | None, model: str | None, preset: str | None, map_name: str | None, results: Results
+    what: str | None,
+    model: str | None,
+    preset: str | None,
+    map_name: str | None,
+    results: Results,
 ) -> "ViewState":
     """What a live run begins with."""
     from sweep.spec.study import load_spec

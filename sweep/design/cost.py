@@ -1,7 +1,8 @@
 """What a trial is expected to cost, in seconds and in bytes.
 
-The constants were measured on a 2.3 GHz server core with the two built-in models; another machine is off by a
-common factor, which the drive loop measures as it goes. What matters to it is the ratio between trials.
+The constants were measured on a 2.3 GHz server core with the two built-in models;
+another machine is off by a common factor, which the drive loop measures as it goes.
+What matters to it is the ratio between trials.
 """
 
 import math
@@ -29,7 +30,13 @@ TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
 PROBES = 20
 PAIR_METRICS = {
-    *("nearest_neighbour_distance", "flock_count", "largest_flock", "largest_flock_share", "boids_lost"),
+    *(
+        "nearest_neighbour_distance",
+        "flock_count",
+        "largest_flock",
+        "largest_flock_share",
+        "boids_lost",
+    ),
     *("elongation", "neighbours_ahead", "potential", "flock_potential"),
 }
 
@@ -39,11 +46,15 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
     if isinstance(jobs, SomeJobs):  # there may be millions, and few points
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
-    return np.array([trial_seconds(job.model, job.settings, job.record) for job in jobs])
+    return np.array(
+        [trial_seconds(job.model, job.settings, job.record) for job in jobs]
+    )
 
 
 def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> float:
-    """The estimated seconds of a trial with these settings: boid-steps, their neighbours, frames and metrics."""
+    """The estimated seconds of a trial with these settings: boid-steps, their
+    neighbours, frames and metrics.
+    """
     params = settings_tuple(MODELS[model].params, settings, fields(model))
     n, steps = float(settings["n"]), float(settings["steps"])
     side = 3.0 * MODELS[model].interaction_range(params)
@@ -52,7 +63,9 @@ def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> flo
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     frames = steps / record.every + 1.0
     looking = sum(METRICS[name].looks for name in record.metrics)
-    boid_step += PAIR_METRIC_SECONDS * any(METRICS[name].pairs for name in record.metrics)
+    boid_step += PAIR_METRIC_SECONDS * any(
+        METRICS[name].pairs for name in record.metrics
+    )
     pairing = sum(name in PAIR_METRICS for name in record.metrics)
     metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
@@ -67,7 +80,11 @@ def trial_bytes(settings: dict[str, Value], record: Record) -> float:
     if record.trajectories:
         size += frames * (1.0 + 4 * TRAJECTORY_NUMBER_BYTES * float(settings["n"]))
     if record.heatmaps:
-        pixels = float(settings["width"]) * float(settings["height"]) / float(settings["pixel"]) ** 2
+        pixels = (
+            float(settings["width"])
+            * float(settings["height"])
+            / float(settings["pixel"]) ** 2
+        )
         size += HEATMAP_PIXEL_BYTES * pixels
     return size
 
@@ -75,37 +92,58 @@ def trial_bytes(settings: dict[str, Value], record: Record) -> float:
 def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
     """The estimated seconds of a trial at each point, shape (n_points,).
 
-    Points that differ in nothing that matters are estimated together, since a design may have millions.
+    Points that differ in nothing that matters are estimated together, since a design
+    may have millions.
     """
 
     def estimate(point: int) -> float:
         return trial_seconds(study.model, design.settings(point), study.record)
 
-    matters = [column for name, column in design.columns.items() if _matters(study, design, name)]
+    matters = [
+        column
+        for name, column in design.columns.items()
+        if _matters(study, design, name)
+    ]
     if not matters:
         return np.full(design.n_points, estimate(0))
-    _, first, which = np.unique(np.column_stack(matters), axis=0, return_index=True, return_inverse=True)
+    _, first, which = np.unique(
+        np.column_stack(matters), axis=0, return_index=True, return_inverse=True
+    )
     return np.array([estimate(point) for point in first.tolist()])[which.ravel()]
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a field that varies changes the estimate, as far as its ends show at a few points."""
+    """Whether a field that varies changes the estimate, as far as its ends show at a
+    few points.
+    """
     column = design.columns[name]
     if column.dtype == object:
         return False
     ends = column.min().item(), column.max().item()
     probes = np.unique(np.linspace(0, design.n_points - 1, PROBES).astype(int)).tolist()
     return any(
-        len({trial_seconds(study.model, one | {name: end}, study.record) for end in ends}) > 1
+        len(
+            {
+                trial_seconds(study.model, one | {name: end}, study.record)
+                for end in ends
+            }
+        )
+        > 1
         for one in map(design.settings, probes)
     )
 
 
 def study_cost(study: Study, design: Design) -> tuple[float, float]:
-    """Estimated seconds of one core, and bytes, for all trials, from at most 500 points spread evenly."""
-    sample = np.unique(np.linspace(0, design.n_points - 1, min(design.n_points, 500)).astype(int))
+    """Estimated seconds of one core, and bytes, for all trials, from at most 500 points
+    spread evenly.
+    """
+    sample = np.unique(
+        np.linspace(0, design.n_points - 1, min(design.n_points, 500)).astype(int)
+    )
     settings: list[dict[str, Any]] = [design.settings(int(point)) for point in sample]
-    seconds = np.mean([trial_seconds(study.model, one, study.record) for one in settings])
+    seconds = np.mean(
+        [trial_seconds(study.model, one, study.record) for one in settings]
+    )
     size = np.mean([trial_bytes(one, study.record) for one in settings])
     trials = design.n_points * study.trials_per_point
     return float(seconds) * trials, float(size) * trials

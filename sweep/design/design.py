@@ -21,7 +21,9 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class Rejection:
-    """How many points a condition under `require` rejected; each counts for the first that rejects it."""
+    """How many points a condition under `require` rejected; each counts for the first
+    that rejects it.
+    """
 
     expression: str
     count: int
@@ -29,10 +31,11 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The points of a study: `columns` has the fields that vary, shape (n_points,) each, `base` the others.
+    """The points of a study: `columns` has the fields that vary, shape (n_points,)
+    each, `base` the others.
 
-    `rejected` tells what `require` left out; `duplicates` counts the rows of axes that repeated an earlier one
-    and were merged with it.
+    `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
+    repeated an earlier one and were merged with it.
     """
 
     base: dict[str, Value]
@@ -43,17 +46,22 @@ class Design:
 
     def settings(self, point: int) -> dict[str, Value]:
         """All settings of one point, as plain Python values."""
-        return self.base | {name: column.item(point) for name, column in self.columns.items()}
+        return self.base | {
+            name: column.item(point) for name, column in self.columns.items()
+        }
 
 
 def expand(study: Study) -> Design:
-    """The points of `study`: the product of its axes, the last one fastest, without those that are rejected.
+    """The points of `study`: the product of its axes, the last one fastest, without
+    those that are rejected.
 
-    Raises SpecError where there are none or too many of them, and where a value computed from others is not
-    allowed.
+    Raises SpecError where there are none or too many of them, and where a value
+    computed from others is not allowed.
     """
     _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
-    points = fitted_to_map(study, Points(preset_settings(study.model, study.preset) | study.fixed, {}, 1))
+    points = fitted_to_map(
+        study, Points(preset_settings(study.model, study.preset) | study.fixed, {}, 1)
+    )
     for axis in study.axes:
         points = _multiplied(study, points, axis)
         if "map" in axis.columns:
@@ -68,7 +76,9 @@ def expand(study: Study) -> Design:
 
 def _check_size(study: Study, n_points: int) -> None:
     """Raise SpecError for a design of too many points, cells or computations."""
-    fields = len({*(name for axis in study.axes for name in axis.columns), *study.derive})
+    fields = len(
+        {*(name for axis in study.axes for name in axis.columns), *study.derive}
+    )
     parts = sum(expression.operations for expression in study.expressions)
     points = f"the study has {n_points:,} points"
     for count, most, asked in (
@@ -81,7 +91,10 @@ def _check_size(study: Study, n_points: int) -> None:
         (
             n_points * parts,
             MOST_OPERATIONS,
-            f"{points}, and its expressions {parts:,} parts that are computed at each, {n_points * parts:,} operations",
+            (
+                f"{points}, and its expressions {parts:,} parts that are computed at"
+                f" each, {n_points * parts:,} operations"
+            ),
         ),
     ):
         if count > most:
@@ -101,14 +114,18 @@ def _check_trials(study: Study, points: Points) -> None:
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
-    """Every point times every row of the axis; once, with the base value, where its condition is false."""
+    """Every point times every row of the axis; once, with the base value, where its
+    condition is false.
+    """
     applies = np.ones(points.count, dtype=np.bool_)
     if axis.when:
         applies = points.evaluate(study, axis.when, ("sweep", axis.name, "when"))
     repeats = np.where(applies, len(axis), 1)
     count = int(repeats.sum())
     _check_size(study, count)
-    columns = {name: np.repeat(column, repeats) for name, column in points.columns.items()}
+    columns = {
+        name: np.repeat(column, repeats) for name, column in points.columns.items()
+    }
     row = np.arange(count) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     outside = np.repeat(~applies, repeats)
     whole = points.count == 1 and bool(applies[0])
@@ -122,7 +139,8 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
     """The points with their derived fields, less the rejected ones.
 
-    A condition is applied as soon as what it needs is known, so that nothing is derived for a rejected point.
+    A condition is applied as soon as what it needs is known, so that nothing is derived
+    for a rejected point.
     """
     rejected = [0] * len(study.require)
     pending, unknown = list(range(len(study.require))), set(study.derive)
@@ -130,16 +148,22 @@ def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...
         if name is not None:
             points = _with_derived(study, points, name)
             unknown.discard(name)
-        for index in [index for index in pending if not study.require[index].names & unknown]:
+        for index in [
+            index for index in pending if not study.require[index].names & unknown
+        ]:
             keep = points.evaluate(study, study.require[index], ("require", index))
             rejected[index] = points.count - int(keep.sum())
             points = points.kept(keep)
             pending.remove(index)
     rejections = tuple(
-        Rejection(condition.text, count) for condition, count in zip(study.require, rejected, strict=True)
+        Rejection(condition.text, count)
+        for condition, count in zip(study.require, rejected, strict=True)
     )
     if points.count == 0:
-        reasons = ", ".join(f'"{rejection.expression}" rejects {rejection.count:,}' for rejection in rejections)
+        reasons = ", ".join(
+            f'"{rejection.expression}" rejects {rejection.count:,}'
+            for rejection in rejections
+        )
         raise study.document.error(("require",), f"no point is left: {reasons}")
     return points, rejections
 
@@ -151,5 +175,7 @@ def _with_derived(study: Study, points: Points, name: str) -> Points:
         column = study.fields[name].column(values)
     except NotAllowedError as error:
         where = points.describe(error.index, expression.names)
-        raise study.document.error(("derive", name), f'"{expression.text}": {error}{where}') from None
+        raise study.document.error(
+            ("derive", name), f'"{expression.text}": {error}{where}'
+        ) from None
     return Points(points.base, points.columns | {name: column}, points.count)

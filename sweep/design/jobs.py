@@ -1,8 +1,9 @@
 """From a design to its trials, each with an id that is a hash of its content.
 
-The id of a point covers the model, the preset and the settings that differ from the preset's. So a new axis
-leaves the points with its preset value what they were. The id of a trial adds the kernels, the seed, the
-streams and what is recorded: trials that could differ in a single number are different trials.
+The id of a point covers the model, the preset and the settings that differ from the
+preset's. So a new axis leaves the points with its preset value what they were. The id
+of a trial adds the kernels, the seed, the streams and what is recorded: trials that
+could differ in a single number are different trials.
 """
 
 import hashlib
@@ -31,16 +32,20 @@ Counts = NDArray[np.int64]
 TRIAL_ID = re.compile("[0-9a-f]{24}")
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points, or trials, whose ids are made at once: for a million, the texts would take a gigabyte."""
+"""Points, or trials, whose ids are made at once: for a million, the texts would take a
+gigabyte.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One trial and all that is needed to run it, anywhere and at any time, to the same bits.
+    """One trial and all that is needed to run it, anywhere and at any time, to the same
+    bits.
 
-    With `literal`, `seed` is one of the listed seeds and `replicate` only its place in the list. Otherwise
-    `seed` is that of the study, and `replicate` tells apart the trials of a point. `obstacles` are those of a map
-    that the spec brings, None for a built-in one.
+    With `literal`, `seed` is one of the listed seeds and `replicate` only its place in
+    the list. Otherwise `seed` is that of the study, and `replicate` tells apart the
+    trials of a point. `obstacles` are those of a map that the spec brings, None for a
+    built-in one.
     """
 
     trial_id: str
@@ -58,33 +63,55 @@ class Job:
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
-    """The seed sequence of one kind of randomness in a trial; a common one is the same at all points."""
+    """The seed sequence of one kind of randomness in a trial; a common one is the same
+    at all points.
+    """
     replicate = 0 if job.literal else job.replicate
     common = getattr(job.streams, purpose) == "common"
-    return address(job.seed, purpose, replicate, *(() if common else point_words(job.point)))
+    return address(
+        job.seed, purpose, replicate, *(() if common else point_words(job.point))
+    )
 
 
 def literal_seed(job: Job, purpose: Purpose) -> int:
-    """A seed for Python's `random.Random`: the listed seed where the stream is common, else 64 bits."""
+    """A seed for Python's `random.Random`: the listed seed where the stream is common,
+    else 64 bits.
+    """
     if job.literal and getattr(job.streams, purpose) == "common":
         return job.seed
     return int(stream(job, purpose).generate_state(1, np.uint64)[0])
 
 
-def point_id(model: str, preset: str, settings: Mapping[str, Value], maps: Mapping[str, OwnMap] = NO_MAPS) -> str:
-    """16 hexadecimal digits that stand for a point: a hash of the settings that differ from the preset's.
+def point_id(
+    model: str,
+    preset: str,
+    settings: Mapping[str, Value],
+    maps: Mapping[str, OwnMap] = NO_MAPS,
+) -> str:
+    """16 hexadecimal digits that stand for a point: a hash of the settings that differ
+    from the preset's.
 
     Of a map that the spec brings it covers the obstacles too.
     """
     defaults = preset_settings(model, preset)
     values = {**settings, "map": _identity("map", settings["map"], maps)}
-    different = {name: value for name, value in values.items() if value != defaults[name]}
-    return _point_hash(json.dumps([model, preset, different], sort_keys=True, separators=(",", ":")))
+    different = {
+        name: value for name, value in values.items() if value != defaults[name]
+    }
+    return _point_hash(
+        json.dumps([model, preset, different], sort_keys=True, separators=(",", ":"))
+    )
 
 
 def _identity(name: str, value: Value, maps: Mapping[str, OwnMap]) -> Value:
-    """What stands for a value in the hash: for a map of the spec's own, its name and content."""
-    return f"{value} {maps[str(value)].digest}" if name == "map" and value in maps else value
+    """What stands for a value in the hash: for a map of the spec's own, its name and
+    content.
+    """
+    return (
+        f"{value} {maps[str(value)].digest}"
+        if name == "map" and value in maps
+        else value
+    )
 
 
 def _point_hash(canonical: str) -> str:
@@ -92,20 +119,37 @@ def _point_hash(canonical: str) -> str:
 
 
 class Jobs(Sequence[Job]):
-    """All trials of a study, made when asked for: point after point, the replicates of a point together.
+    """All trials of a study, made when asked for: point after point, the replicates of
+    a point together.
 
-    `trials` (n_points,) says how many each point has, at least one; by default the study's number of trials a point.
-    Replicate k of a point is the same trial whatever that number.
+    `trials` (n_points,) says how many each point has, at least one; by default the
+    study's number of trials a point. Replicate k of a point is the same trial whatever
+    that number.
     """
 
-    def __init__(self, study: Study, design: Design, kernels_sha: str, trials: Counts | None = None) -> None:
+    def __init__(
+        self,
+        study: Study,
+        design: Design,
+        kernels_sha: str,
+        trials: Counts | None = None,
+    ) -> None:
         self.study = study
         self.design = design
-        self.trials = np.full(design.n_points, study.trials_per_point) if trials is None else trials
+        self.trials = (
+            np.full(design.n_points, study.trials_per_point)
+            if trials is None
+            else trials
+        )
         self._ends = np.cumsum(self.trials)
         recorded = study.record
-        record = asdict(recorded) | {"metrics": sorted(recorded.metrics), "series": sorted(recorded.series)}
-        if not recorded.trajectories:  # which came later: without them a trial is what it was
+        record = asdict(recorded) | {
+            "metrics": sorted(recorded.metrics),
+            "series": sorted(recorded.series),
+        }
+        if (
+            not recorded.trajectories
+        ):  # which came later: without them a trial is what it was
             del record["trajectories"]
         content = [kernels_sha, asdict(study.streams), record]
         self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
@@ -127,15 +171,26 @@ class Jobs(Sequence[Job]):
     def table(self) -> pa.Table:
         """`trial_id`, `point`, `replicate` and `seed` of all jobs, in their order."""
         point = np.repeat(np.arange(self.design.n_points), self.trials)
-        replicate = np.arange(len(self)) - np.repeat(self._ends - self.trials, self.trials)
+        replicate = np.arange(len(self)) - np.repeat(
+            self._ends - self.trials, self.trials
+        )
         blocks = [slice(first, first + BLOCK) for first in range(0, len(self), BLOCK)]
         seeds = self.study.seeds
         return pa.table(
             {
-                "trial_id": pa.chunked_array([self._trial_ids(point[block], replicate[block]) for block in blocks]),
-                "point": pa.array(self._points, pa.binary()).cast(pa.string()).take(pa.array(point)),
+                "trial_id": pa.chunked_array(
+                    [
+                        self._trial_ids(point[block], replicate[block])
+                        for block in blocks
+                    ]
+                ),
+                "point": pa.array(self._points, pa.binary())
+                .cast(pa.string())
+                .take(pa.array(point)),
                 "replicate": replicate,
-                "seed": np.full(len(self), self.study.seed) if seeds is None else np.array(seeds)[replicate],
+                "seed": np.full(len(self), self.study.seed)
+                if seeds is None
+                else np.array(seeds)[replicate],
             }
         )
 
@@ -154,13 +209,22 @@ class Jobs(Sequence[Job]):
         return _point_ids(self.study, self.design)
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
-        """The ids of some trials, of which these are the places of the points and the replicates."""
+        """The ids of some trials, of which these are the places of the points and the
+        replicates.
+        """
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
-        ids = [self._trial_id(name.decode(), self._ending(number)) for name, number in names]
+        ids = [
+            self._trial_id(name.decode(), self._ending(number))
+            for name, number in names
+        ]
         return pa.array(ids, pa.string())
 
     def _job(self, point: int, replicate: int) -> Job:
-        study, settings, name = self.study, self.design.settings(point), self._points[point].decode()
+        study, settings, name = (
+            self.study,
+            self.design.settings(point),
+            self._points[point].decode(),
+        )
         own = study.maps.get(str(settings["map"]))
         return Job(
             trial_id=self._trial_id(name, self._ending(replicate)),
@@ -178,7 +242,9 @@ class Jobs(Sequence[Job]):
         )
 
     def _seed(self, replicate: int) -> int:
-        return self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
+        return (
+            self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
+        )
 
     def _ending(self, replicate: int) -> str:
         # The place of a listed seed is left out, so that the list may be reordered.
@@ -217,28 +283,52 @@ class SomeJobs(Sequence[Job]):
 
 
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
-    """`point_id` of every point, from the same text put together column by column, which is much faster."""
+    """`point_id` of every point, from the same text put together column by column,
+    which is much faster.
+    """
     blocks = range(0, design.n_points, BLOCK)
-    ids = [_point_ids_between(study, design, first, min(first + BLOCK, design.n_points)) for first in blocks]
+    ids = [
+        _point_ids_between(study, design, first, min(first + BLOCK, design.n_points))
+        for first in blocks
+    ]
     return np.concatenate([np.array(block, "S16") for block in ids])
 
 
-def _point_ids_between(study: Study, design: Design, first: int, last: int) -> list[str]:
+def _point_ids_between(
+    study: Study, design: Design, first: int, last: int
+) -> list[str]:
     preset, columns = preset_settings(study.model, study.preset), design.columns
     members: list[Iterable[str]] = [repeat("", last - first)]
     for name in sorted(preset):
         if name in columns:
-            members.append(_members(name, columns[name][first:last].tolist(), preset[name], study.maps))
+            members.append(
+                _members(
+                    name, columns[name][first:last].tolist(), preset[name], study.maps
+                )
+            )
         elif design.base[name] != preset[name]:
-            members.append(repeat(_members(name, [design.base[name]], preset[name], study.maps)[0]))
+            members.append(
+                repeat(_members(name, [design.base[name]], preset[name], study.maps)[0])
+            )
     head = json.dumps([study.model, study.preset], separators=(",", ":"))[:-1] + ",{"
-    return [_point_hash(head + "".join(member)[1:] + "}]") for member in zip(*members, strict=False)]
+    return [
+        _point_hash(head + "".join(member)[1:] + "}]")
+        for member in zip(*members, strict=False)
+    ]
 
 
-def _members(name: str, values: list[Value], default: Value, maps: Mapping[str, OwnMap]) -> list[str]:
-    """`,"name":value` in JSON for each value, or nothing where it is the default; see `_identity`."""
+def _members(
+    name: str, values: list[Value], default: Value, maps: Mapping[str, OwnMap]
+) -> list[str]:
+    """`,"name":value` in JSON for each value, or nothing where it is the default; see
+    `_identity`.
+    """
     distinct = list(dict.fromkeys(values))
-    texts = json.dumps([_identity(name, value, maps) for value in distinct], separators=("\n", ":"))[1:-1].split("\n")
+    texts = json.dumps(
+        [_identity(name, value, maps) for value in distinct], separators=("\n", ":")
+    )[1:-1].split("\n")
     key = f",{json.dumps(name)}:"
-    members = {value: key + text for value, text in zip(distinct, texts, strict=True)} | {default: ""}
+    members = {
+        value: key + text for value, text in zip(distinct, texts, strict=True)
+    } | {default: ""}
     return [members[value] for value in values]

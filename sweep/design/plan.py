@@ -12,7 +12,8 @@ from sweep.spec.study import Study
 class Plan:
     """Counts and estimates; `notes` says what a user might not expect.
 
-    Where a rule adds trials until an interval is narrow enough, numbers and estimates are for the most of them.
+    Where a rule adds trials until an interval is narrow enough, numbers and estimates
+    are for the most of them.
     """
 
     study: str
@@ -43,15 +44,22 @@ class Plan:
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
-            f"points     {self.points:,}" + (f" over {', '.join(self.varied)}" if self.varied else ""),
+            f"points     {self.points:,}"
+            + (f" over {', '.join(self.varied)}" if self.varied else ""),
             f"trials     {self._trials()}",
         ]
-        lines += [f'rejected   {one.count:,} points by "{one.expression}"' for one in self.rejected]
+        lines += [
+            f'rejected   {one.count:,} points by "{one.expression}"'
+            for one in self.rejected
+        ]
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
         lines += [f"on error   {self.on_error}"] if self.on_error else []
         lines += [
             f"CPU time   {about} {duration(self.cpu_seconds)}",
-            f"wall time  {about} {duration(self.wall_seconds)} with {self.workers} workers",
+            (
+                f"wall time  {about} {duration(self.wall_seconds)} with {self.workers}"
+                " workers"
+            ),
             f"results    {about} {size(self.result_bytes)}",
         ]
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
@@ -61,8 +69,9 @@ class Plan:
         if until is None:
             return f"{self.trials:,} ({self.trials_per_point:,} a point)"
         return (
-            f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to {until['max']:,} a point, "
-            f"until the half width of {until['metric']} is {until['half_width']:g})"
+            f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to"
+            f" {until['max']:,} a point, until the half width of {until['metric']} is"
+            f" {until['half_width']:g})"
         )
 
 
@@ -77,7 +86,8 @@ def make_plan(study: Study, workers: int) -> Plan:
         points=design.n_points,
         trials_per_point=study.trials_per_point,
         trials=design.n_points * study.trials_per_point,
-        fewest_trials=design.n_points * (study.until.least if study.until else study.trials_per_point),
+        fewest_trials=design.n_points
+        * (study.until.least if study.until else study.trials_per_point),
         varied=list(design.columns),
         rejected=design.rejected,
         merged=design.duplicates,

@@ -1,4 +1,6 @@
-"""Points while a design is being built, and what maps ask of them: a size of the world, a unit of length."""
+"""Points while a design is being built, and what maps ask of them: a size of the world,
+a unit of length.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,7 +21,9 @@ SIDES = ("width", "height")
 
 @dataclass(frozen=True)
 class Points:
-    """Points under construction: `columns` of shape (count,) and, for other fields, values in `base`."""
+    """Points under construction: `columns` of shape (count,) and, for other fields,
+    values in `base`.
+    """
 
     base: dict[str, Value]
     columns: dict[str, Column]
@@ -38,8 +42,19 @@ class Points:
 
     def describe(self, point: int, names: Iterable[str]) -> str:
         """What the named fields are at a point, as ` where n = 50, map = empty`."""
-        values = {name: self.columns[name].item(point) if name in self.columns else self.base[name] for name in names}
-        return " where " + ", ".join(f"{name} = {values[name]}" for name in sorted(values)) if values else ""
+        values = {
+            name: (
+                self.columns[name].item(point)
+                if name in self.columns
+                else self.base[name]
+            )
+            for name in names
+        }
+        return (
+            " where " + ", ".join(f"{name} = {values[name]}" for name in sorted(values))
+            if values
+            else ""
+        )
 
     def kept(self, keep: NDArray[np.bool_]) -> "Points":
         """The points where `keep` is true."""
@@ -50,12 +65,16 @@ class Points:
 
 
 def fitted_to_map(study: Study, points: Points) -> Points:
-    """The points with width and height of the map where it has its own and the study leaves them out."""
+    """The points with width and height of the map where it has its own and the study
+    leaves them out.
+    """
     base, columns = dict(points.base), dict(points.columns)
     for side, name in enumerate(SIDES):
         if study.place_of(name):
             continue
-        sizes = {map_name: size[side] for map_name, size in _sizes(study, points).items()}
+        sizes = {
+            map_name: size[side] for map_name, size in _sizes(study, points).items()
+        }
         if "map" not in columns:
             base[name] = next(iter(sizes.values()), base[name])
         elif any(size != base[name] for size in sizes.values()):
@@ -66,14 +85,19 @@ def fitted_to_map(study: Study, points: Points) -> Points:
 
 
 def check_maps(study: Study, points: Points) -> None:
-    """Raise SpecError for a map in another unit than the model's, and for a width or height that is not the map's."""
+    """Raise SpecError for a map in another unit than the model's, and for a width or
+    height that is not the map's.
+    """
     length = MODELS[study.model].length
     for name in _maps(points):
         if name in MAPS and MAPS[name].unit not in ("", length):
-            fitting = ", ".join(other for other, map_ in MAPS.items() if map_.unit in ("", length))
+            fitting = ", ".join(
+                other for other, map_ in MAPS.items() if map_.unit in ("", length)
+            )
             raise study.document.error(
                 study.place_of("map") or ("model",),
-                f"map {name} is measured in {MAPS[name].unit}, and {study.model} in {length}; "
+                f"map {name} is measured in {MAPS[name].unit}, and {study.model} in"
+                f" {length}; "
                 f'maps in {length}: {fitting}; or give shapes of your own under "maps"',
             )
     values = {**points.base, **points.columns}
@@ -84,11 +108,18 @@ def check_maps(study: Study, points: Points) -> None:
         for map_name, size in _sizes(study, points).items():
             if np.any((values["map"] == map_name) & (values[name] != size[side])):
                 shown = " x ".join(f"{length:g}" for length in size)
-                raise study.document.error(place, f"map {map_name} is {shown} {length}: leave width and height out")
+                raise study.document.error(
+                    place,
+                    f"map {map_name} is {shown} {length}: leave width and height out",
+                )
 
 
 def _maps(points: Points) -> list[str]:
-    return sorted(set(points.columns["map"].tolist())) if "map" in points.columns else [str(points.base["map"])]
+    return (
+        sorted(set(points.columns["map"].tolist()))
+        if "map" in points.columns
+        else [str(points.base["map"])]
+    )
 
 
 def _sizes(study: Study, points: Points) -> dict[str, tuple[float, float]]:

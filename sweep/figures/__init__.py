@@ -1,5 +1,5 @@
-"""Figures from tables, in one house style, for the command line, notebooks and published
-studies.
+"""Figures from tables, in one house style, for the command line, notebooks and
+published studies.
 
     kinds        which figures suit a study      selection    which trials a figure shows
     style        what all figures share          pieces       maps, flocks, intervals
@@ -19,7 +19,16 @@ from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.kinds import KINDS, Choices, Kind, Planned
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
-from sweep.figures.pieces import draw_flock, draw_map, draw_values, draw_visits, legend, name_rows, note, quantity
+from sweep.figures.pieces import (
+    draw_flock,
+    draw_map,
+    draw_values,
+    draw_visits,
+    legend,
+    name_rows,
+    note,
+    quantity,
+)
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
 from sweep.figures.search import front_figure, history_figure

@@ -32,8 +32,13 @@ class Aim(NamedTuple):
 
 
 def aim(study: StoredStudy, text: str) -> Aim:
-    """The aim that `coverage+`, `coverage_cv-` or a metric alone means. Raises StoreError for an unknown metric."""
+    """The aim that `coverage+`, `coverage_cv-` or a metric alone means. Raises
+    StoreError for an unknown metric.
+    """
     metric = recorded(study, text.rstrip("+-"))
     return Aim(
-        metric, not text.endswith("-") if text[-1:] in ("+", "-") else metric.removesuffix("_mean") not in LOW_IS_BETTER
+        metric,
+        not text.endswith("-")
+        if text[-1:] in ("+", "-")
+        else metric.removesuffix("_mean") not in LOW_IS_BETTER,
     )

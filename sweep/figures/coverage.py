@@ -1,4 +1,6 @@
-"""Where boids were: the mean number of visits of each pixel of the map, a panel a point."""
+"""Where boids were: the mean number of visits of each pixel of the map, a panel a
+point.
+"""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -13,7 +15,15 @@ from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, mean_interval
 from sweep.errors import StoreError
-from sweep.figures.pieces import draw_visits, estimated, note, tidy_grid, title_panel, units_of, without_trials
+from sweep.figures.pieces import (
+    draw_visits,
+    estimated,
+    note,
+    tidy_grid,
+    title_panel,
+    units_of,
+    without_trials,
+)
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -32,7 +42,8 @@ class Coverage(NamedTuple):
 
 
 class Visits(NamedTuple):
-    """The mean visits of a point (rows, columns), NaN where every trial has an obstacle; whether all have the same.
+    """The mean visits of a point (rows, columns), NaN where every trial has an
+    obstacle; whether all have the same.
 
     Without `trials`, as none is done, there is no pixel.
     """
@@ -42,20 +53,33 @@ class Visits(NamedTuple):
     trials: list[str]
 
 
-def coverage_figure(study: StoredStudy, *, where: Mapping[str, object] | None = None) -> Figure:
-    """The mean visits of each pixel at every point, on a common scale, and above each its coverage and CV, if recorded.
+def coverage_figure(
+    study: StoredStudy, *, where: Mapping[str, object] | None = None
+) -> Figure:
+    """The mean visits of each pixel at every point, on a common scale, and above each
+    its coverage and CV, if recorded.
 
-    Obstacles are outlined where all trials of a point have the same; a point none of whose trials is done says so.
-    Raises StoreError where no heatmaps are stored and for more than twelve points.
+    Obstacles are outlined where all trials of a point have the same; a point none of
+    whose trials is done says so. Raises StoreError where no heatmaps are stored and for
+    more than twelve points.
     """
     return draw_coverage(coverage_layout(study, where=where))
 
 
-def coverage_layout(study: StoredStudy, *, where: Mapping[str, object] | None) -> Coverage:
+def coverage_layout(
+    study: StoredStudy, *, where: Mapping[str, object] | None
+) -> Coverage:
     """What `coverage_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
-    if "visits" not in study.store.read("heatmaps", trial_ids=pa.array([], pa.string())).column_names:
-        raise StoreError(f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them")
+    if (
+        "visits"
+        not in study.store.read(
+            "heatmaps", trial_ids=pa.array([], pa.string())
+        ).column_names
+    ):
+        raise StoreError(
+            f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them"
+        )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     return Coverage(selection, selection.panels(names, "coverage"))
 
@@ -65,21 +89,42 @@ def draw_coverage(layout: Coverage) -> Figure:
     selection, facets = layout
     visits = _visits(selection, facets)
     known = [one.mean[one.mean > 0.0] for one in visits]
-    most = max((float(np.quantile(means, DARKEST)) for means in known if len(means)), default=1.0)
+    most = max(
+        (float(np.quantile(means, DARKEST)) for means in known if len(means)),
+        default=1.0,
+    )
     height = max(one.mean.shape[0] / one.mean.shape[1] for one in visits if one.trials)
     with style.context(STYLE):
         across = min(3, len(facets))
         down = -(-len(facets) // across)
         width = 4.8 if across == 1 else 7.2
-        figure = Figure(figsize=(width, 1.1 + down * (0.75 + height * (width - 1.6) / across)))
+        figure = Figure(
+            figsize=(width, 1.1 + down * (0.75 + height * (width - 1.6) / across))
+        )
         panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-        for axes, facet, one in zip(tidy_grid(panels, len(facets)), facets, visits, strict=True):
+        for axes, facet, one in zip(
+            tidy_grid(panels, len(facets)), facets, visits, strict=True
+        ):
             if one.trials:
                 image = _panel(axes, selection, one, most)
             else:
                 without_trials(axes)
-            title_panel(axes, [*facet.title.split(", "), *(_said(selection, facet) if one.trials else [])], across)
-        figure.colorbar(image, ax=list(panels.ravel()), label="mean visits a pixel", extend="max", shrink=0.9, pad=0.02)
+            title_panel(
+                axes,
+                [
+                    *facet.title.split(", "),
+                    *(_said(selection, facet) if one.trials else []),
+                ],
+                across,
+            )
+        figure.colorbar(
+            image,
+            ax=list(panels.ravel()),
+            label="mean visits a pixel",
+            extend="max",
+            shrink=0.9,
+            pad=0.02,
+        )
         note(figure, _note(selection, visits))
     return figure
 
@@ -94,15 +139,25 @@ def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> Axe
 
 
 def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
-    """The mean visits of each point over its trials that are done. Raises StoreError where one has none stored."""
+    """The mean visits of each point over its trials that are done. Raises StoreError
+    where one has none stored.
+    """
     done = selection.trials[selection.trials["status"] == "done"]
     found = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
     wanted = pa.array([trial for trials in found for trial in trials], pa.string())
     stored = selection.study.read("heatmaps", wanted)
-    place = {trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())}
+    place = {
+        trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())
+    }
     if not set(wanted.to_pylist()) <= place.keys():
-        raise StoreError(f"study {selection.study.name}: a trial that is done has no heatmap; choose with where")
-    return [_mean([_counts(stored, place[trial]) for trial in trials], trials) for trials in found]
+        raise StoreError(
+            f"study {selection.study.name}: a trial that is done has no heatmap; choose"
+            " with where"
+        )
+    return [
+        _mean([_counts(stored, place[trial]) for trial in trials], trials)
+        for trials in found
+    ]
 
 
 def _counts(stored: pa.Table, number: int) -> NDArray[np.int32]:
@@ -120,23 +175,36 @@ def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
 
 
 def _said(selection: Selection, facet: Facet) -> list[str]:
-    """Coverage and CV of a point with their intervals, in words, as far as they are recorded."""
+    """Coverage and CV of a point with their intervals, in words, as far as they are
+    recorded.
+    """
     trials = among(selection.trials, facet.points)
     lines = []
     for metric in NAMED:
         if metric in selection.study.metrics:
             confidence = selection.study.repeated.get(metric, CONFIDENCE)
-            value, low, high, _ = mean_interval(trials[metric].to_numpy(np.float64), confidence)
+            value, low, high, _ = mean_interval(
+                trials[metric].to_numpy(np.float64), confidence
+            )
             unit = units_of(selection.study).get(metric, "")
-            lines.append(f"{metric.replace('coverage_cv', 'CV')} {estimated(value, low, high)} {unit}".rstrip())
+            lines.append(
+                f"{metric.replace('coverage_cv', 'CV')} {estimated(value, low, high)}"
+                f" {unit}".rstrip()
+            )
     return lines
 
 
 def _note(selection: Selection, visits: list[Visits]) -> str:
     counts = [len(one.trials) for one in visits]
-    named = [name.replace("coverage_cv", "CV") for name in NAMED if name in selection.study.metrics]
+    named = [
+        name.replace("coverage_cv", "CV")
+        for name in NAMED
+        if name in selection.study.metrics
+    ]
     interval = f"{' and '.join(named)} with 95 % interval" if named else ""
     same = all(one.same_obstacles for one in visits if one.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
-    said = selection.about("mean of {n} trials a panel", counts, interval, selection.study.metrics)
+    said = selection.about(
+        "mean of {n} trials a panel", counts, interval, selection.study.metrics
+    )
     return f"{said}; white: never visited; {obstacles}"

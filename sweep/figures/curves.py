@@ -17,7 +17,14 @@ from sweep.analysis import curves
 from sweep.errors import StoreError
 from sweep.figures.pieces import note, quantity, title_panel, without_trials, words
 from sweep.figures.scales import is_logarithmic
-from sweep.figures.selection import MOST_COLOURS, Facet, Selection, among, is_number, select
+from sweep.figures.selection import (
+    MOST_COLOURS,
+    Facet,
+    Selection,
+    among,
+    is_number,
+    select,
+)
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
@@ -28,7 +35,9 @@ LINE = "_line"
 
 
 class Curves(NamedTuple):
-    """What a figure of curves shows: a panel a metric and facet, and in each a line a value of `by`."""
+    """What a figure of curves shows: a panel a metric and facet, and in each a line a
+    value of `by`.
+    """
 
     selection: Selection
     metrics: list[str]
@@ -43,31 +52,39 @@ def metric_curves(
     *,
     where: Mapping[str, object] | None = None,
 ) -> Figure:
-    """Each series metric against frame, one panel each: mean over trials and pointwise 95 % interval by value of `by`.
+    """Each series metric against frame, one panel each: mean over trials and pointwise
+    95 % interval by value of `by`.
 
-    All series metrics where `metrics` is empty. Without `by` it is the listed setting with the fewest values. More
-    than seven values, up to 60, are a bar of colours where they are numbers. Other settings that vary are panels.
-    A panel none of whose trials is done says so. Raises StoreError where no series are stored, for names that the study
-    does not have, for too many lines or panels.
+    All series metrics where `metrics` is empty. Without `by` it is the listed setting
+    with the fewest values. More than seven values, up to 60, are a bar of colours where
+    they are numbers. Other settings that vary are panels. A panel none of whose trials
+    is done says so. Raises StoreError where no series are stored, for names that the
+    study does not have, for too many lines or panels.
     """
     return draw_curves(curves_layout(study, by, metrics, where=where))
 
 
 def curves_layout(
-    study: StoredStudy, by: str | None, metrics: Sequence[str], *, where: Mapping[str, object] | None
+    study: StoredStudy,
+    by: str | None,
+    metrics: Sequence[str],
+    *,
+    where: Mapping[str, object] | None,
 ) -> Curves:
     """What `metric_curves` will show. Raises StoreError as it does."""
     selection = select(study, where)
     recorded = series_metrics(study)
     for name in metrics:
         if name not in recorded:
-            raise StoreError(f"study {study.name}: {unknown('series metric', name, recorded)}")
+            raise StoreError(
+                f"study {study.name}: {unknown('series metric', name, recorded)}"
+            )
     chosen = _lines(selection, by)
     others = selection.apart([chosen] if chosen else [])
     if mixed := selection.mixed([*([chosen] if chosen else []), *others]):
         raise StoreError(
-            f"study {study.name}: a curve would be a mean over {', '.join(mixed)}; allowed: up to {MOST_LINES} points; "
-            f"choose with by and where"
+            f"study {study.name}: a curve would be a mean over {', '.join(mixed)};"
+            f" allowed: up to {MOST_LINES} points; choose with by and where"
         )
     names = list(metrics) or recorded
     facets = selection.facets(others)
@@ -77,27 +94,42 @@ def curves_layout(
 
 
 def series_metrics(study: StoredStudy) -> list[str]:
-    """The metrics of which every recorded frame is stored. Raises StoreError where there are none."""
-    stored = study.store.read("series", trial_ids=pa.array([], pa.string())).column_names
+    """The metrics of which every recorded frame is stored. Raises StoreError where
+    there are none.
+    """
+    stored = study.store.read(
+        "series", trial_ids=pa.array([], pa.string())
+    ).column_names
     recorded = [name for name in stored if name not in ("trial_id", "frame")]
     if not recorded:
-        raise StoreError(f"study {study.name} has no series; record: {{series: [{study.metrics[0]}]}} keeps them")
+        raise StoreError(
+            f"study {study.name} has no series; record: {{series:"
+            f" [{study.metrics[0]}]}} keeps them"
+        )
     return recorded
 
 
 def _lines(selection: Selection, by: str | None) -> str | None:
-    """The setting whose values are lines. Raises StoreError for more of them than can be told apart."""
+    """The setting whose values are lines. Raises StoreError for more of them than can
+    be told apart.
+    """
     listed = selection.apart([])
     if not by and not listed:
         return None
     name = selection.setting(by) if by else listed[0]
     most = MOST_LINES if is_number(selection.points[name]) else MOST_COLOURS
     if (number := len(selection.values(name))) > most:
-        few = [other for other in listed if len(selection.values(other)) <= MOST_COLOURS]
-        offer = f"by one of {', '.join(few)}" if few else f"with where, {selection.example([name])}"
+        few = [
+            other for other in listed if len(selection.values(other)) <= MOST_COLOURS
+        ]
+        offer = (
+            f"by one of {', '.join(few)}"
+            if few
+            else f"with where, {selection.example([name])}"
+        )
         raise StoreError(
-            f"study {selection.study.name}: curves by {name}, which has {number:,} values; allowed: up to {most}; "
-            f"choose {offer}"
+            f"study {selection.study.name}: curves by {name}, which has {number:,}"
+            f" values; allowed: up to {most}; choose {offer}"
         )
     return name
 
@@ -120,31 +152,67 @@ def draw_curves(layout: Curves) -> Figure:
             axes.set_axis_off()
         if by and _coloured(layout):
             figure.colorbar(
-                ScalarMappable(_norm(layout), "viridis"), ax=list(grid), label=quantity(selection.study, by)
+                ScalarMappable(_norm(layout), "viridis"),
+                ax=list(grid),
+                label=quantity(selection.study, by),
             )
         elif by:
             labels = [words(value) for value in selection.values(by)]
-            handles = [Line2D([], [], **_looks(layout, place)) for place in range(len(labels))]
+            handles = [
+                Line2D([], [], **_looks(layout, place)) for place in range(len(labels))
+            ]
             title = quantity(selection.study, by)
-            figure.legend(handles, labels, title=title, loc="outside upper center", ncols=len(labels))
-        counts = selection.trials[selection.trials["status"] == "done"].groupby("point").size()
-        given = ", which takes the numbers of trials as given" if selection.study.repeated else ""
-        note(figure, selection.about("{n} trials a curve", counts, f"mean with pointwise 95 % interval{given}"))
+            figure.legend(
+                handles,
+                labels,
+                title=title,
+                loc="outside upper center",
+                ncols=len(labels),
+            )
+        counts = (
+            selection.trials[selection.trials["status"] == "done"]
+            .groupby("point")
+            .size()
+        )
+        given = (
+            ", which takes the numbers of trials as given"
+            if selection.study.repeated
+            else ""
+        )
+        note(
+            figure,
+            selection.about(
+                "{n} trials a curve",
+                counts,
+                f"mean with pointwise 95 % interval{given}",
+            ),
+        )
     return figure
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
     selection, by = layout.selection, layout.by
     trials = among(selection.trials, facet.points)
-    trials = trials.assign(**{LINE: trials["point"].map(selection.points[by]) if by else ""})
+    trials = trials.assign(
+        **{LINE: trials["point"].map(selection.points[by]) if by else ""}
+    )
     table = curves(selection.study.series, trials, LINE, metric)
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
     for number, value in enumerate(selection.values(by) if by else [""]):
         if value not in lines:
             continue
         curve = lines[value]
-        (line,) = axes.plot(curve["frame"], curve["mean"], label=words(value), **_looks(layout, number))
-        axes.fill_between(curve["frame"], curve["low"], curve["high"], color=line.get_color(), alpha=0.2, lw=0)
+        (line,) = axes.plot(
+            curve["frame"], curve["mean"], label=words(value), **_looks(layout, number)
+        )
+        axes.fill_between(
+            curve["frame"],
+            curve["low"],
+            curve["high"],
+            color=line.get_color(),
+            alpha=0.2,
+            lw=0,
+        )
     axes.set_xlabel("frame (steps)")
     axes.set_ylabel(quantity(selection.study, metric))
     if table.empty:
@@ -158,8 +226,14 @@ def _looks(layout: Curves, number: int) -> dict[str, Any]:
     """How the line of the value with that number is drawn."""
     if _coloured(layout) and layout.by:
         values = np.array(layout.selection.values(layout.by), np.float64)
-        return {"color": colormaps["viridis"](_norm(layout)(values)[number]), "linewidth": 1.0}
-    return {"color": COLOURS[number], "linestyle": LINE_STYLES[number % len(LINE_STYLES)]}
+        return {
+            "color": colormaps["viridis"](_norm(layout)(values)[number]),
+            "linewidth": 1.0,
+        }
+    return {
+        "color": COLOURS[number],
+        "linestyle": LINE_STYLES[number % len(LINE_STYLES)],
+    }
 
 
 def _one_scale(panels: Iterable[Axes]) -> None:
@@ -172,7 +246,9 @@ def _one_scale(panels: Iterable[Axes]) -> None:
 
 def _coloured(layout: Curves) -> bool:
     """Whether lines are told apart by a bar of colours."""
-    return layout.by is not None and len(layout.selection.values(layout.by)) > MOST_COLOURS
+    return (
+        layout.by is not None and len(layout.selection.values(layout.by)) > MOST_COLOURS
+    )
 
 
 def _norm(layout: Curves) -> Normalize:

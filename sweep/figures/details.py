@@ -1,4 +1,6 @@
-"""What each detail in which two presets differ does: paired effects of an axis that ablates, and their figure."""
+"""What each detail in which two presets differ does: paired effects of an axis that
+ablates, and their figure.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,19 +21,28 @@ SMALLEST_LOGARITHMIC = 8.0
 
 
 def paired_effects(
-    study: StoredStudy, preset: str, metrics: Sequence[str], by: str, *, factor: bool = False
+    study: StoredStudy,
+    preset: str,
+    metrics: Sequence[str],
+    by: str,
+    *,
+    factor: bool = False,
 ) -> pd.DataFrame:
-    """The mean change of each metric that each detail of `preset` brings, with its simultaneous 95 % interval.
+    """The mean change of each metric that each detail of `preset` brings, with its
+    simultaneous 95 % interval.
 
-    A trial is compared with that of the same seed, replicate and value of `by` in which nothing is changed: their
-    difference, or with `factor`, for metrics above zero, the factor between them, whose mean is the geometric one.
-    Columns: `by`, detail, metric, value, low, high, n; the intervals hold together (Bonferroni). Trials that are
-    not done, or whose partner is not, do not count.
+    A trial is compared with that of the same seed, replicate and value of `by` in which
+    nothing is changed: their difference, or with `factor`, for metrics above zero, the
+    factor between them, whose mean is the geometric one. Columns: `by`, detail, metric,
+    value, low, high, n; the intervals hold together (Bonferroni). Trials that are not
+    done, or whose partner is not, do not count.
     """
     trials = study.trials.assign(detail=details(study, preset).to_numpy())
     trials = trials[trials["status"] == "done"]
     start = [by, "seed", "replicate"]
-    values = trials[[*start, "detail", *metrics]].astype(dict.fromkeys(metrics, np.float64))
+    values = trials[[*start, "detail", *metrics]].astype(
+        dict.fromkeys(metrics, np.float64)
+    )
     if factor:
         values[list(metrics)] = np.log(values[list(metrics)])
     before = values[values["detail"] == ""].set_index(start)[list(metrics)]
@@ -42,9 +53,15 @@ def paired_effects(
         changed = group.set_index(start)
         for metric in metrics:
             pairs = paired_contrast(changed[metric], before[metric])
-            *found, n = mean_interval(pairs.first - pairs.second, simultaneous_confidence(comparisons))
-            rows.append((value, detail, metric, *(np.exp(found) if factor else found), n))
-    return pd.DataFrame(rows, columns=[by, "detail", "metric", "value", "low", "high", "n"])
+            *found, n = mean_interval(
+                pairs.first - pairs.second, simultaneous_confidence(comparisons)
+            )
+            rows.append(
+                (value, detail, metric, *(np.exp(found) if factor else found), n)
+            )
+    return pd.DataFrame(
+        rows, columns=[by, "detail", "metric", "value", "low", "high", "n"]
+    )
 
 
 def effects_figure(
@@ -56,9 +73,11 @@ def effects_figure(
     *,
     factor: bool = False,
 ) -> Figure:
-    """A forest of `paired_effects`: a panel a metric, a row a detail, all details together last.
+    """A forest of `paired_effects`: a panel a metric, a row a detail, all details
+    together last.
 
-    `metrics` says in words what each column is and `names` what each value of `by` is, both in the order to be drawn.
+    `metrics` says in words what each column is and `names` what each value of `by` is,
+    both in the order to be drawn.
     """
     table = paired_effects(study, preset, list(metrics), by, factor=factor)
     rows = _rows(study, preset, table)
@@ -66,24 +85,44 @@ def effects_figure(
         figure = Figure(figsize=(7.2, 0.3 * len(rows) + 1.95))
         panels = figure.subplots(1, len(metrics), sharey=True, squeeze=False)[0]
         for axes, (metric, text) in zip(panels, metrics.items(), strict=True):
-            _panel(axes, table[table["metric"] == metric], list(rows), by, names, factor=factor)
+            _panel(
+                axes,
+                table[table["metric"] == metric],
+                list(rows),
+                by,
+                names,
+                factor=factor,
+            )
             unit = f" ({study.units[metric]})" if metric in study.units else ""
-            axes.set_title(f"{text}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}", fontsize=7.5)
-            axes.set_xlabel("factor" if factor else f"change{unit}".replace("%", "% points"), fontsize=8)
+            axes.set_title(
+                f"{text}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}",
+                fontsize=7.5,
+            )
+            axes.set_xlabel(
+                "factor" if factor else f"change{unit}".replace("%", "% points"),
+                fontsize=8,
+            )
         for axes in panels:
             name_rows(axes, list(rows.values()))
         legend(figure, panels[0])
         kind = "geometric mean" if factor else "mean"
         note(
             figure,
-            f"{study.name}: {span(table['n'])} pairs of trials with the same start a row,\n"
-            f"{kind} with simultaneous 95 % interval (Bonferroni, {len(table)} comparisons)",
+            f"{study.name}: {span(table['n'])} pairs of trials with the same start a"
+            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni, {len(table)}"
+            " comparisons)",
         )
     return figure
 
 
 def _panel(
-    axes: Axes, table: pd.DataFrame, rows: Sequence[str], by: str, names: Mapping[object, str], *, factor: bool
+    axes: Axes,
+    table: pd.DataFrame,
+    rows: Sequence[str],
+    by: str,
+    names: Mapping[object, str],
+    *,
+    factor: bool,
 ) -> None:
     axes.axvline(1.0 if factor else 0.0, color="0.5", linewidth=0.8)
     axes.axhline(len(rows) - 1.5, color="0.8", linewidth=0.8)
@@ -91,25 +130,39 @@ def _panel(
         chosen = table[table[by] == value].set_index("detail").reindex(list(rows))
         places = np.arange(len(rows)) + 0.28 * (number - (len(names) - 1) / 2)
         colour, marker = MARKS[number]
-        draw_values(axes, places, (chosen["value"], chosen["low"], chosen["high"]), colour, marker, name)
+        draw_values(
+            axes,
+            places,
+            (chosen["value"], chosen["low"], chosen["high"]),
+            colour,
+            marker,
+            name,
+        )
     if factor:
         _logarithmic(axes)
     axes.tick_params(axis="both", labelsize=8)
 
 
 def _logarithmic(axes: Axes) -> None:
-    """A logarithmic axis of factors, at least from 1/8 to 8, so that small ones look small."""
+    """A logarithmic axis of factors, at least from 1/8 to 8, so that small ones look
+    small.
+    """
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 1.0 / SMALLEST_LOGARITHMIC), max(high, SMALLEST_LOGARITHMIC))
     axes.minorticks_off()
 
 
-def _unchanged(study: StoredStudy, preset: str, metric: str, by: str, names: Mapping[object, str]) -> str:
+def _unchanged(
+    study: StoredStudy, preset: str, metric: str, by: str, names: Mapping[object, str]
+) -> str:
     """The metric's mean where nothing is changed, for each value of `by`."""
     before = study.trials[details(study, preset).to_numpy() == ""]
     means = before.groupby(by)[metric].mean()
-    return " and ".join(f"{means[value]:,.0f}" if means[value] > 1000 else f"{means[value]:.3g}" for value in names)
+    return " and ".join(
+        f"{means[value]:,.0f}" if means[value] > 1000 else f"{means[value]:.3g}"
+        for value in names
+    )
 
 
 def _rows(study: StoredStudy, preset: str, table: pd.DataFrame) -> dict[str, str]:
@@ -118,4 +171,6 @@ def _rows(study: StoredStudy, preset: str, table: pd.DataFrame) -> dict[str, str
     values = trials.groupby("detail", sort=False).first()
     found = [name for name in dict.fromkeys(table["detail"]) if name != ALL]
     rows = {name: f"{words(name)}: {words(values.loc[name, name])}" for name in found}
-    return rows | ({ALL: f"all: {words(preset)}"} if ALL in set(table["detail"]) else {})
+    return rows | (
+        {ALL: f"all: {words(preset)}"} if ALL in set(table["detail"]) else {}
+    )

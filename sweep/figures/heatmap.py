@@ -1,4 +1,6 @@
-"""A metric over two settings: means of cells where the design is a grid, else of bins, and half their intervals."""
+"""A metric over two settings: means of cells where the design is a grid, else of bins,
+and half their intervals.
+"""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -14,7 +16,14 @@ from numpy.typing import NDArray
 from sweep.analysis import half_width
 from sweep.errors import StoreError
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel
-from sweep.figures.scales import Floats, bin_edges, cell_edges, is_logarithmic, label_setting, places
+from sweep.figures.scales import (
+    Floats,
+    bin_edges,
+    cell_edges,
+    is_logarithmic,
+    label_setting,
+    places,
+)
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -30,7 +39,9 @@ MOST_COUNTED = 2
 
 
 class Cells(NamedTuple):
-    """Edges of the cells along x and y, and of each cell (rows, columns) mean, half width and number of points."""
+    """Edges of the cells along x and y, and of each cell (rows, columns) mean, half
+    width and number of points.
+    """
 
     x: Floats
     y: Floats
@@ -40,9 +51,11 @@ class Cells(NamedTuple):
 
 
 class Heatmap(NamedTuple):
-    """What a heatmap shows: a metric over x and y, a panel a facet; which of x and y are in bins, and what else varies.
+    """What a heatmap shows: a metric over x and y, a panel a facet; which of x and y
+    are in bins, and what else varies.
 
-    Cells average over points where any is in bins or `mixed` names a setting that differs between points of a cell.
+    Cells average over points where any is in bins or `mixed` names a setting that
+    differs between points of a cell.
     """
 
     selection: Selection
@@ -67,37 +80,64 @@ def heatmap_figure(
     *,
     where: Mapping[str, object] | None = None,
 ) -> Figure:
-    """The mean of `metric` over two settings, `x` and `y`, and beside it half the width of its 95 % interval.
+    """The mean of `metric` over two settings, `x` and `y`, and beside it half the width
+    of its 95 % interval.
 
-    Without `x` and `y` they are the first two that are sampled, or the listed numbers with the most values. Cells of a
-    grid are exact: means over the replicates of a point. A setting with more than 30 values, or 12 sampled ones, is in
-    bins, which are means over their points, whatever else is sampled; empty ones are white. Other listed settings are
-    panels. Raises StoreError for names that the study does not have, for fewer than two settings, and for more than
-    twelve panels.
+    Without `x` and `y` they are the first two that are sampled, or the listed numbers
+    with the most values. Cells of a grid are exact: means over the replicates of a
+    point. A setting with more than 30 values, or 12 sampled ones, is in bins, which are
+    means over their points, whatever else is sampled; empty ones are white. Other
+    listed settings are panels. Raises StoreError for names that the study does not
+    have, for fewer than two settings, and for more than twelve panels.
     """
     return draw_heatmap(heatmap_layout(study, metric, x, y, where=where))
 
 
 def heatmap_layout(
-    study: StoredStudy, metric: str, x: str | None, y: str | None, *, where: Mapping[str, object] | None
+    study: StoredStudy,
+    metric: str,
+    x: str | None,
+    y: str | None,
+    *,
+    where: Mapping[str, object] | None,
 ) -> Heatmap:
     """What `heatmap_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
     recorded(study, metric)
     given = [selection.setting(name) for name in (x, y) if name]
     if x and x == y:
-        raise StoreError(f"study {study.name}: heatmap with x and y both {x}; allowed: two settings")
-    listed = sorted(selection.apart(selection.sampled), key=lambda name: _preference(selection, name))
+        raise StoreError(
+            f"study {study.name}: heatmap with x and y both {x}; allowed: two settings"
+        )
+    listed = sorted(
+        selection.apart(selection.sampled),
+        key=lambda name: _preference(selection, name),
+    )
     free = [*selection.sampled, *listed]
     chosen = [*given, *(name for name in free if name not in given)][:2]
     if len(chosen) < 2:
-        raise StoreError(f"study {study.name}: heatmap needs two settings that vary, and there is {len(chosen)}")
+        raise StoreError(
+            f"study {study.name}: heatmap needs two settings that vary, and there is"
+            f" {len(chosen)}"
+        )
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
     others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))
     facets = selection.panels(others, "heatmap")
     binned = [name for name in (across, up) if is_binned(selection, name)]
-    mixed = [name for name in selection.sampled if name not in (across, up)] if binned else []
-    return Heatmap(selection, metric, across, up, facets, binned, mixed or selection.mixed([across, up, *others]))
+    mixed = (
+        [name for name in selection.sampled if name not in (across, up)]
+        if binned
+        else []
+    )
+    return Heatmap(
+        selection,
+        metric,
+        across,
+        up,
+        facets,
+        binned,
+        mixed or selection.mixed([across, up, *others]),
+    )
 
 
 def is_binned(selection: Selection, name: str) -> bool:
@@ -121,30 +161,59 @@ def draw_heatmap(layout: Heatmap) -> Figure:
         single, down = len(cells) == 1, -(-len(cells) // _across(layout))
         number = 2 if known else 1
         width = 7.2 if known or not single else 4.2
-        figure = Figure(figsize=(width, 3.3 if single else 1.0 + number * down * HEIGHTS[_across(layout) - 1]))
-        blocks = figure.subfigures(*((1, number) if single else (number, 1)), squeeze=False)
-        _block(blocks.flat[0], layout, cells, [one.mean for one in cells], name, "viridis")
+        figure = Figure(
+            figsize=(
+                width,
+                3.3 if single else 1.0 + number * down * HEIGHTS[_across(layout) - 1],
+            )
+        )
+        blocks = figure.subfigures(
+            *((1, number) if single else (number, 1)), squeeze=False
+        )
+        _block(
+            blocks.flat[0], layout, cells, [one.mean for one in cells], name, "viridis"
+        )
         if known:
             halves = [one.half for one in cells]
-            _block(blocks.flat[1], layout, cells, halves, f"half the 95 % interval of\n{name}", "magma")
+            _block(
+                blocks.flat[1],
+                layout,
+                cells,
+                halves,
+                f"half the 95 % interval of\n{name}",
+                "magma",
+            )
         note(figure, _note(layout, table, cells))
     return figure
 
 
 def _across(layout: Heatmap) -> int:
-    return min(4 if len(layout.facets) in (4, 7, 8, 10, 11, 12) else 3, len(layout.facets))
+    return min(
+        4 if len(layout.facets) in (4, 7, 8, 10, 11, 12) else 3, len(layout.facets)
+    )
 
 
 def _block(
-    block: SubFigure, layout: Heatmap, cells: list[Cells], values: list[Floats], words: str, colours: str
+    block: SubFigure,
+    layout: Heatmap,
+    cells: list[Cells],
+    values: list[Floats],
+    words: str,
+    colours: str,
 ) -> None:
     """One panel a facet with a common scale of colours, which `words` names."""
     across = _across(layout)
-    panels = block.subplots(-(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False)
-    known = np.concatenate([value[np.isfinite(value)] for value in values] or [np.zeros(0)])
+    panels = block.subplots(
+        -(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False
+    )
+    known = np.concatenate(
+        [value[np.isfinite(value)] for value in values] or [np.zeros(0)]
+    )
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     meshes = []
-    for axes, facet, one, value in zip(tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True):
+    for axes, facet, one, value in zip(
+        tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True
+    ):
         meshes.append(_mesh(axes, one, value, (low, high), colours))
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
@@ -154,40 +223,81 @@ def _block(
             _count(axes, one, (value - low) / max(high - low, 1e-300))
     block.supxlabel(quantity(layout.selection.study, layout.x), fontsize=9)
     block.supylabel(quantity(layout.selection.study, layout.y), fontsize=9)
-    block.colorbar(meshes[0], ax=list(panels.ravel()), label=words, shrink=0.9, pad=0.02)
+    block.colorbar(
+        meshes[0], ax=list(panels.ravel()), label=words, shrink=0.9, pad=0.02
+    )
 
 
-def _mesh(axes: Axes, cells: Cells, value: Floats, limits: tuple[float, float], colours: str) -> QuadMesh:
+def _mesh(
+    axes: Axes, cells: Cells, value: Floats, limits: tuple[float, float], colours: str
+) -> QuadMesh:
     axes.grid(visible=False)
     shown = np.ma.masked_invalid(value)
     return axes.pcolormesh(
-        cells.x, cells.y, shown, cmap=colours, vmin=limits[0], vmax=limits[1], rasterized=True, linewidth=0
+        cells.x,
+        cells.y,
+        shown,
+        cmap=colours,
+        vmin=limits[0],
+        vmax=limits[1],
+        rasterized=True,
+        linewidth=0,
     )
 
 
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
-    """The number of points in each cell that has any, to be read on its `shade` from 0, dark, to 1."""
+    """The number of points in each cell that has any, to be read on its `shade` from 0,
+    dark, to 1.
+    """
     x, y = (
-        _middles(edges, axis.get_scale() == "log") for edges, axis in ((cells.x, axes.xaxis), (cells.y, axes.yaxis))
+        _middles(edges, axis.get_scale() == "log")
+        for edges, axis in ((cells.x, axes.xaxis), (cells.y, axes.yaxis))
     )
     for row, column in np.argwhere(cells.points > 0):
-        colour = "black" if shade[row, column] > LIGHT or np.isnan(shade[row, column]) else "white"
+        colour = (
+            "black"
+            if shade[row, column] > LIGHT or np.isnan(shade[row, column])
+            else "white"
+        )
         number = str(cells.points[row, column])
-        axes.text(x[column], y[row], number, color=colour, fontsize=5, ha="center", va="center")
+        axes.text(
+            x[column],
+            y[row],
+            number,
+            color=colour,
+            fontsize=5,
+            ha="center",
+            va="center",
+        )
 
 
 def _middles(edges: Floats, logarithmic: bool) -> Floats:
-    return np.asarray(np.sqrt(edges[1:] * edges[:-1]) if logarithmic else (edges[1:] + edges[:-1]) / 2, np.float64)
+    return np.asarray(
+        (
+            np.sqrt(edges[1:] * edges[:-1])
+            if logarithmic
+            else (edges[1:] + edges[:-1]) / 2
+        ),
+        np.float64,
+    )
 
 
 def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
-    """The cells of the points of a panel. One point a cell keeps its own interval; several give that of their mean."""
+    """The cells of the points of a panel. One point a cell keeps its own interval;
+    several give that of their mean.
+    """
     metric = layout.metric
     known = table[table[metric].notna()]
     number = int(np.clip(np.sqrt(len(known) / POINTS_A_BIN), FEWEST_BINS, MOST_BINS))
-    (x, columns), (y, rows) = (_divided(layout.selection, name, known, number) for name in (layout.x, layout.y))
+    (x, columns), (y, rows) = (
+        _divided(layout.selection, name, known, number) for name in (layout.x, layout.y)
+    )
     shape = (len(y) - 1, len(x) - 1)
-    mean, half, points = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape, np.int64)
+    mean, half, points = (
+        np.full(shape, np.nan),
+        np.full(shape, np.nan),
+        np.zeros(shape, np.int64),
+    )
     keys = rows * shape[1] + columns
     groups = known.groupby(keys)[metric]
     count = groups.size()
@@ -200,8 +310,12 @@ def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
     return Cells(x, y, mean, half, points)
 
 
-def _divided(selection: Selection, name: str, table: pd.DataFrame, number: int) -> tuple[Floats, NDArray[np.int64]]:
-    """The edges of the cells of a setting, about its values or in bins, and in which of them each point lies."""
+def _divided(
+    selection: Selection, name: str, table: pd.DataFrame, number: int
+) -> tuple[Floats, NDArray[np.int64]]:
+    """The edges of the cells of a setting, about its values or in bins, and in which of
+    them each point lies.
+    """
     every = np.unique(places(selection, name, selection.points[name]))
     logarithmic = is_logarithmic(selection, name)
     edges = (
@@ -214,13 +328,22 @@ def _divided(selection: Selection, name: str, table: pd.DataFrame, number: int) 
 
 
 def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
-    counts = np.concatenate([one.points[one.points > 0] for one in cells] or [np.zeros(1, np.int64)])
+    counts = np.concatenate(
+        [one.points[one.points > 0] for one in cells] or [np.zeros(1, np.int64)]
+    )
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
         text = "one point a cell, {n} trials a point"
-        return layout.selection.about(text, trials, "mean with 95 % interval", [layout.metric])
+        return layout.selection.about(
+            text, trials, "mean with 95 % interval", [layout.metric]
+        )
     others = ", ".join(name.replace("_", " ") for name in layout.mixed)
-    text = f"each cell the mean of {span(counts)} points{f', which differ in {others} too' if others else ''};"
+    text = (
+        f"each cell the mean of {span(counts)}"
+        f" points{f', which differ in {others} too' if others else ''};"
+    )
     return layout.selection.about(
-        f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white: no point", trials
+        f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white:"
+        " no point",
+        trials,
     )

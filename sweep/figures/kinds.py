@@ -1,4 +1,5 @@
-"""The kinds of figures that `sweep plot` draws: each says whether it suits a study, and which figures it draws then.
+"""The kinds of figures that `sweep plot` draws: each says whether it suits a study, and
+which figures it draws then.
 
 A new kind is a module of its own and one entry of KINDS.
 """
@@ -22,7 +23,11 @@ from sweep.figures.pareto import draw_pareto, opposed_metrics, pareto_layout
 from sweep.figures.saving import about_study, save
 from sweep.figures.scatter import draw_scatter, scatter_layout
 from sweep.figures.search import front_figure, history_figure, with_front
-from sweep.figures.search_runs import comparison_figure, hypervolume_figure, with_repetitions
+from sweep.figures.search_runs import (
+    comparison_figure,
+    hypervolume_figure,
+    with_repetitions,
+)
 from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
@@ -37,9 +42,11 @@ ANALYSES = {"saltelli": sobol, "morris": morris}
 
 
 class Choices(NamedTuple):
-    """What to draw: metrics as `coverage` or with their direction, `coverage+`; settings; which points.
+    """What to draw: metrics as `coverage` or with their direction, `coverage+`;
+    settings; which points.
 
-    Without metrics all recorded ones are drawn. `half` takes their means over the last half of a trial.
+    Without metrics all recorded ones are drawn. `half` takes their means over the last
+    half of a trial.
     """
 
     metrics: tuple[str, ...] = ()
@@ -50,10 +57,18 @@ class Choices(NamedTuple):
     half: bool = False
 
     def columns(self, study: StoredStudy) -> list[str]:
-        """The columns of the trials to draw, each with its direction as given. Raises StoreError for unknown ones."""
-        named = [(aim(study, text).metric, text[len(text.rstrip("+-")) :]) for text in self.metrics or study.metrics]
+        """The columns of the trials to draw, each with its direction as given. Raises
+        StoreError for unknown ones.
+        """
+        named = [
+            (aim(study, text).metric, text[len(text.rstrip("+-")) :])
+            for text in self.metrics or study.metrics
+        ]
         return [
-            metric + ("_mean" if self.half and not metric.endswith("_mean") else "") + sign for metric, sign in named
+            metric
+            + ("_mean" if self.half and not metric.endswith("_mean") else "")
+            + sign
+            for metric, sign in named
         ]
 
     def plain(self, study: StoredStudy) -> list[str]:
@@ -62,14 +77,17 @@ class Choices(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """A figure to be drawn: the metric in the name of its file, or "", and how to draw it."""
+    """A figure to be drawn: the metric in the name of its file, or "", and how to draw
+    it.
+    """
 
     metric: str
     draw: Callable[[], Figure]
 
 
 class Kind(NamedTuple):
-    """A kind of figure: what it shows, which of by, x and y it takes, and its figures of a study.
+    """A kind of figure: what it shows, which of by, x and y it takes, and its figures
+    of a study.
 
     `plan` draws nothing and raises StoreError where the kind does not suit the study.
     """
@@ -88,48 +106,92 @@ class Kind(NamedTuple):
 
 
 def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of all metrics, or one of each where other settings need panels too."""
-    names = [name.removesuffix("_mean") for name in choices.plain(study)] if choices.metrics else series_metrics(study)
+    """One figure of all metrics, or one of each where
+    other settings need panels too.
+    """
+    names = (
+        [name.removesuffix("_mean") for name in choices.plain(study)]
+        if choices.metrics
+        else series_metrics(study)
+    )
     first = curves_layout(study, choices.by, names[:1], where=choices.where)
     groups = [names] if len(first.facets) == 1 else [[name] for name in names]
-    layouts = [curves_layout(study, choices.by, group, where=choices.where) for group in groups]
-    labels = [""] if len(groups) == 1 and not choices.metrics else ["-".join(group) for group in groups]
-    return [Planned(label, partial(draw_curves, layout)) for label, layout in zip(labels, layouts, strict=True)]
+    layouts = [
+        curves_layout(study, choices.by, group, where=choices.where) for group in groups
+    ]
+    labels = (
+        [""]
+        if len(groups) == 1 and not choices.metrics
+        else ["-".join(group) for group in groups]
+    )
+    return [
+        Planned(label, partial(draw_curves, layout))
+        for label, layout in zip(labels, layouts, strict=True)
+    ]
 
 
 def _scatter(study: StoredStudy, choices: Choices) -> list[Planned]:
     names = choices.plain(study)
-    layouts = [scatter_layout(study, name, choices.x, by=choices.by, where=choices.where) for name in names]
-    return [Planned(name, partial(draw_scatter, layout)) for name, layout in zip(names, layouts, strict=True)]
+    layouts = [
+        scatter_layout(study, name, choices.x, by=choices.by, where=choices.where)
+        for name in names
+    ]
+    return [
+        Planned(name, partial(draw_scatter, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
 
 
 def _heatmap(study: StoredStudy, choices: Choices) -> list[Planned]:
     names = choices.plain(study)
-    layouts = [heatmap_layout(study, name, choices.x, choices.y, where=choices.where) for name in names]
-    return [Planned(name, partial(draw_heatmap, layout)) for name, layout in zip(names, layouts, strict=True)]
+    layouts = [
+        heatmap_layout(study, name, choices.x, choices.y, where=choices.where)
+        for name in names
+    ]
+    return [
+        Planned(name, partial(draw_heatmap, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
 
 
 def _parallel(study: StoredStudy, choices: Choices) -> list[Planned]:
-    layouts = [parallel_layout(study, name, where=choices.where) for name in choices.columns(study)]
-    return [Planned(layout.aim.metric, partial(draw_parallel, layout)) for layout in layouts]
+    layouts = [
+        parallel_layout(study, name, where=choices.where)
+        for name in choices.columns(study)
+    ]
+    return [
+        Planned(layout.aim.metric, partial(draw_parallel, layout)) for layout in layouts
+    ]
 
 
 def _pareto(study: StoredStudy, choices: Choices) -> list[Planned]:
-    aims = choices if choices.metrics else choices._replace(metrics=tuple(opposed_metrics(study)))
+    aims = (
+        choices
+        if choices.metrics
+        else choices._replace(metrics=tuple(opposed_metrics(study)))
+    )
     metrics = aims.columns(study) if aims.metrics else []
     layout = pareto_layout(study, metrics, by=choices.by, where=choices.where)
-    return [Planned("-".join(one.metric for one in layout.aims), partial(draw_pareto, layout))]
+    return [
+        Planned(
+            "-".join(one.metric for one in layout.aims), partial(draw_pareto, layout)
+        )
+    ]
 
 
 def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
     selection = select(study, choices.where)
     if not selection.sampled:
-        raise StoreError(f"study {study.name}: sensitivity needs an axis that samples settings, and there is none")
+        raise StoreError(
+            f"study {study.name}: sensitivity needs an axis that samples settings, and"
+            " there is none"
+        )
     axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
     about = study.provenance["axes"][axis]
     if fixed := [name for name in choices.where or {} if name in about["fields"]]:
         raise StoreError(
-            f"study {study.name}: sensitivity with where {fixed[0]}, which {axis} samples; allowed: others"
+            f"study {study.name}: sensitivity with where {fixed[0]}, which {axis}"
+            " samples; allowed: others"
         )
     selection.panels(selection.apart(about["fields"]), "sensitivity")
     analyse = ANALYSES.get(about["sampler"], rank_correlations)
@@ -141,24 +203,39 @@ def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def _coverage(study: StoredStudy, choices: Choices) -> list[Planned]:
-    return [Planned("", partial(draw_coverage, coverage_layout(study, where=choices.where)))]
+    return [
+        Planned("", partial(draw_coverage, coverage_layout(study, where=choices.where)))
+    ]
 
 
 def _trajectories(study: StoredStudy, choices: Choices) -> list[Planned]:
-    return [Planned("", partial(draw_trajectories, trajectories_layout(study, where=choices.where)))]
+    return [
+        Planned(
+            "",
+            partial(draw_trajectories, trajectories_layout(study, where=choices.where)),
+        )
+    ]
 
 
 def _of_search(
-    kind: str, check: Callable[[StoredStudy], object], draw: Callable[[StoredStudy], Figure]
+    kind: str,
+    check: Callable[[StoredStudy], object],
+    draw: Callable[[StoredStudy], Figure],
 ) -> Callable[[StoredStudy, Choices], list[Planned]]:
     """The plan of a figure of a whole search."""
 
     def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
         check(study)
-        choice = {"metric": choices.metrics, "where": choices.where, "over half": choices.half}
+        choice = {
+            "metric": choices.metrics,
+            "where": choices.where,
+            "over half": choices.half,
+        }
         if given := [name for name, value in choice.items() if value]:
             what = "is of the whole search and its objectives"
-            raise StoreError(f"study {study.name}: {kind} {what}, and takes no {given[0]}")
+            raise StoreError(
+                f"study {study.name}: {kind} {what}, and takes no {given[0]}"
+            )
         return [Planned("", partial(draw, study))]
 
     return plan
@@ -168,13 +245,21 @@ KINDS: dict[str, Kind] = {
     "curves": Kind("each series metric against time, mean and band", ("by",), _curves),
     "scatter": Kind("a metric against each setting", ("by", "x"), _scatter),
     "heatmap": Kind("a metric over two settings", ("x", "y"), _heatmap),
-    "parallel": Kind("all sampled settings and a metric, the best in colour", (), _parallel),
-    "pareto": Kind("two metrics against each other, and the points that no other beats", ("by",), _pareto),
+    "parallel": Kind(
+        "all sampled settings and a metric, the best in colour", (), _parallel
+    ),
+    "pareto": Kind(
+        "two metrics against each other, and the points that no other beats",
+        ("by",),
+        _pareto,
+    ),
     "sensitivity": Kind("which sampled setting a metric depends on", (), _sensitivity),
     "coverage": Kind("visits of each pixel of the map", (), _coverage),
     "trajectories": Kind("flights of a few trials", (), _trajectories),
     "history": Kind(
-        "the candidates of a search as they were asked", (), _of_search("history", read_asked, history_figure)
+        "the candidates of a search as they were asked",
+        (),
+        _of_search("history", read_asked, history_figure),
     ),
     "front": Kind(
         "the front that a search has chosen, on held-out seeds",
@@ -189,7 +274,9 @@ KINDS: dict[str, Kind] = {
     "hypervolume": Kind(
         "the hypervolume of a search by trials spent",
         (),
-        _of_search("hypervolume", partial(with_front, kind="hypervolume"), hypervolume_figure),
+        _of_search(
+            "hypervolume", partial(with_front, kind="hypervolume"), hypervolume_figure
+        ),
     ),
 }
 
@@ -202,10 +289,12 @@ class Plot(NamedTuple):
 
 
 def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> Plot:
-    """The figures of the kinds called `names`, or without any of all that suit the study; nothing is drawn yet.
+    """The figures of the kinds called `names`, or without any of all that suit the
+    study; nothing is drawn yet.
 
-    Raises StoreError for unknown names of kinds, metrics and settings, for a choice that none of the kinds takes, where
-    a kind that is named does not suit the study, and where none does.
+    Raises StoreError for unknown names of kinds, metrics and settings, for a choice
+    that none of the kinds takes, where a kind that is named does not suit the study,
+    and where none does.
     """
     for name in names:
         if name not in KINDS:
@@ -213,16 +302,37 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
     _check(study, names, choices)
     if names:
         chosen = list(dict.fromkeys(names))
-        return Plot([(name, planned) for name in chosen for planned in KINDS[name].plan(study, choices)], [])
+        return Plot(
+            [
+                (name, planned)
+                for name in chosen
+                for planned in KINDS[name].plan(study, choices)
+            ],
+            [],
+        )
     why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
     here = re.compile(rf"study {re.escape(study.name)}:? ({'|'.join(KINDS)})? ?")
-    reasons = {name: here.sub("", reason, count=1) for name, reason in why.items() if reason}
-    names_of = {reason: [name for name in reasons if reasons[name] == reason] for reason in reasons.values()}
+    reasons = {
+        name: here.sub("", reason, count=1) for name, reason in why.items() if reason
+    }
+    names_of = {
+        reason: [name for name in reasons if reasons[name] == reason]
+        for reason in reasons.values()
+    }
     left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
     if len(reasons) == len(KINDS):
-        raise StoreError(f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}")
+        raise StoreError(
+            f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}"
+        )
     fitting = [name for name, reason in why.items() if not reason]
-    return Plot([(name, planned) for name in fitting for planned in KINDS[name].plan(study, choices)], left_out)
+    return Plot(
+        [
+            (name, planned)
+            for name in fitting
+            for planned in KINDS[name].plan(study, choices)
+        ],
+        left_out,
+    )
 
 
 def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
@@ -234,16 +344,28 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
         if value is not None:
             selection.setting(value)
             if names and not set(names) & set(taking):
-                raise StoreError(f"study {study.name}: {choice} is for {', '.join(taking)}, not for {', '.join(names)}")
+                raise StoreError(
+                    f"study {study.name}: {choice} is for {', '.join(taking)}, not for"
+                    f" {', '.join(names)}"
+                )
 
 
 def draw_figures(
-    study: StoredStudy, plot: Plot, folder: Path, formats: Sequence[str], choices: Choices, below: Path | None = None
+    study: StoredStudy,
+    plot: Plot,
+    folder: Path,
+    formats: Sequence[str],
+    choices: Choices,
+    below: Path | None = None,
 ) -> Iterator[Path]:
     """Draw the figures of a plan, and `save` them; gives each file as it is there."""
     about = about_study(study)
     if choices.where:
-        about["Where"] = ", ".join(f"{name}={value}" for name, value in choices.where.items())
+        about["Where"] = ", ".join(
+            f"{name}={value}" for name, value in choices.where.items()
+        )
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind
-        yield from save(planned.draw(), folder / name, about, formats=formats, below=below)
+        yield from save(
+            planned.draw(), folder / name, about, formats=formats, below=below
+        )

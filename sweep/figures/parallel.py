@@ -1,4 +1,6 @@
-"""Parallel coordinates: every sampled setting and a metric as upright axes, a line a point, the best in colour."""
+"""Parallel coordinates: every sampled setting and a metric as upright axes, a line a
+point, the best in colour.
+"""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -35,30 +37,45 @@ class Parallel(NamedTuple):
 
 
 class Upright(NamedTuple):
-    """One upright axis: where the points lie on it from 0 to 1, and its ticks with their names."""
+    """One upright axis: where the points lie on it from 0 to 1, and its ticks with
+    their names.
+    """
 
     heights: Floats
     ticks: Floats
     names: list[str]
 
 
-def parallel_figure(study: StoredStudy, metric: str, *, where: Mapping[str, object] | None = None) -> Figure:
-    """Every sampled setting and the mean of `metric`, the last axis, as upright axes; each line is a point.
+def parallel_figure(
+    study: StoredStudy, metric: str, *, where: Mapping[str, object] | None = None
+) -> Figure:
+    """Every sampled setting and the mean of `metric`, the last axis, as upright axes;
+    each line is a point.
 
-    The best 5 % of the points of a panel are in colour: `coverage+` asks for the highest, `coverage_cv-` for the
-    lowest. What the spec draws logarithmically has a logarithmic axis. Listed settings are panels. Raises StoreError
-    for names that the study does not have, where nothing is sampled, and for more than twelve panels.
+    The best 5 % of the points of a panel are in colour: `coverage+` asks for the
+    highest, `coverage_cv-` for the lowest. What the spec draws logarithmically has a
+    logarithmic axis. Listed settings are panels. Raises StoreError for names that the
+    study does not have, where nothing is sampled, and for more than twelve panels.
     """
     return draw_parallel(parallel_layout(study, metric, where=where))
 
 
-def parallel_layout(study: StoredStudy, metric: str, *, where: Mapping[str, object] | None) -> Parallel:
+def parallel_layout(
+    study: StoredStudy, metric: str, *, where: Mapping[str, object] | None
+) -> Parallel:
     """What `parallel_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
     chosen = aim(study, metric)
     if not selection.sampled:
-        raise StoreError(f"study {study.name}: parallel needs an axis that samples settings, and there is none")
-    return Parallel(selection, chosen, selection.panels(selection.apart(selection.sampled), "parallel"))
+        raise StoreError(
+            f"study {study.name}: parallel needs an axis that samples settings, and"
+            " there is none"
+        )
+    return Parallel(
+        selection,
+        chosen,
+        selection.panels(selection.apart(selection.sampled), "parallel"),
+    )
 
 
 def draw_parallel(layout: Parallel) -> Figure:
@@ -71,17 +88,29 @@ def draw_parallel(layout: Parallel) -> Figure:
         down = -(-len(facets) // across)
         figure = Figure(figsize=(7.2, 1.0 + down * (1.9 if len(facets) > 4 else 2.9)))
         panels = figure.subplots(down, across, squeeze=False).ravel()
-        counts = [_panel(axes, layout, table.loc[facet.points]) for axes, facet in zip(panels, facets, strict=False)]
+        counts = [
+            _panel(axes, layout, table.loc[facet.points])
+            for axes, facet in zip(panels, facets, strict=False)
+        ]
         for axes, facet in zip(panels, facets, strict=False):
             title_panel(axes, [facet.title], across)
         for axes in panels[len(facets) :]:
             axes.set_axis_off()
         lines = [Line2D([], [], color=VERMILION), Line2D([], [], color="0.6")]
         better = (
-            f"{BEST:.0%} with the {'highest' if chosen.high else 'lowest'} {quantity(selection.study, chosen.metric)}"
+            f"{BEST:.0%} with the {'highest' if chosen.high else 'lowest'}"
+            f" {quantity(selection.study, chosen.metric)}"
         )
-        figure.legend(lines, [better.replace("%", " %", 1), "others"], loc="outside upper center", ncols=2)
-        text = f"{span(shown for shown, _ in counts)} points a panel, each the mean of {{n}} trials"
+        figure.legend(
+            lines,
+            [better.replace("%", " %", 1), "others"],
+            loc="outside upper center",
+            ncols=2,
+        )
+        text = (
+            f"{span(shown for shown, _ in counts)} points a panel, each the mean of"
+            " {n} trials"
+        )
         left_out = sum(unknown for _, unknown in counts)
         text += f"; {left_out:,} without a value left out" if left_out else ""
         note(figure, selection.about(text, table[f"{chosen.metric}_n"]))
@@ -89,23 +118,43 @@ def draw_parallel(layout: Parallel) -> Figure:
 
 
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
-    """Draw the points of a panel; returns how many there are, and how many more have no value."""
+    """Draw the points of a panel; returns how many there are, and how many more have no
+    value.
+    """
     selection, chosen, _ = layout
     known = table[table[chosen.metric].notna()]
     uprights = [_upright(selection, name, known[name]) for name in selection.sampled]
     uprights.append(_linear(known[chosen.metric].to_numpy(np.float64)))
     heights = np.stack([upright.heights for upright in uprights], axis=1)
-    lines = np.stack([np.broadcast_to(np.arange(len(uprights)), heights.shape), heights], axis=2)
-    order = np.argsort(known[chosen.metric].to_numpy() * (-1.0 if chosen.high else 1.0), kind="stable")
+    lines = np.stack(
+        [np.broadcast_to(np.arange(len(uprights)), heights.shape), heights], axis=2
+    )
+    order = np.argsort(
+        known[chosen.metric].to_numpy() * (-1.0 if chosen.high else 1.0), kind="stable"
+    )
     best = order[: int(np.ceil(BEST * len(known)))]
     others = order[len(best) :]
-    _lines(axes, lines[others], "0.35", min(0.6, INK / np.sqrt(max(len(others), 1))), 0.6)
-    _lines(axes, lines[best], VERMILION, min(0.9, 2.0 * INK / np.sqrt(max(len(best), 1))), 0.9)
+    _lines(
+        axes, lines[others], "0.35", min(0.6, INK / np.sqrt(max(len(others), 1))), 0.6
+    )
+    _lines(
+        axes,
+        lines[best],
+        VERMILION,
+        min(0.9, 2.0 * INK / np.sqrt(max(len(best), 1))),
+        0.9,
+    )
     for place, upright in enumerate(uprights):
         _axis(axes, place, upright)
-    names = [quantity(selection.study, name) for name in (*selection.sampled, chosen.metric)]
+    names = [
+        quantity(selection.study, name) for name in (*selection.sampled, chosen.metric)
+    ]
     breaks = " " if len(names) > MOST_NAMES_ON_A_LINE else " ("
-    axes.set_xticks(range(len(names)), [name.replace(breaks, f"\n{breaks[1:]}") for name in names], fontsize=7.5)
+    axes.set_xticks(
+        range(len(names)),
+        [name.replace(breaks, f"\n{breaks[1:]}") for name in names],
+        fontsize=7.5,
+    )
     axes.set(xlim=(-0.25, len(names) - 0.75), ylim=(-0.04, 1.04), yticks=[])
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False)
@@ -114,28 +163,55 @@ def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]
 
 
 def _lines(axes: Axes, lines: Floats, colour: str, alpha: float, width: float) -> None:
-    axes.add_collection(LineCollection(list(lines), colors=colour, alpha=alpha, linewidths=width, rasterized=True))
+    axes.add_collection(
+        LineCollection(
+            list(lines), colors=colour, alpha=alpha, linewidths=width, rasterized=True
+        )
+    )
 
 
 def _axis(axes: Axes, place: int, upright: Upright) -> None:
     axes.plot([place, place], [0, 1], color="0.1", linewidth=0.9, zorder=3)
     for height, name in zip(upright.ticks, upright.names, strict=True):
-        axes.plot([place - 0.02, place], [height, height], color="0.1", linewidth=0.9, zorder=3)
+        axes.plot(
+            [place - 0.02, place],
+            [height, height],
+            color="0.1",
+            linewidth=0.9,
+            zorder=3,
+        )
         box = {"facecolor": "white", "alpha": 0.75, "pad": 0.6, "linewidth": 0}
-        axes.text(place - 0.035, height, name, ha="right", va="center", fontsize=6.5, bbox=box, zorder=4)
+        axes.text(
+            place - 0.035,
+            height,
+            name,
+            ha="right",
+            va="center",
+            fontsize=6.5,
+            bbox=box,
+            zorder=4,
+        )
 
 
 def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upright:
     """The axis of a setting, over all values it has in the figure."""
-    values, every = places(selection, name, column), places(selection, name, selection.points[name])
+    values, every = (
+        places(selection, name, column),
+        places(selection, name, selection.points[name]),
+    )
     if not is_number(selection.points[name]):
         last = max(every.max(), 1.0)
         names = [words(value) for value in selection.values(name)]
         return Upright(values / last, np.arange(len(names)) / last, names)
     if is_logarithmic(selection, name):
-        ticks = [float(tick) for tick in LogLocator().tick_values(every.min(), every.max())]
+        ticks = [
+            float(tick) for tick in LogLocator().tick_values(every.min(), every.max())
+        ]
         return _scaled(
-            np.log(values), np.log(every), [tick for tick in ticks if every.min() <= tick <= every.max()], log=True
+            np.log(values),
+            np.log(every),
+            [tick for tick in ticks if every.min() <= tick <= every.max()],
+            log=True,
         )
     return _linear(values, every)
 
@@ -143,7 +219,11 @@ def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upr
 def _linear(values: Floats, every: Floats | None = None) -> Upright:
     known = values if every is None else every
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    ticks = [float(tick) for tick in MaxNLocator(4).tick_values(low, high) if low <= tick <= high]
+    ticks = [
+        float(tick)
+        for tick in MaxNLocator(4).tick_values(low, high)
+        if low <= tick <= high
+    ]
     return _scaled(values, np.array([low, high]), ticks, log=False)
 
 
@@ -151,4 +231,6 @@ def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> 
     low, high = float(every.min()), float(every.max())
     width = high - low or 1.0
     at = np.log(ticks) if log else np.array(ticks, np.float64)
-    return Upright((values - low) / width, (at - low) / width, [f"{tick:g}" for tick in ticks])
+    return Upright(
+        (values - low) / width, (at - low) / width, [f"{tick:g}" for tick in ticks]
+    )

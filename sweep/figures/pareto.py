@@ -22,7 +22,9 @@ MOST_INTERVALS = 60
 
 
 class Pareto(NamedTuple):
-    """What a Pareto figure shows: the aims on its axes, the setting whose values are colours, and its panels."""
+    """What a Pareto figure shows: the aims on its axes, the setting whose values are
+    colours, and its panels.
+    """
 
     selection: Selection
     aims: tuple[Aim, Aim]
@@ -38,20 +40,31 @@ def pareto_figure(
     by: str | None = None,
     where: Mapping[str, object] | None = None,
 ) -> Figure:
-    """The means of two metrics at every point, with both 95 % intervals, and the front of those that none beats.
+    """The means of two metrics at every point, with both 95 % intervals, and the front
+    of those that none beats.
 
-    A point is beaten by one that is better in both means, or as good in one and better in the other; noise in the means
-    makes a front look better than it is. `coverage+` asks for a high metric and `coverage_cv-` for a low one. Without
-    metrics they are the first of which more and the first of which less is better. Where settings are sampled, the
-    listed ones are colours and panels with fronts of their own; else all points compete, unless `by` tells them apart.
-    Raises StoreError for names that the study does not have, where no two metrics are given or found, and for more than
+    A point is beaten by one that is better in both means, or as good in one and better
+    in the other; noise in the means makes a front look better than it is. `coverage+`
+    asks for a high metric and `coverage_cv-` for a low one. Without metrics they are
+    the first of which more and the first of which less is better. Where settings are
+    sampled, the listed ones are colours and panels with fronts of their own; else all
+    points compete, unless `by` tells them apart. Raises StoreError for names that the
+    study does not have, where no two metrics are given or found, and for more than
     twelve panels.
     """
-    return draw_pareto(pareto_layout(study, [name for name in (first, second) if name], by=by, where=where))
+    return draw_pareto(
+        pareto_layout(
+            study, [name for name in (first, second) if name], by=by, where=where
+        )
+    )
 
 
 def pareto_layout(
-    study: StoredStudy, metrics: list[str], *, by: str | None, where: Mapping[str, object] | None
+    study: StoredStudy,
+    metrics: list[str],
+    *,
+    by: str | None,
+    where: Mapping[str, object] | None,
 ) -> Pareto:
     """What `pareto_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
@@ -59,14 +72,20 @@ def pareto_layout(
         metrics = opposed_metrics(study)
     if len(metrics) != 2:
         raise StoreError(
-            f"study {study.name}: pareto needs two metrics and has {len(metrics)}; say which and which way is better, "
-            f"for example {' '.join(f'{name}+' for name in study.metrics[:2])}"
+            f"study {study.name}: pareto needs two metrics and has {len(metrics)}; say"
+            " which and which way is better, for example"
+            f" {' '.join(f'{name}+' for name in study.metrics[:2])}"
         )
     first, second = (aim(study, text) for text in metrics)
     if first.metric == second.metric:
-        raise StoreError(f"study {study.name}: pareto with {first.metric} twice; allowed: two different metrics")
+        raise StoreError(
+            f"study {study.name}: pareto with {first.metric} twice; allowed: two"
+            " different metrics"
+        )
     if len(selection.points) < 2:
-        raise StoreError(f"study {study.name}: pareto needs points to compare, and there is one")
+        raise StoreError(
+            f"study {study.name}: pareto needs points to compare, and there is one"
+        )
     others = selection.apart(selection.sampled) if selection.sampled else []
     colour = selection.colour(by, others, []) if by or others else None
     facets = selection.panels([name for name in others if name != colour], "pareto")
@@ -74,7 +93,9 @@ def pareto_layout(
 
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
-    """The first metric of which more is better and the first of which less is, if there are such."""
+    """The first metric of which more is better and the first of which less is, if there
+    are such.
+    """
     better = [name for name in study.metrics if name not in LOW_IS_BETTER][:1]
     worse = [name for name in study.metrics if name in LOW_IS_BETTER][:1]
     return [*better, *worse] if better and worse else []
@@ -87,7 +108,13 @@ def draw_pareto(layout: Pareto) -> Figure:
     with style.context(STYLE):
         across = min(2 if len(facets) in (2, 4) else 3, len(facets))
         down = -(-len(facets) // across)
-        figure = Figure(figsize=(4.4, 4.0) if across == 1 else (7.2, 1.0 + (3.1 if across == 2 else 2.4) * down))
+        figure = Figure(
+            figsize=(
+                (4.4, 4.0)
+                if across == 1
+                else (7.2, 1.0 + (3.1 if across == 2 else 2.4) * down)
+            )
+        )
         panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for axes, facet in zip(tidy_grid(panels, len(facets)), facets, strict=True):
             _panel(axes, layout, table.loc[facet.points])
@@ -104,7 +131,9 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
         part = table[table[by] == value] if by else table
         colour, marker = COLOURS[place], MARKERS[place]
         means = part[[first.metric, second.metric]].to_numpy(np.float64)
-        best = part[nondominated(means, [first.high, second.high])].sort_values(first.metric)
+        best = part[nondominated(means, [first.high, second.high])].sort_values(
+            first.metric
+        )
         few = len(part) <= MOST_INTERVALS
         _intervals(axes, part if few else best, layout.aims, colour)
         axes.plot(
@@ -118,7 +147,8 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
             markeredgewidth=0,
             rasterized=not few,
         )
-        # Towards better in the first, a front holds its value in the second up to the next point.
+        # Towards better in the first, a front holds its value in the second up to the
+        # next point.
         axes.plot(
             best[first.metric],
             best[second.metric],
@@ -131,9 +161,12 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
         )
 
 
-def _intervals(axes: Axes, table: pd.DataFrame, aims: tuple[Aim, Aim], colour: str) -> None:
+def _intervals(
+    axes: Axes, table: pd.DataFrame, aims: tuple[Aim, Aim], colour: str
+) -> None:
     (x, x_low, x_high), (y, y_low, y_high) = (
-        [table[one.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")] for one in aims
+        [table[one.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")]
+        for one in aims
     )
     axes.hlines(y, x_low, x_high, color=colour, linewidth=0.8, alpha=0.5)
     axes.vlines(x, y_low, y_high, color=colour, linewidth=0.8, alpha=0.5)
@@ -146,14 +179,25 @@ def _legend(figure: Figure, layout: Pareto) -> None:
         Line2D([], [], linestyle="none", marker=marker, color=colour)
         for marker, colour, _ in zip(MARKERS, COLOURS, names, strict=False)
     ]
-    front = Line2D([], [], marker="o", markerfacecolor="white", color=GREY if by else COLOURS[0])
+    front = Line2D(
+        [], [], marker="o", markerfacecolor="white", color=GREY if by else COLOURS[0]
+    )
     title = quantity(selection.study, by) if by else None
     columns = 2 if len(layout.facets) == 1 else 4
-    figure.legend([*marks, front], [*names, "not dominated"], loc="outside upper center", ncols=columns, title=title)
+    figure.legend(
+        [*marks, front],
+        [*names, "not dominated"],
+        loc="outside upper center",
+        ncols=columns,
+        title=title,
+    )
 
 
 def _label(selection: Selection, one: Aim) -> str:
-    return f"{quantity(selection.study, one.metric)}, {'more' if one.high else 'less'} is better"
+    return (
+        f"{quantity(selection.study, one.metric)}, {'more' if one.high else 'less'} is"
+        " better"
+    )
 
 
 def _note(layout: Pareto, table: pd.DataFrame) -> str:

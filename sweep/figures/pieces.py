@@ -1,7 +1,9 @@
-"""Pieces of figures that belong to no one study: maps with obstacles, flocks, visits, values with intervals.
+"""Pieces of figures that belong to no one study: maps with obstacles, flocks, visits,
+values with intervals.
 
-Each draws into given axes, within the house style. Positions are in the world's unit of length; images and pixel
-worlds have y downwards from the top left, as the published programs do.
+Each draws into given axes, within the house style. Positions are in the world's unit of
+length; images and pixel worlds have y downwards from the top left, as the published
+programs do.
 """
 
 import re
@@ -27,12 +29,27 @@ LETTERS_OF_A_TITLE = 104
 
 
 def draw_map(
-    axes: Axes, world: TrialWorld, unit: str, *, face: str = "0.6", edge: str = "none", downwards: bool = True
+    axes: Axes,
+    world: TrialWorld,
+    unit: str,
+    *,
+    face: str = "0.6",
+    edge: str = "none",
+    downwards: bool = True,
 ) -> None:
-    """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled with `face`."""
+    """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled
+    with `face`.
+    """
     shapes = [_shape(row) for row in world.obstacles]
-    axes.add_collection(PatchCollection(shapes, facecolor=face, edgecolor=edge, linewidth=0.7, zorder=1.5))
-    axes.set(xlim=(0.0, world.width), ylim=(world.height, 0.0) if downwards else (0.0, world.height))
+    axes.add_collection(
+        PatchCollection(
+            shapes, facecolor=face, edgecolor=edge, linewidth=0.7, zorder=1.5
+        )
+    )
+    axes.set(
+        xlim=(0.0, world.width),
+        ylim=(world.height, 0.0) if downwards else (0.0, world.height),
+    )
     axes.set(aspect="equal", xlabel=f"x ({unit})", ylabel=f"y ({unit})")
     axes.grid(visible=False)
     axes.spines[["top", "right"]].set_visible(True)
@@ -42,31 +59,60 @@ def _shape(row: NDArray[np.float64]) -> Patch:
     x, y, half_width, half_height, is_round = (float(number) for number in row)
     if is_round:
         return Circle((x, y), half_width)
-    return Rectangle((x - half_width, y - half_height), 2.0 * half_width, 2.0 * half_height)
+    return Rectangle(
+        (x - half_width, y - half_height), 2.0 * half_width, 2.0 * half_height
+    )
 
 
-def draw_flock(axes: Axes, bodies: NDArray[np.float64], length: float, colour: str = "0.1") -> None:
-    """Boids as triangles that point where they fly; `bodies` (4, N) are x, y, vx and vy, one at rest points along x."""
+def draw_flock(
+    axes: Axes, bodies: NDArray[np.float64], length: float, colour: str = "0.1"
+) -> None:
+    """Boids as triangles that point where they fly; `bodies` (4, N) are x, y, vx and
+    vy, one at rest points along x.
+    """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)
-    along, across = np.array([2.0, -1.0, -1.0]) * length / 3.0, np.array([0.0, 1.0, -1.0]) * length / 3.0
+    along, across = (
+        np.array([2.0, -1.0, -1.0]) * length / 3.0,
+        np.array([0.0, 1.0, -1.0]) * length / 3.0,
+    )
     cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    corners = np.stack([x[:, None] + along * cos - across * sin, y[:, None] + along * sin + across * cos], axis=2)
-    axes.add_collection(PolyCollection(list(corners), facecolor=colour, edgecolor="none", zorder=2.5))
+    corners = np.stack(
+        [
+            x[:, None] + along * cos - across * sin,
+            y[:, None] + along * sin + across * cos,
+        ],
+        axis=2,
+    )
+    axes.add_collection(
+        PolyCollection(list(corners), facecolor=colour, edgecolor="none", zorder=2.5)
+    )
 
 
 def draw_visits(
-    axes: Axes, visits: ArrayLike, world: TrialWorld, most: float, unit: str = "px", pixel: float = 1.0
+    axes: Axes,
+    visits: ArrayLike,
+    world: TrialWorld,
+    most: float,
+    unit: str = "px",
+    pixel: float = 1.0,
 ) -> AxesImage:
-    """How often each pixel was visited, white for never and darkest from `most` on; obstacles are outlined in blue.
+    """How often each pixel was visited, white for never and darkest from `most` on;
+    obstacles are outlined in blue.
 
-    `visits` (rows, columns), counts or their means, is negative in obstacles. Pixel (row, column) reaches from
-    (column, row) half a pixel each way; `pixel` is its side in `unit` of length.
+    `visits` (rows, columns), counts or their means, is negative in obstacles. Pixel
+    (row, column) reaches from (column, row) half a pixel each way; `pixel` is its side
+    in `unit` of length.
     """
     rows, columns = np.shape(visits)
     extent = (-0.5 * pixel, (columns - 0.5) * pixel, (rows - 0.5) * pixel, -0.5 * pixel)
     image = axes.imshow(
-        np.ma.masked_less_equal(visits, 0), cmap="YlOrRd", vmin=0, vmax=most, extent=extent, interpolation="antialiased"
+        np.ma.masked_less_equal(visits, 0),
+        cmap="YlOrRd",
+        vmin=0,
+        vmax=most,
+        extent=extent,
+        interpolation="antialiased",
     )
     draw_map(axes, world, unit, face="none", edge=BLUE, downwards=unit == "px")
     return image
@@ -80,17 +126,28 @@ def draw_values(
     marker: str = "o",
     label: str = "",
 ) -> None:
-    """Values at heights `places` as markers, each with its interval as a line; `table` is value, low, high, (k,) each.
+    """Values at heights `places` as markers, each with its interval as a line; `table`
+    is value, low, high, (k,) each.
 
     An interval that is not known, NaN, is not drawn.
     """
     value, low, high = (np.asarray(column, np.float64) for column in table)
     axes.hlines(places, low, high, color=colour, linewidth=1.4)
-    axes.plot(value, places, linestyle="none", marker=marker, markersize=4.5, color=colour, label=label)
+    axes.plot(
+        value,
+        places,
+        linestyle="none",
+        marker=marker,
+        markersize=4.5,
+        color=colour,
+        label=label,
+    )
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Rows 0, 1, ... of `axes` from the top, with their names and a little room around them."""
+    """Rows 0, 1, ... of `axes` from the top, with their names and a little room around
+    them.
+    """
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)
@@ -99,7 +156,8 @@ def name_rows(axes: Axes, names: Sequence[str]) -> None:
 
 
 def note(figure: Figure, text: str) -> None:
-    """What the figure rests on, small below it: the study, the number of trials, the kind of interval.
+    """What the figure rests on, small below it: the study, the number of trials, the
+    kind of interval.
 
     Lines that are longer than the figure is wide are broken.
     """
@@ -115,11 +173,17 @@ def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
 
 
 def quantity(study: StoredStudy, name: str) -> str:
-    """A metric or a setting in words, with its unit: flock radius (px). `_mean` is that over the last half."""
+    """A metric or a setting in words, with its unit: flock radius (px). `_mean` is that
+    over the last half.
+    """
     metric = name.removesuffix("_mean")
     half = ", last half" if metric != name and metric in study.metrics else ""
     unit = units_of(study).get(name, "").replace("^2", "²")
-    return (metric if half else name).replace("_", " ") + half + (f" ({unit})" if unit else "")
+    return (
+        (metric if half else name).replace("_", " ")
+        + half
+        + (f" ({unit})" if unit else "")
+    )
 
 
 @lru_cache(maxsize=8)
@@ -129,7 +193,9 @@ def units_of(study: StoredStudy) -> dict[str, str]:
 
 
 def words(value: object) -> str:
-    """The value of a setting as figures have it: yes, unlimited, 0.5, in margin; unchanged for no detail."""
+    """The value of a setting as figures have it: yes, unlimited, 0.5, in margin;
+    unchanged for no detail.
+    """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, float):
@@ -138,13 +204,17 @@ def words(value: object) -> str:
 
 
 def as_text(text: str) -> str:
-    """A text that matplotlib shows as it is: between two $ it would look for mathematics."""
+    """A text that matplotlib shows as it is: between two $ it would look for
+    mathematics.
+    """
     return re.sub(r"(?<!\\)\$", r"\\$", harmless(text))
 
 
 def named(settings: Iterable[tuple[str, object]]) -> str:
     """Settings and their values in words: map = cafeteria, n = 50."""
-    return ", ".join(f"{name.replace('_', ' ')} = {words(value)}" for name, value in settings)
+    return ", ".join(
+        f"{name.replace('_', ' ')} = {words(value)}" for name, value in settings
+    )
 
 
 def span(numbers: Iterable[int]) -> str:
@@ -154,26 +224,47 @@ def span(numbers: Iterable[int]) -> str:
 
 
 def estimated(value: float, low: float, high: float) -> str:
-    """A value with its interval, if that is known, in brackets, to two places: 0.52 [0.48, 0.56]."""
+    """A value with its interval, if that is known, in brackets, to two places: 0.52
+    [0.48, 0.56].
+    """
     numbers = [f"{number:.2f}" for number in (value, low, high)]
-    first, *bounds = [("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}") for number in numbers]
+    first, *bounds = [
+        ("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}")
+        for number in numbers
+    ]
     return first if np.isnan([low, high]).any() else f"{first} [{', '.join(bounds)}]"
 
 
 def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
-    """What a panel shows, above it; lines too long for one of so many panels across the page are broken."""
+    """What a panel shows, above it; lines too long for one of so many panels across the
+    page are broken.
+    """
     letters = LETTERS_OF_A_TITLE // max(across, 2)
-    axes.set_title("\n".join(part for line in lines for part in wrap(line, letters)), fontsize=7.5)
+    axes.set_title(
+        "\n".join(part for line in lines for part in wrap(line, letters)), fontsize=7.5
+    )
 
 
 def without_trials(axes: Axes) -> None:
-    """A panel none of whose trials is done says that, in its middle, and has no axes."""
+    """A panel none of whose trials is done says that, in
+    its middle, and has no axes.
+    """
     axes.set_axis_off()
-    axes.text(0.5, 0.5, "no trial done", transform=axes.transAxes, ha="center", va="center", color=GREY)
+    axes.text(
+        0.5,
+        0.5,
+        "no trial done",
+        transform=axes.transAxes,
+        ha="center",
+        va="center",
+        color=GREY,
+    )
 
 
 def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
-    """The first `number` of a grid of panels that share their scales, labelled at its edges; the others are gone."""
+    """The first `number` of a grid of panels that share their scales, labelled at its
+    edges; the others are gone.
+    """
     across = panels.shape[1]
     used, unused = list(panels.ravel()[:number]), list(panels.ravel()[number:])
     for axes in unused:

@@ -28,12 +28,14 @@ def save(
     formats: Sequence[str] = BOTH,
     below: Path | None = None,
 ) -> list[Path]:
-    """Write `figure` in each of `formats`, byte-identical for the same input, and return the files in that order.
+    """Write `figure` in each of `formats`, byte-identical for the same input, and
+    return the files in that order.
 
-    `about` goes into their metadata: text chunks of a PNG, subject and keywords of a PDF, the description of
-    an SVG. Each file appears by one rename; a PNG comes last, so that what it says of itself is true of all.
-    `below` is the folder that the user has named, by default that of the files: no folder
-    between the two may be a link. Raises StoreError where a file cannot be written.
+    `about` goes into their metadata: text chunks of a PNG, subject and keywords of a
+    PDF, the description of an SVG. Each file appears by one rename; a PNG comes last,
+    so that what it says of itself is true of all. `below` is the folder that the user
+    has named, by default that of the files: no folder between the two may be a link.
+    Raises StoreError where a file cannot be written.
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:
@@ -48,7 +50,9 @@ def save(
 
 
 def about_study(study: StoredStudy) -> dict[str, str]:
-    """What a file says of the study that it shows: its name, hashes of its spec and kernels, and the trials done."""
+    """What a file says of the study that it shows: its name, hashes of its spec and
+    kernels, and the trials done.
+    """
     return {
         "Study": study.name,
         "Spec hash": sha256(study.spec.encode(errors="replace")).hexdigest()[:16],
@@ -58,7 +62,9 @@ def about_study(study: StoredStudy) -> dict[str, str]:
 
 
 def saved_about(path: Path) -> dict[str, str]:
-    """What the PNG that `save` wrote with a PDF says of itself; empty unless both files are there and whole."""
+    """What the PNG that `save` wrote with a PDF says of itself; empty unless both files
+    are there and whole.
+    """
     from PIL import Image
 
     png, pdf = (path.with_name(f"{path.name}.{name}") for name in BOTH)
@@ -66,15 +72,24 @@ def saved_about(path: Path) -> dict[str, str]:
         return {}
     try:
         with open_regular(png) as file, Image.open(file, formats=["png"]) as image:
-            return {str(key): value for key, value in image.info.items() if isinstance(value, str)}
+            return {
+                str(key): value
+                for key, value in image.info.items()
+                if isinstance(value, str)
+            }
     except Exception:  # decoders of damaged files raise errors of almost any type
         return {}
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:
-    """They may quote a file from anyone; those at ticks, where numbers may need mathematics, are `words`."""
+    """They may quote a file from anyone; those at ticks, where numbers may need
+    mathematics, are `words`.
+    """
     for text in figure.findobj(Text):
-        if isinstance(text, Text) and (shown := as_text(text.get_text())) != text.get_text():
+        if (
+            isinstance(text, Text)
+            and (shown := as_text(text.get_text())) != text.get_text()
+        ):
             text.set_text(shown)
 
 
@@ -95,6 +110,20 @@ def _mark(figure: Figure, watermark: str) -> None:
     """Write `watermark` large and pale along the diagonal."""
     width, height = figure.get_size_inches()
     slope = math.atan2(height, width)
-    size = 72.0 * 0.75 * min(width / math.cos(slope), 2.0 * width) / (0.62 * len(watermark))
-    text = figure.text(0.5, 0.5, watermark, ha="center", va="center", rotation=math.degrees(slope))
-    text.set(fontsize=size, color="0.4", alpha=0.2, weight="bold", zorder=1000, in_layout=False)
+    size = (
+        72.0
+        * 0.75
+        * min(width / math.cos(slope), 2.0 * width)
+        / (0.62 * len(watermark))
+    )
+    text = figure.text(
+        0.5, 0.5, watermark, ha="center", va="center", rotation=math.degrees(slope)
+    )
+    text.set(
+        fontsize=size,
+        color="0.4",
+        alpha=0.2,
+        weight="bold",
+        zorder=1000,
+        in_layout=False,
+    )

@@ -1,4 +1,6 @@
-"""Axes of settings: numbers on linear or logarithmic scales, texts in their order, cells and bins about values."""
+"""Axes of settings: numbers on linear or logarithmic scales, texts in their order,
+cells and bins about values.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -23,7 +25,9 @@ FEW_TICKS = 3
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
-    """Where values of a setting lie on its axis: numbers at themselves, texts at 0, 1, ... in the order of the spec."""
+    """Where values of a setting lie on its axis: numbers at themselves, texts at 0, 1,
+    ... in the order of the spec.
+    """
     if is_number(selection.points[name]):
         return np.asarray(column, np.float64)
     order = {value: place for place, value in enumerate(selection.values(name))}
@@ -33,8 +37,8 @@ def places(selection: Selection, name: str, column: "pd.Series[float]") -> Float
 def is_logarithmic(selection: Selection, name: str) -> bool:
     """Whether an axis of this setting is better logarithmic.
 
-    So are those the spec draws or spaces so, and listed ones whose ratios are more even than their differences, over a
-    decade or more.
+    So are those the spec draws or spaces so, and listed ones whose ratios are more even
+    than their differences, over a decade or more.
     """
     if not is_number(selection.points[name]):
         return False
@@ -42,29 +46,49 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
     if not (np.isfinite(values).all() and values[0] > 0.0):
         return False
     if name in selection.sampled:
-        return any(form in LOGARITHMIC for form in _forms(_document(selection.study.spec), name))
-    uneven = [float(np.std(steps) / np.mean(steps)) for steps in (np.diff(np.log(values)), np.diff(values))]
-    return len(values) > 2 and values[-1] >= DECADE * values[0] and uneven[0] < uneven[1]
+        return any(
+            form in LOGARITHMIC
+            for form in _forms(_document(selection.study.spec), name)
+        )
+    uneven = [
+        float(np.std(steps) / np.mean(steps))
+        for steps in (np.diff(np.log(values)), np.diff(values))
+    ]
+    return (
+        len(values) > 2 and values[-1] >= DECADE * values[0] and uneven[0] < uneven[1]
+    )
 
 
 def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
-    """The edges (k + 1,) of cells about k ascending values: half-way between two, and as far beyond the outer ones."""
+    """The edges (k + 1,) of cells about k ascending values: half-way between two, and
+    as far beyond the outer ones.
+    """
     at = np.log(values) if logarithmic else np.asarray(values, np.float64)
     if len(at) == 1:
-        return np.exp([at[0] - 1.0, at[0] + 1.0]) if logarithmic else np.array([at[0] - 1.0, at[0] + 1.0])
+        return (
+            np.exp([at[0] - 1.0, at[0] + 1.0])
+            if logarithmic
+            else np.array([at[0] - 1.0, at[0] + 1.0])
+        )
     middle = (at[1:] + at[:-1]) / 2
     edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
     return np.exp(edges) if logarithmic else edges
 
 
 def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floats:
-    """The edges (number + 1,) of equal bins, on a logarithmic scale equal there, over the range of `values`."""
+    """The edges (number + 1,) of equal bins, on a logarithmic scale equal there, over
+    the range of `values`.
+    """
     space = np.geomspace if logarithmic else np.linspace
     return np.asarray(space(values.min(), values.max(), number + 1), np.float64)
 
 
-def label_setting(selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x") -> None:
-    """The name of a setting with its unit at an axis, its scale, and the names of its values where they are texts."""
+def label_setting(
+    selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x"
+) -> None:
+    """The name of a setting with its unit at an axis, its scale, and the names of its
+    values where they are texts.
+    """
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(quantity(selection.study, name))
     if not is_number(selection.points[name]):
@@ -88,12 +112,16 @@ def _crowded(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=8)
 def _document(spec: str) -> object:
-    """A spec as plain values. Raises SpecError where it is none, as a stored one may be."""
+    """A spec as plain values. Raises SpecError where it is none, as a stored one may
+    be.
+    """
     return parse_document(spec, Path("the stored spec")).value
 
 
 def _forms(value: object, name: str) -> Iterator[str]:
-    """The keys of the mappings that stand below `name` anywhere in a spec, such as uniform or logspace."""
+    """The keys of the mappings that stand below `name` anywhere in a spec, such as
+    uniform or logspace.
+    """
     if isinstance(value, dict):
         for key, child in value.items():
             if key == name and isinstance(child, dict):

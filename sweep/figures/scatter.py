@@ -1,4 +1,6 @@
-"""A metric against each varied or sampled setting: point means, with intervals where they are few."""
+"""A metric against each varied or sampled setting: point means, with intervals where
+they are few.
+"""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -31,7 +33,9 @@ class Panel(NamedTuple):
 
 
 class Scatter(NamedTuple):
-    """What a scatter figure shows: its panels, those of a facet in a row, and the setting whose values are colours."""
+    """What a scatter figure shows: its panels, those of a facet in a row, and the
+    setting whose values are colours.
+    """
 
     selection: Selection
     metric: str
@@ -47,17 +51,24 @@ def scatter_figure(
     by: str | None = None,
     where: Mapping[str, object] | None = None,
 ) -> Figure:
-    """The mean of `metric` at every point against `x`, or against each setting that is sampled, or else listed.
+    """The mean of `metric` at every point against `x`, or against each setting that is
+    sampled, or else listed.
 
-    Up to 60 points of a panel have their 95 % interval; a title gives Spearman's correlation of the points with its
-    interval. Listed settings that are on no axis are colours (`by`, or the one with two or three values) and panels.
-    Raises StoreError for names that the study does not have and for more than twelve panels.
+    Up to 60 points of a panel have their 95 % interval; a title gives Spearman's
+    correlation of the points with its interval. Listed settings that are on no axis are
+    colours (`by`, or the one with two or three values) and panels. Raises StoreError
+    for names that the study does not have and for more than twelve panels.
     """
     return draw_scatter(scatter_layout(study, metric, x, by=by, where=where))
 
 
 def scatter_layout(
-    study: StoredStudy, metric: str, x: str | None, *, by: str | None, where: Mapping[str, object] | None
+    study: StoredStudy,
+    metric: str,
+    x: str | None,
+    *,
+    by: str | None,
+    where: Mapping[str, object] | None,
 ) -> Scatter:
     """What `scatter_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
@@ -70,20 +81,35 @@ def scatter_layout(
         rows = [[Panel(name, facet) for name in names] for facet in facets]
     else:
         others = selection.apart([x]) if x else selection.apart([])
-        colour = selection.colour(by, others, [x] if x else []) if x or by or len(others) > 1 else None
+        colour = (
+            selection.colour(by, others, [x] if x else [])
+            if x or by or len(others) > 1
+            else None
+        )
         names = [x] if x else [name for name in others if name != colour]
-        rows = [[Panel(name, facet)] for name in names for facet in _facets(selection, name, colour)]
+        rows = [
+            [Panel(name, facet)]
+            for name in names
+            for facet in _facets(selection, name, colour)
+        ]
     if not rows:
-        raise StoreError(f"study {study.name}: scatter needs a setting that varies, and none does")
+        raise StoreError(
+            f"study {study.name}: scatter needs a setting that varies, and none does"
+        )
     free = [name for name in (*others, x) if name not in (None, colour)]
     selection.allow(
-        sum(map(len, rows)), free, "scatter", "" if x else f"choose with x, one of {', '.join(names)}, or where"
+        sum(map(len, rows)),
+        free,
+        "scatter",
+        "" if x else f"choose with x, one of {', '.join(names)}, or where",
     )
     return Scatter(selection, metric, colour, rows)
 
 
 def _facets(selection: Selection, name: str, colour: str | None) -> list[Facet]:
-    return selection.facets([other for other in selection.apart([name]) if other != colour])
+    return selection.facets(
+        [other for other in selection.apart([name]) if other != colour]
+    )
 
 
 def draw_scatter(layout: Scatter) -> Figure:
@@ -95,36 +121,52 @@ def draw_scatter(layout: Scatter) -> Figure:
         figure = Figure(figsize=_size(panels))
         grid = figure.subplots(len(panels), len(panels[0]), sharey=True, squeeze=False)
         for row, line in zip(grid, panels, strict=True):
-            for axes, panel in zip(row, [*line, *[None] * (len(row) - len(line))], strict=True):
+            for axes, panel in zip(
+                row, [*line, *[None] * (len(row) - len(line))], strict=True
+            ):
                 if panel is None:
                     axes.set_axis_off()
                     continue
-                correlations = _panel(axes, layout, panel, table.loc[panel.facet.points])
+                correlations = _panel(
+                    axes, layout, panel, table.loc[panel.facet.points]
+                )
                 title_panel(axes, [panel.facet.title, *correlations], len(row))
                 label_setting(selection, panel.name, axes)
                 if axes is row[0]:
                     axes.set_ylabel(quantity(selection.study, metric))
         if by:
             _legend(figure, layout)
-        correlated = any("\N{GREEK SMALL LETTER RHO}" in axes.get_title() for axes in figure.axes)
+        correlated = any(
+            "\N{GREEK SMALL LETTER RHO}" in axes.get_title() for axes in figure.axes
+        )
         note(figure, _note(layout, table, correlated=correlated))
     return figure
 
 
 def _rows(layout: Scatter) -> list[list[Panel]]:
-    """The panels as they stand: a row a facet where several settings are shown, else up to three in a row."""
+    """The panels as they stand: a row a facet where several settings are shown, else up
+    to three in a row.
+    """
     panels = [panel for row in layout.rows for panel in row]
-    across = len(layout.rows[0]) if 1 < len(layout.rows[0]) <= 4 and len(layout.rows) > 1 else min(3, len(panels))
+    across = (
+        len(layout.rows[0])
+        if 1 < len(layout.rows[0]) <= 4 and len(layout.rows) > 1
+        else min(3, len(panels))
+    )
     return [panels[start : start + across] for start in range(0, len(panels), across)]
 
 
 def _size(panels: list[list[Panel]]) -> tuple[float, float]:
     across = len(panels[0])
-    return (4.0 if across == 1 else 7.2), 0.9 + (3.0 if across == 1 else 2.15 if across < 4 else 1.9) * len(panels)
+    return (4.0 if across == 1 else 7.2), 0.9 + (
+        3.0 if across == 1 else 2.15 if across < 4 else 1.9
+    ) * len(panels)
 
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
-    """Draw the points of a panel, and return what stands in its title: their rank correlations."""
+    """Draw the points of a panel, and return what stands in its title: their rank
+    correlations.
+    """
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
@@ -133,21 +175,48 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
     for place, value in enumerate(groups):
         part = table[table[by] == value] if by else table
         at = places(selection, panel.name, part[panel.name])
-        shift = 0.0 if number else LARGEST_SHIFT * (2 * place - len(groups) + 1) / len(groups)
+        shift = (
+            0.0
+            if number
+            else LARGEST_SHIFT * (2 * place - len(groups) + 1) / len(groups)
+        )
         _points(axes, at + shift, part, metric, COLOURS[place], MARKERS[place], few=few)
-        if number and (correlation := rank_estimate(at, part[metric].to_numpy(np.float64))).testable:
+        if (
+            number
+            and (
+                correlation := rank_estimate(at, part[metric].to_numpy(np.float64))
+            ).testable
+        ):
             text = estimated(correlation.value, *correlation.interval())
-            said.append(f"\N{GREEK SMALL LETTER RHO} = {text}" + (f" ({words(value)})" if by else ""))
+            said.append(
+                f"\N{GREEK SMALL LETTER RHO} = {text}"
+                + (f" ({words(value)})" if by else "")
+            )
     return said
 
 
-def _points(axes: Axes, at: Floats, table: pd.DataFrame, metric: str, colour: str, marker: str, *, few: bool) -> None:
-    value, low, high = (table[f"{metric}{end}"].to_numpy(np.float64) for end in ("", "_low", "_high"))
+def _points(
+    axes: Axes,
+    at: Floats,
+    table: pd.DataFrame,
+    metric: str,
+    colour: str,
+    marker: str,
+    *,
+    few: bool,
+) -> None:
+    value, low, high = (
+        table[f"{metric}{end}"].to_numpy(np.float64) for end in ("", "_low", "_high")
+    )
     if few:
         axes.vlines(at, low, high, color=colour, linewidth=1.2)
-        axes.plot(at, value, linestyle="none", marker=marker, markersize=4, color=colour)
+        axes.plot(
+            at, value, linestyle="none", marker=marker, markersize=4, color=colour
+        )
     else:
-        axes.scatter(at, value, s=4, color=colour, alpha=0.4, linewidths=0, rasterized=True)
+        axes.scatter(
+            at, value, s=4, color=colour, alpha=0.4, linewidths=0, rasterized=True
+        )
 
 
 def _legend(figure: Figure, layout: Scatter) -> None:
@@ -155,16 +224,35 @@ def _legend(figure: Figure, layout: Scatter) -> None:
     assert by is not None
     names = [words(value) for value in selection.values(by)]
     marks = [
-        Line2D([], [], linestyle="none", marker=m, color=c) for m, c, _ in zip(MARKERS, COLOURS, names, strict=False)
+        Line2D([], [], linestyle="none", marker=m, color=c)
+        for m, c, _ in zip(MARKERS, COLOURS, names, strict=False)
     ]
-    figure.legend(marks, names, title=quantity(selection.study, by), loc="outside upper center", ncols=len(names))
+    figure.legend(
+        marks,
+        names,
+        title=quantity(selection.study, by),
+        loc="outside upper center",
+        ncols=len(names),
+    )
 
 
 def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     selection, metric = layout.selection, layout.metric
-    sizes = [int(table.loc[panel.facet.points, metric].notna().sum()) for row in layout.rows for panel in row]
+    sizes = [
+        int(table.loc[panel.facet.points, metric].notna().sum())
+        for row in layout.rows
+        for panel in row
+    ]
     some = min(sizes) <= MOST_INTERVALS
     drawn = "mean with 95 % interval" if some else ""
-    text = f"{span(sizes)} points a panel, {{n}} trials a point{'' if some else ', each the mean'}"
-    said = "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points, with 95 % interval"
-    return selection.about(text, table[f"{metric}_n"], drawn, [metric] if some else []) + (said if correlated else "")
+    text = (
+        f"{span(sizes)} points a panel, {{n}} trials a"
+        f" point{'' if some else ', each the mean'}"
+    )
+    said = (
+        "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points,"
+        " with 95 % interval"
+    )
+    return selection.about(
+        text, table[f"{metric}_n"], drawn, [metric] if some else []
+    ) + (said if correlated else "")

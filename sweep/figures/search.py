@@ -1,4 +1,6 @@
-"""What a search did and found: the history of its candidates, and the front that it has chosen."""
+"""What a search did and found: the history of its candidates, and the front that it has
+chosen.
+"""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -21,18 +23,22 @@ from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
 
 SHOWN = 0.75
-"""Part of the estimates of one objective that an axis has room for, so that the best can be told apart."""
+"""Part of the estimates of one objective that an axis has room for, so that the best
+can be told apart.
+"""
 MARKERS = "s^vph"
 ROOM = 0.06
 """Of the width of an axis of trials, beyond its end for what is held out."""
 
 
 def history_figure(study: StoredStudy) -> Figure:
-    """Every candidate's estimate against the trials spent, in the order asked in its batch, a panel an objective.
+    """Every candidate's estimate against the trials spent, in the order asked in its
+    batch, a panel an objective.
 
-    The line is the winner by then, where there is one objective. Right of the end are the held-out estimates of the
-    winner, or of the front, and of the references. With one objective the worst candidates lie at the edge as
-    triangles. Raises StoreError where the study is no search.
+    The line is the winner by then, where there is one objective. Right of the end are
+    the held-out estimates of the winner, or of the front, and of the references. With
+    one objective the worst candidates lie at the edge as triangles. Raises StoreError
+    where the study is no search.
     """
     asked = read_asked(study)
     wanted = objectives(asked)
@@ -49,7 +55,8 @@ def history_figure(study: StoredStudy) -> Figure:
 
 
 def front_figure(study: StoredStudy) -> Figure:
-    """The candidates of a search for several objectives, and its front judged on held-out seeds, a panel a pair.
+    """The candidates of a search for several objectives, and its front judged on
+    held-out seeds, a panel a pair.
 
     Raises StoreError where the study is no search, or has one objective.
     """
@@ -65,7 +72,8 @@ def front_figure(study: StoredStudy) -> Figure:
         legend(figure, panels[0], 3)
         note(
             figure,
-            f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the search; {_held_out_note(asked)}",
+            f"{study.name}: {len(candidates(asked)):,} candidates on the seeds of the"
+            f" search; {_held_out_note(asked)}",
         )
     return figure
 
@@ -77,7 +85,10 @@ def with_front(study: StoredStudy, kind: str) -> Asked:
     """
     asked = read_asked(study)
     if len(objectives(asked)) < 2:
-        raise StoreError(f"study {study.name}: {kind} needs two objectives and there is one; allowed: history")
+        raise StoreError(
+            f"study {study.name}: {kind} needs two objectives and there is one;"
+            " allowed: history"
+        )
     return asked
 
 
@@ -99,24 +110,52 @@ def _history_panel(axes: Axes, asked: Asked, objective: Objective) -> None:
     )
     for chosen, marker, colour, size, label in kinds:
         if chosen.any():
-            axes.plot(x[chosen], y[chosen], marker, color=colour, markersize=size, alpha=0.75, label=label)
+            axes.plot(
+                x[chosen],
+                y[chosen],
+                marker,
+                color=colour,
+                markersize=size,
+                alpha=0.75,
+                label=label,
+            )
     if beyond.any():
         marker = "v" if objective.maximize else "^"
         at = np.full(np.count_nonzero(beyond), edge)
-        axes.plot(x[beyond], at, marker, color=GREY, markersize=2.5, alpha=0.5, clip_on=False, label="worse than this")
+        axes.plot(
+            x[beyond],
+            at,
+            marker,
+            color=GREY,
+            markersize=2.5,
+            alpha=0.5,
+            clip_on=False,
+            label="worse than this",
+        )
     if alone:
         best = best_so_far(asked)
-        axes.step(best["trials"], best["value"], where="post", color=BLUE, linewidth=1.2, label="winner by then")
+        axes.step(
+            best["trials"],
+            best["value"],
+            where="post",
+            color=BLUE,
+            linewidth=1.2,
+            label="winner by then",
+        )
     _held_out_marks(axes, asked, objective, float(spent.max()))
     axes.set_xlim(left=0)
 
 
 def _places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
-    """Where candidates lie on an axis of trials: evenly between the ends of the batch before theirs and of theirs."""
+    """Where candidates lie on an axis of trials: evenly between the ends of the batch
+    before theirs and of theirs.
+    """
     before = spent.shift(fill_value=0)
     groups = table.groupby("batch")["candidate"]
     share = (groups.cumcount() + 1) / groups.transform("size")
-    start, end = (column.loc[table["batch"]].to_numpy(np.float64) for column in (before, spent))
+    start, end = (
+        column.loc[table["batch"]].to_numpy(np.float64) for column in (before, spent)
+    )
     return np.asarray(start + share * (end - start), np.float64)
 
 
@@ -126,44 +165,76 @@ def _held_out_marks(axes: Axes, asked: Asked, objective: Objective, end: float) 
     judged = judged[judged["objective"] == objective.column]
     judged = judged if len(objectives(asked)) > 1 else judged[:1]
     label = "winner, held out" if len(judged) == 1 else "front, held out"
-    _marks(axes, np.full(len(judged), (1.0 + ROOM) * end), judged, (VERMILION, "D", label))
+    _marks(
+        axes, np.full(len(judged), (1.0 + ROOM) * end), judged, (VERMILION, "D", label)
+    )
     others = references(asked)
-    for place, (_, row) in enumerate(others[others["objective"] == objective.column].iterrows()):
+    for place, (_, row) in enumerate(
+        others[others["objective"] == objective.column].iterrows()
+    ):
         at = np.array([(1.0 + ROOM * (place + 2)) * end])
-        _marks(axes, at, row.to_frame().T, (GREEN, MARKERS[place % len(MARKERS)], f"{row['reference']}, held out"))
+        _marks(
+            axes,
+            at,
+            row.to_frame().T,
+            (GREEN, MARKERS[place % len(MARKERS)], f"{row['reference']}, held out"),
+        )
 
 
-def _marks(axes: Axes, x: Floats, table: pd.DataFrame, look: tuple[str, str, str]) -> None:
+def _marks(
+    axes: Axes, x: Floats, table: pd.DataFrame, look: tuple[str, str, str]
+) -> None:
     colour, marker, label = look
-    value, low, high = (table[f"held_out{end}"].to_numpy(np.float64) for end in ("", "_low", "_high"))
+    value, low, high = (
+        table[f"held_out{end}"].to_numpy(np.float64) for end in ("", "_low", "_high")
+    )
     if np.isnan(value).all():
         return
     axes.vlines(x, low, high, color=colour, linewidth=1.4)
-    axes.plot(x, value, linestyle="none", marker=marker, color=colour, markersize=5, label=label)
+    axes.plot(
+        x,
+        value,
+        linestyle="none",
+        marker=marker,
+        color=colour,
+        markersize=5,
+        label=label,
+    )
 
 
 def _held_out_bounds(asked: Asked) -> Floats:
-    """The held-out estimates that a history of one objective draws, and the ends of their intervals."""
+    """The held-out estimates that a history of one objective draws, and the ends of
+    their intervals.
+    """
     tables = (winners(asked)[:1], references(asked))
     return np.concatenate(
-        [table[[f"held_out{end}" for end in ("", "_low", "_high")]].to_numpy(float).ravel() for table in tables]
+        [
+            table[[f"held_out{end}" for end in ("", "_low", "_high")]]
+            .to_numpy(float)
+            .ravel()
+            for table in tables
+        ]
     )
 
 
 def _edge(values: Floats, objective: Objective, held_out: Floats) -> float:
     """The worst value that is drawn where it is; NaN for no values.
 
-    It is so far from the best that `SHOWN` of the values are, and at least as far as what is held out, so that
-    nothing lies beyond the candidates at the edge.
+    It is so far from the best that `SHOWN` of the values are, and at least as far as
+    what is held out, so that nothing lies beyond the candidates at the edge.
     """
     known, others = values[np.isfinite(values)], held_out[np.isfinite(held_out)]
     if not len(known):
         return np.nan
     edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
-    return float(np.min([edge, *others]) if objective.maximize else np.max([edge, *others]))
+    return float(
+        np.min([edge, *others]) if objective.maximize else np.max([edge, *others])
+    )
 
 
-def _front_panel(axes: Axes, asked: Asked, pair: tuple[Objective, Objective], *, line: bool) -> None:
+def _front_panel(
+    axes: Axes, asked: Asked, pair: tuple[Objective, Objective], *, line: bool
+) -> None:
     table, names = candidates(asked), [objective.column for objective in pair]
     for chosen, marker, colour, label in (
         (table["feasible"], "o", "0.6", "candidates"),
@@ -171,55 +242,93 @@ def _front_panel(axes: Axes, asked: Asked, pair: tuple[Objective, Objective], *,
     ):
         if chosen.any():
             part = table[chosen]
-            axes.plot(part[names[0]], part[names[1]], marker, color=colour, markersize=2.5, alpha=0.6, label=label)
+            axes.plot(
+                part[names[0]],
+                part[names[1]],
+                marker,
+                color=colour,
+                markersize=2.5,
+                alpha=0.6,
+                label=label,
+            )
     judged = _wide(winners(asked), "candidate", names)
     _crosses(axes, judged, names, (BLUE, "o", "chosen, held out"))
     if line and len(judged):
         values = judged[names].to_numpy(np.float64)
-        best = judged[nondominated(values, [objective.maximize for objective in pair])].sort_values(names[0])
+        best = judged[
+            nondominated(values, [objective.maximize for objective in pair])
+        ].sort_values(names[0])
         where = "steps-pre" if pair[0].maximize else "steps-post"
-        axes.plot(best[names[0]], best[names[1]], drawstyle=where, color=BLUE, linewidth=0.9)
+        axes.plot(
+            best[names[0]], best[names[1]], drawstyle=where, color=BLUE, linewidth=0.9
+        )
     about = front(asked)
     knee = judged.loc[judged.index.isin(about.loc[about["knee"], "candidate"])]
     if len(knee):
-        (ring,) = axes.plot(knee[names[0]], knee[names[1]], "o", color=VERMILION, label="knee")
+        (ring,) = axes.plot(
+            knee[names[0]], knee[names[1]], "o", color=VERMILION, label="knee"
+        )
         ring.set(markersize=10, markerfacecolor="none")
-    for place, (name, row) in enumerate(_wide(references(asked), "reference", names).iterrows()):
-        _crosses(axes, row.to_frame().T, names, (GREEN, MARKERS[place % len(MARKERS)], f"{name}, held out"))
+    for place, (name, row) in enumerate(
+        _wide(references(asked), "reference", names).iterrows()
+    ):
+        _crosses(
+            axes,
+            row.to_frame().T,
+            names,
+            (GREEN, MARKERS[place % len(MARKERS)], f"{name}, held out"),
+        )
 
 
 def _wide(table: pd.DataFrame, by: str, names: Sequence[str]) -> pd.DataFrame:
-    """One row a candidate or reference, with the held-out estimates and bounds of each objective as columns."""
+    """One row a candidate or reference, with the held-out estimates and bounds of each
+    objective as columns.
+    """
     parts = []
     for name in names:
         part = table[table["objective"] == name].set_index(by)
         parts.append(
-            part[["held_out", "held_out_low", "held_out_high"]].set_axis([name, f"{name}_low", f"{name}_high"], axis=1)
+            part[["held_out", "held_out_low", "held_out_high"]].set_axis(
+                [name, f"{name}_low", f"{name}_high"], axis=1
+            )
         )
     return pd.concat(parts, axis=1)
 
 
-def _crosses(axes: Axes, table: pd.DataFrame, names: Sequence[str], look: tuple[str, str, str]) -> None:
+def _crosses(
+    axes: Axes, table: pd.DataFrame, names: Sequence[str], look: tuple[str, str, str]
+) -> None:
     """Points with intervals both ways."""
     colour, marker, label = look
-    x, x_low, x_high = (table[names[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high"))
-    y, y_low, y_high = (table[names[1] + end].to_numpy(np.float64) for end in ("", "_low", "_high"))
+    x, x_low, x_high = (
+        table[names[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
+    )
+    y, y_low, y_high = (
+        table[names[1] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
+    )
     if np.isnan(x + y).all():
         return
     axes.hlines(y, x_low, x_high, color=colour, linewidth=1.0, alpha=0.7)
     axes.vlines(x, y_low, y_high, color=colour, linewidth=1.0, alpha=0.7)
-    axes.plot(x, y, linestyle="none", marker=marker, color=colour, markersize=4, label=label)
+    axes.plot(
+        x, y, linestyle="none", marker=marker, color=colour, markersize=4, label=label
+    )
 
 
 def _label(study: StoredStudy, objective: Objective) -> str:
     kind = "" if objective.statistic.kind == "mean" else f"{objective.statistic} of "
-    return f"{kind}{quantity(study, objective.column)}\n{'more' if objective.maximize else 'less'} is better"
+    return (
+        f"{kind}{quantity(study, objective.column)}\n{'more' if objective.maximize else 'less'}"
+        " is better"
+    )
 
 
 def _history_note(study: StoredStudy, asked: Asked) -> str:
     table = candidates(asked)
     failed = int((table["status"] == FAILED).sum())
-    text = f"{study.name}: {len(table):,} candidates" + (f", {failed} failed and not drawn" if failed else "")
+    text = f"{study.name}: {len(table):,} candidates" + (
+        f", {failed} failed and not drawn" if failed else ""
+    )
     return text + f", {int(table['trials'].sum()):,} trials; {_held_out_note(asked)}"
 
 
@@ -229,4 +338,7 @@ def _held_out_note(asked: Asked) -> str:
     if blocks == 0:
         return "no held-out trials"
     many = "1 block" if blocks == 1 else f"{blocks} blocks"
-    return f"{judged['candidate'].nunique()} held out, {many} each, simultaneous 95 % intervals (Bonferroni)"
+    return (
+        f"{judged['candidate'].nunique()} held out, {many} each, simultaneous 95 %"
+        " intervals (Bonferroni)"
+    )

@@ -1,4 +1,6 @@
-"""Repetitions of a search against random searches: the best so far, its hypervolume, and what winners are worth."""
+"""Repetitions of a search against random searches: the best so far, its hypervolume,
+and what winners are worth.
+"""
 
 from collections.abc import Sequence
 
@@ -10,7 +12,14 @@ from matplotlib.figure import Figure
 
 from sweep.analysis import half_width, mean_interval
 from sweep.campaigns.search.outcome import SEARCH, objectives
-from sweep.campaigns.search.repetitions import RANDOM, REPETITION, against_random, best_so_far, reference_point, runs
+from sweep.campaigns.search.repetitions import (
+    RANDOM,
+    REPETITION,
+    against_random,
+    best_so_far,
+    reference_point,
+    runs,
+)
 from sweep.campaigns.search.stored import Asked, read_asked
 from sweep.errors import StoreError
 from sweep.figures.pieces import legend, note, quantity
@@ -21,10 +30,12 @@ from sweep.tables.stored_study import StoredStudy
 
 
 def comparison_figure(study: StoredStudy) -> Figure:
-    """The best so far against trials, mean over repetitions of the search and over random searches, and their winners.
+    """The best so far against trials, mean over repetitions of the search and over
+    random searches, and their winners.
 
-    With several objectives it is the hypervolume. On the right are the held-out values, a point a run, with their
-    means. Raises StoreError where the study is no search, or has no repetitions.
+    With several objectives it is the hypervolume. On the right are the held-out values,
+    a point a run, with their means. Raises StoreError where the study is no search, or
+    has no repetitions.
     """
     asked = with_repetitions(study)
     found = against_random(asked)
@@ -32,22 +43,37 @@ def comparison_figure(study: StoredStudy) -> Figure:
     with style.context(STYLE):
         figure = Figure(figsize=(7.0, 3.7))
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3.4, 1.0])
-        sides = ((REPETITION, found.search, BLUE, "search"), (RANDOM, found.random, ORANGE, "random search"))
+        sides = (
+            (REPETITION, found.search, BLUE, "search"),
+            (RANDOM, found.random, ORANGE, "random search"),
+        )
         for place, (kind, values, colour, label) in enumerate(sides):
             _band(left, _curves(asked, runs(asked, kind)), colour, label)
             _strip(right, place, values, colour)
         left.set(
-            xlim=(0, None), xlabel="trials spent", ylabel=_best_label(study, asked), title="on the seeds of the search"
+            xlim=(0, None),
+            xlabel="trials spent",
+            ylabel=_best_label(study, asked),
+            title="on the seeds of the search",
         )
-        right.set(xticks=[0, 1], xticklabels=["search", "random"], xlim=(-0.6, 1.6), title=f"{judged}, held out")
+        right.set(
+            xticks=[0, 1],
+            xticklabels=["search", "random"],
+            xlim=(-0.6, 1.6),
+            title=f"{judged}, held out",
+        )
         right.grid(visible=False, axis="x")
         legend(figure, left)
-        note(figure, f"{study.name}: {_runs_note(asked)}; means with 95 % intervals over runs")
+        note(
+            figure,
+            f"{study.name}: {_runs_note(asked)}; means with 95 % intervals over runs",
+        )
     return figure
 
 
 def hypervolume_figure(study: StoredStudy) -> Figure:
-    """The hypervolume of a search for several objectives against trials, and that of its repetitions, if there are any.
+    """The hypervolume of a search for several objectives against trials, and that of
+    its repetitions, if there are any.
 
     Raises StoreError where the study is no search, or has one objective.
     """
@@ -56,7 +82,10 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
     with style.context(STYLE):
         figure = Figure(figsize=(6.0, 3.7))
         axes = figure.subplots()
-        for kind, colour, label in ((RANDOM, ORANGE, "random searches"), (REPETITION, BLUE, "repetitions")):
+        for kind, colour, label in (
+            (RANDOM, ORANGE, "random searches"),
+            (REPETITION, BLUE, "repetitions"),
+        ):
             for place, run in enumerate(runs(asked, kind)):
                 table = best_so_far(asked, run, reference)
                 axes.step(
@@ -69,25 +98,42 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
                     label="" if place else label,
                 )
         table = best_so_far(asked, SEARCH, reference)
-        axes.step(table["trials"], table["value"], where="post", color=GREY, linewidth=2.0, label="the search")
+        axes.step(
+            table["trials"],
+            table["value"],
+            where="post",
+            color=GREY,
+            linewidth=2.0,
+            label="the search",
+        )
         axes.set(xlabel="trials spent", ylabel=_best_label(study, asked))
         axes.set_xlim(left=0)
         axes.set_ylim(0, max(1.05 * axes.dataLim.y1, np.finfo(float).tiny))
         legend(figure, axes)
-        note(figure, f"{study.name}: {_runs_note(asked)}; on the seeds of the search, no intervals; {_point(asked)}")
+        note(
+            figure,
+            f"{study.name}: {_runs_note(asked)}; on the seeds of the search, no"
+            f" intervals; {_point(asked)}",
+        )
     return figure
 
 
 def with_repetitions(study: StoredStudy) -> Asked:
-    """What a search with repetitions has asked for. Raises StoreError where the study is none."""
+    """What a search with repetitions has asked for. Raises StoreError where the study
+    is none.
+    """
     asked = read_asked(study)
     if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
-        raise StoreError(f"study {study.name}: has no repetitions; run it with --repetitions 10")
+        raise StoreError(
+            f"study {study.name}: has no repetitions; run it with --repetitions 10"
+        )
     return asked
 
 
 def _curves(asked: Asked, names: Sequence[str]) -> pd.DataFrame:
-    """The best so far of each run (a column) at every number of trials at which one of them changes."""
+    """The best so far of each run (a column) at every number of trials at which one of
+    them changes.
+    """
     reference = reference_point(asked) if len(objectives(asked)) > 1 else None
     columns = {}
     for run in names:
@@ -100,12 +146,24 @@ def _band(axes: Axes, curves: pd.DataFrame, colour: str, label: str) -> None:
     known = curves.dropna()
     mean, half = known.mean(axis=1), half_width(known.std(axis=1), len(known.columns))
     axes.step(known.index, mean, where="post", color=colour, label=label)
-    axes.fill_between(known.index, mean - half, mean + half, step="post", color=colour, alpha=0.2, lw=0)
+    axes.fill_between(
+        known.index,
+        mean - half,
+        mean + half,
+        step="post",
+        color=colour,
+        alpha=0.2,
+        lw=0,
+    )
 
 
 def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
     """The values of runs beside each other, and their mean with its interval."""
-    spread = np.linspace(-0.2, 0.2, len(values)) if len(values) > 1 else np.zeros(len(values))
+    spread = (
+        np.linspace(-0.2, 0.2, len(values))
+        if len(values) > 1
+        else np.zeros(len(values))
+    )
     axes.plot(place + spread, values, "o", color=colour, markersize=3, alpha=0.5)
     mean, low, high, _ = mean_interval(values)
     axes.vlines(place, low, high, color=colour, linewidth=1.6)
@@ -115,7 +173,9 @@ def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
 def _best_label(study: StoredStudy, asked: Asked) -> str:
     wanted = objectives(asked)
     if len(wanted) == 1:
-        kind = "" if wanted[0].statistic.kind == "mean" else f"{wanted[0].statistic} of "
+        kind = (
+            "" if wanted[0].statistic.kind == "mean" else f"{wanted[0].statistic} of "
+        )
         return f"best {kind}{quantity(study, wanted[0].column)}"
     units = " ".join(study.units.get(one.column, "") for one in wanted).strip()
     return "hypervolume" + (f" ({units})" if units else "")
@@ -124,7 +184,11 @@ def _best_label(study: StoredStudy, asked: Asked) -> str:
 def _runs_note(asked: Asked) -> str:
     counts = [len(runs(asked, kind)) for kind in (REPETITION, RANDOM)]
     budget = f"{asked.about['budget']:,} trials"
-    return f"{counts[0]} repetitions and {counts[1]} random searches of {budget} each" if counts[0] else budget
+    return (
+        f"{counts[0]} repetitions and {counts[1]} random searches of {budget} each"
+        if counts[0]
+        else budget
+    )
 
 
 def _point(asked: Asked) -> str:
@@ -132,5 +196,8 @@ def _point(asked: Asked) -> str:
     point = reference_point(asked)
     if point is None:
         return "no candidate has all blocks"
-    values = ", ".join(f"{one.column} {value:.4g}" for one, value in zip(objectives(asked), point, strict=True))
+    values = ", ".join(
+        f"{one.column} {value:.4g}"
+        for one, value in zip(objectives(asked), point, strict=True)
+    )
     return f"from the worst values seen: {values.replace('_', ' ')}"

@@ -1,4 +1,6 @@
-"""The figure of a table of `sweep.tables.sensitivity`: bars with intervals, a row a setting, a panel a value of other axes."""
+"""The figure of a table of `sweep.tables.sensitivity`: bars with intervals, a row a
+setting, a panel a value of other axes.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -17,7 +19,9 @@ COLUMNS = 3
 
 
 class Bars(NamedTuple):
-    """One kind of number: its label, the rows it has, and value, low and high of each, a table (rows, 3)."""
+    """One kind of number: its label, the rows it has, and value, low and high of each,
+    a table (rows, 3).
+    """
 
     label: str
     rows: list[str]
@@ -27,16 +31,27 @@ class Bars(NamedTuple):
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
     """The figure of a table that `sobol`, `morris` or `rank_correlations` returned.
 
-    Sobol indices are those without replicate noise, where they are known, else those of the means as they are. An
-    interval that is not known is not drawn.
+    Sobol indices are those without replicate noise, where they are known, else those of
+    the means as they are. An interval that is not known is not drawn.
     """
     panels = list(_panels(table))
-    rows = list(dict.fromkeys(row for _, part in panels for bars in _bars(part) for row in bars.rows))
+    rows = list(
+        dict.fromkeys(
+            row for _, part in panels for bars in _bars(part) for row in bars.rows
+        )
+    )
     across = min(COLUMNS, len(panels))
     down = -(-len(panels) // across)
     with style.context(STYLE):
-        figure = Figure(figsize=(1.6 + 2.8 * max(across, 1.5), 1.5 + down * (0.36 * len(rows) + 0.7)))
-        grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False).ravel()
+        figure = Figure(
+            figsize=(
+                1.6 + 2.8 * max(across, 1.5),
+                1.5 + down * (0.36 * len(rows) + 0.7),
+            )
+        )
+        grid = figure.subplots(
+            down, across, sharex=True, sharey=True, squeeze=False
+        ).ravel()
         for axes, (title, part) in zip(grid, panels, strict=False):
             _draw(axes, _bars(part), rows)
             axes.set_title(title, fontsize=8)
@@ -51,21 +66,35 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The parts of the table with the same settings of the other axes, and these in words."""
+    """The parts of the table with the same settings of the other axes, and these in
+    words.
+    """
     first = "index" if "index" in table else "field"
     others = list(table.columns[: list(table.columns).index(first)])
     if not others:
         yield "", table
         return
     for key, part in table.groupby(others, sort=False):
-        yield ", ".join(f"{name} = {value}" for name, value in zip(others, key, strict=True)).replace("_", " "), part
+        yield (
+            ", ".join(
+                f"{name} = {value}" for name, value in zip(others, key, strict=True)
+            ).replace("_", " "),
+            part,
+        )
 
 
 def _bars(part: pd.DataFrame) -> list[Bars]:
     if "index" in part:
         shown = _shown(part)
-        words = {"S1": "S1, alone", "ST": "ST, with all interactions", "S2": "S2, of a pair"}
-        return [_one(words[str(kind)], rows, shown) for kind, rows in part.groupby("index", sort=False)]
+        words = {
+            "S1": "S1, alone",
+            "ST": "ST, with all interactions",
+            "S2": "S2, of a pair",
+        }
+        return [
+            _one(words[str(kind)], rows, shown)
+            for kind, rows in part.groupby("index", sort=False)
+        ]
     names = ["mu_star", "sigma", "mu"] if "mu_star" in part else ["spearman", "partial"]
     words = {"mu_star": "mu*, mean size", "sigma": "sigma, spread", "mu": "mu, mean"}
     return [_one(words.get(name, name), part, name) for name in names]
@@ -73,7 +102,10 @@ def _bars(part: pd.DataFrame) -> list[Bars]:
 
 def _one(label: str, part: pd.DataFrame, name: str) -> Bars:
     pairs = part["other"] if "other" in part else pd.Series("", index=part.index)
-    rows = [f"{field} x {other}" if other else field for field, other in zip(part["field"], pairs, strict=True)]
+    rows = [
+        f"{field} x {other}" if other else field
+        for field, other in zip(part["field"], pairs, strict=True)
+    ]
     return Bars(label, rows, part[[name, f"{name}_low", f"{name}_high"]])
 
 
@@ -87,8 +119,13 @@ def _draw(axes: Axes, kinds: list[Bars], rows: list[str]) -> None:
     sharing = {row: [bars.label for bars in kinds if row in bars.rows] for row in rows}
     height = 0.8 / max(len(labels) for labels in sharing.values())
     for bars, (colour, marker) in zip(kinds, MARKS, strict=False):
-        slots = [sharing[row].index(bars.label) - (len(sharing[row]) - 1) / 2 for row in bars.rows]
-        places = np.array([rows.index(row) for row in bars.rows]) + height * np.array(slots)
+        slots = [
+            sharing[row].index(bars.label) - (len(sharing[row]) - 1) / 2
+            for row in bars.rows
+        ]
+        places = np.array([rows.index(row) for row in bars.rows]) + height * np.array(
+            slots
+        )
         value, low, high = bars.values.to_numpy(np.float64).T
         axes.barh(places, value, height=0.9 * height, color=colour, alpha=0.25)
         draw_values(axes, places, (value, low, high), colour, marker, bars.label)
@@ -114,7 +151,10 @@ def _note(table: pd.DataFrame) -> str:
     text += f", {span(table['trials'])} trials{each};\n"
     text += f"{table.attrs['confidence']:.0%} bootstrap intervals, each for itself"
     if "index" in table:
-        kinds = {"corrected": "without replicate noise", "raw": "replicate noise not separated"}
+        kinds = {
+            "corrected": "without replicate noise",
+            "raw": "replicate noise not separated",
+        }
         share = table["noise_share"].max()
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""

@@ -1,4 +1,6 @@
-"""Flights: the ways of boids, paler the longer ago, and the flock at the end, a panel a trial."""
+"""Flights: the ways of boids, paler the longer ago, and the flock at the end, a panel a
+trial.
+"""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -30,37 +32,59 @@ GOAL_WEIGHTS = ("goal_weight", "seek_weight", "arrival_weight")
 
 
 class Flights(NamedTuple):
-    """What a figure of flights shows: a panel a trial, of a point and with its number."""
+    """What a figure of flights shows: a panel a trial, of a
+    point and with its number.
+    """
 
     selection: Selection
     trials: list[tuple[Facet, "pd.Series[Any]"]]
 
 
-def trajectories_figure(study: StoredStudy, *, where: Mapping[str, object] | None = None) -> Figure:
-    """The flights of up to four trials: the first of each point, or the first few of one or two points.
+def trajectories_figure(
+    study: StoredStudy, *, where: Mapping[str, object] | None = None
+) -> Figure:
+    """The flights of up to four trials: the first of each point, or the first few of
+    one or two points.
 
-    Trails fade from the last recorded frame back to the first; triangles are the boids in the last one. Obstacles are
-    grey, and a goal that some force seeks is a cross. Raises StoreError where no trajectories are stored and for more
-    than four points.
+    Trails fade from the last recorded frame back to the first; triangles are the boids
+    in the last one. Obstacles are grey, and a goal that some force seeks is a cross.
+    Raises StoreError where no trajectories are stored and for more than four points.
     """
     return draw_trajectories(trajectories_layout(study, where=where))
 
 
-def trajectories_layout(study: StoredStudy, *, where: Mapping[str, object] | None) -> Flights:
+def trajectories_layout(
+    study: StoredStudy, *, where: Mapping[str, object] | None
+) -> Flights:
     """What `trajectories_figure` will show. Raises StoreError as it does."""
     selection = select(study, where)
-    if "vx" not in study.store.read("trajectories", trial_ids=pa.array([], pa.string())).column_names:
-        raise StoreError(f"study {study.name} has no trajectories; record: {{trajectories: true}} keeps them")
+    if (
+        "vx"
+        not in study.store.read(
+            "trajectories", trial_ids=pa.array([], pa.string())
+        ).column_names
+    ):
+        raise StoreError(
+            f"study {study.name} has no trajectories; record: {{trajectories: true}}"
+            " keeps them"
+        )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     facets = selection.facets(names)
     if len(facets) > MOST_TRIALS:
         raise StoreError(
-            f"study {study.name}: trajectories of {len(facets):,} points, by {', '.join(names)}; allowed: up to "
-            f"{MOST_TRIALS}; choose with where, {selection.example(names)}"
+            f"study {study.name}: trajectories of {len(facets):,} points, by"
+            f" {', '.join(names)}; allowed: up to {MOST_TRIALS}; choose with where,"
+            f" {selection.example(names)}"
         )
     done = selection.trials[selection.trials["status"] == "done"]
-    chosen = [(facet, among(done, facet.points).head(MOST_TRIALS // len(facets))) for facet in facets]
-    return Flights(selection, [(facet, row) for facet, trials in chosen for _, row in trials.iterrows()])
+    chosen = [
+        (facet, among(done, facet.points).head(MOST_TRIALS // len(facets)))
+        for facet in facets
+    ]
+    return Flights(
+        selection,
+        [(facet, row) for facet, trials in chosen for _, row in trials.iterrows()],
+    )
 
 
 def draw_trajectories(layout: Flights) -> Figure:
@@ -74,17 +98,36 @@ def draw_trajectories(layout: Flights) -> Figure:
         worlds = [selection.study.world(row["trial_id"]) for _, row in trials]
         height = max(world.height / world.width for world in worlds)
         width = 4.8 if across == 1 else 7.2
-        figure = Figure(figsize=(width, 0.7 + down * (0.75 + height * (width - 0.8 * across) / across)))
+        figure = Figure(
+            figsize=(
+                width,
+                0.7 + down * (0.75 + height * (width - 0.8 * across) / across),
+            )
+        )
         panels = figure.subplots(down, across, squeeze=False).ravel()
         frames = [
-            _panel(axes, selection.study, row, world, unit, [*facet.title.split(", "), _replicate(row)], across)
+            _panel(
+                axes,
+                selection.study,
+                row,
+                world,
+                unit,
+                [*facet.title.split(", "), _replicate(row)],
+                across,
+            )
             for axes, (facet, row), world in zip(panels, trials, worlds, strict=False)
         ]
         for axes in panels[len(trials) :]:
             axes.set_axis_off()
         goal = "; cross: goal" if any(_seeks(row) for _, row in trials) else ""
-        text = f"one trial a panel, of {{n}} that are done; frames 0 to {span(frames)}{goal}"
-        note(figure, selection.about(text, [int((selection.trials["status"] == "done").sum())]))
+        text = (
+            "one trial a panel, of {n} that are done; frames 0 to"
+            f" {span(frames)}{goal}"
+        )
+        note(
+            figure,
+            selection.about(text, [int((selection.trials["status"] == "done").sum())]),
+        )
     return figure
 
 
@@ -102,12 +145,25 @@ def _panel(
     draw_map(axes, world, unit, downwards=unit == "px")
     _widen(axes, flight[:, :2], (world.width, world.height))
     points = world.obstacles[world.obstacles[:, 2] == 0.0]
-    axes.plot(points[:, 0], points[:, 1], linestyle="none", marker="o", markersize=3, color="0.6")
+    axes.plot(
+        points[:, 0],
+        points[:, 1],
+        linestyle="none",
+        marker="o",
+        markersize=3,
+        color="0.6",
+    )
     _trails(axes, flight[:, :2], (world.width, world.height))
     draw_flock(axes, flight[-1], BOID * world.width)
     if _seeks(trial):
         axes.plot(
-            trial["goal_x"], trial["goal_y"], "X", markersize=7, color=VERMILION, markeredgecolor="white", zorder=4
+            trial["goal_x"],
+            trial["goal_y"],
+            "X",
+            markersize=7,
+            color=VERMILION,
+            markeredgecolor="white",
+            zorder=4,
         )
     title_panel(axes, [", ".join(part for part in title if part)], across)
     return int(frames[-1])
@@ -118,24 +174,53 @@ def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
     low = np.minimum(places.min(axis=(0, 2)), 0.0)
     high = np.maximum(places.max(axis=(0, 2)), size)
     if (low < 0.0).any() or (high > size).any():
-        axes.add_patch(Rectangle((0.0, 0.0), *size, fill=False, edgecolor="0.5", linestyle="--", linewidth=0.8))
+        axes.add_patch(
+            Rectangle(
+                (0.0, 0.0),
+                *size,
+                fill=False,
+                edgecolor="0.5",
+                linestyle="--",
+                linewidth=0.8,
+            )
+        )
         downwards = axes.yaxis_inverted()
-        axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]) if downwards else (low[1], high[1]))
+        axes.set(
+            xlim=(low[0], high[0]),
+            ylim=(high[1], low[1]) if downwards else (low[1], high[1]),
+        )
 
 
 def _trails(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """The ways (F, 2, N) of boids, without the jumps across a border that is joined to the opposite one."""
+    """The ways (F, 2, N) of boids, without the jumps across a border that is joined to
+    the opposite one.
+    """
     steps = np.stack([places[:-1], places[1:]], axis=1).transpose(0, 3, 1, 2)
     jumps = (np.abs(steps[:, :, 1] - steps[:, :, 0]) > np.array(size) / 2).any(axis=2)
-    fade = np.broadcast_to(np.linspace(0.0, 1.0, len(steps) + 1)[1:, None] ** FADING, jumps.shape)
-    lines = LineCollection(list(steps[~jumps]), colors=SKY, alpha=0.8 * fade[~jumps], linewidths=0.8, rasterized=True)
+    fade = np.broadcast_to(
+        np.linspace(0.0, 1.0, len(steps) + 1)[1:, None] ** FADING, jumps.shape
+    )
+    lines = LineCollection(
+        list(steps[~jumps]),
+        colors=SKY,
+        alpha=0.8 * fade[~jumps],
+        linewidths=0.8,
+        rasterized=True,
+    )
     axes.add_collection(lines)
 
 
 def _replicate(trial: "pd.Series[Any]") -> str:
-    return f"seed {trial['seed']}" if trial["seed_listed"] else f"replicate {trial['replicate']}"
+    return (
+        f"seed {trial['seed']}"
+        if trial["seed_listed"]
+        else f"replicate {trial['replicate']}"
+    )
 
 
 def _seeks(trial: "pd.Series[Any]") -> bool:
     """Whether some force of the trial's model leads to a goal."""
-    return any(trial.get(name, 0.0) > 0.0 for name in GOAL_WEIGHTS) and trial.get("leader_share", 1.0) > 0.0
+    return (
+        any(trial.get(name, 0.0) > 0.0 for name in GOAL_WEIGHTS)
+        and trial.get("leader_share", 1.0) > 0.0
+    )

@@ -1,7 +1,9 @@
-"""What a document published, as `published.yaml` beside the specs of its study says it, read and checked at once.
+"""What a document published, as `published.yaml` beside the specs of its study says it,
+read and checked at once.
 
-A publication brings the specs that test its claims, and its figures.py the figures and the functions that claims
-call. At the quick scale each spec is changed as the file says and stored under another name.
+A publication brings the specs that test its claims, and its figures.py the figures and
+the functions that claims call. At the quick scale each spec is changed as the file says
+and stored under another name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -28,9 +30,11 @@ ABOUT_CLAIM = ("id", "where", "says")
 
 @dataclass(frozen=True)
 class Claim:
-    """One published number or statement: where it stands, what it says, how it is measured and what is expected.
+    """One published number or statement: where it stands, what it says, how it is
+    measured and what is expected.
 
-    `untestable` is the reason why it cannot be tested; then there is neither measure nor expectation.
+    `untestable` is the reason why it cannot be tested; then there is neither measure
+    nor expectation.
     """
 
     id: str
@@ -53,10 +57,11 @@ class Contradiction:
 
 @dataclass(frozen=True)
 class Publication:
-    """One document: the studies that test it by the names of their specs, claims, figures.
+    """One document: the studies that test it by the names of their specs, claims,
+    figures.
 
-    `tested` is the number of claims with a measure in the file. No code is run of one that
-    is not `asked` for: it has no figures, and its claims no measures.
+    `tested` is the number of claims with a measure in the file. No code is run of one
+    that is not `asked` for: it has no figures, and its claims no measures.
     """
 
     folder: Path
@@ -88,11 +93,13 @@ def read_all(
     quick: bool,
     only: Collection[str] = (),
 ) -> list[Publication]:
-    """The publications of the folders in `experiments`, by name, at the full or the quick scale.
+    """The publications of the folders in `experiments`, by name, at the full or the
+    quick scale.
 
     With `only`, no code of the others is run, and none of their claims is tested.
 
-    Raises one SpecError that lists the first mistake of every claim and every file, each with file and line.
+    Raises one SpecError that lists the first mistake of every claim and every file,
+    each with file and line.
     """
     publications, mistakes = [], []
     for file in _files(experiments, only):
@@ -100,13 +107,18 @@ def read_all(
         try:
             publications.append(read_publication(file, quick=quick, asked=asked))
         except SpecError as error:
-            mistakes += [f"{file.parent.name}/{line}" for line in str(error).splitlines()]
+            mistakes += [
+                f"{file.parent.name}/{line}" for line in str(error).splitlines()
+            ]
     owners: dict[str, str] = {}
     for publication in publications:
         for spec, study in publication.studies.items():
             place = f"{publication.name}/{spec}.yaml"
             if study.name in owners:
-                mistakes.append(f'{place}: study "{study.name}" is that of {owners[study.name]} already')
+                mistakes.append(
+                    f'{place}: study "{study.name}" is that of {owners[study.name]}'
+                    " already"
+                )
             owners[study.name] = place
     if mistakes:
         raise SpecError("\n".join(mistakes))
@@ -133,14 +145,26 @@ def _is_asked(file: Path, only: Collection[str]) -> bool:
 
 
 def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
-    """The publication of a `published.yaml`, its code run if asked. Raises SpecError."""
+    """The publication of a `published.yaml`, its code run
+    if asked. Raises SpecError.
+    """
     root = read_document(file)
-    root.keys(["title", "source", "specs", "claims", "contradictions"], required=["title", "source", "specs", "claims"])
-    designs = {spec: _designed(entry, file.parent, quick) for spec, entry in root.child("specs").mapping()}
+    root.keys(
+        ["title", "source", "specs", "claims", "contradictions"],
+        required=["title", "source", "specs", "claims"],
+    )
+    designs = {
+        spec: _designed(entry, file.parent, quick)
+        for spec, entry in root.child("specs").mapping()
+    }
     studies = {spec: study for spec, (study, _) in designs.items()}
     module = run_code(file.with_name(CODE)) if asked else {}
     drawings = check_drawings(module, studies)
-    functions = {name: value for name, value in module.items() if callable(value) and not name.startswith("_")}
+    functions = {
+        name: value
+        for name, value in module.items()
+        if callable(value) and not name.startswith("_")
+    }
     return Publication(
         folder=file.parent,
         title=root.child("title").text(),
@@ -156,13 +180,21 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
 
 
 def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
-    """The study of a spec and its design, at the quick scale with the changes under its name."""
+    """The study of a spec and its design, at the quick scale with the changes under its
+    name.
+    """
     if not isinstance(entry.value, dict):
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
         raise entry.error(
-            unknown("spec", entry.name, sorted(path.stem for path in folder.glob("*.yaml") if path.name != FILE))
+            unknown(
+                "spec",
+                entry.name,
+                sorted(
+                    path.stem for path in folder.glob("*.yaml") if path.name != FILE
+                ),
+            )
         )
     root = read_document(file)
     study = parse_spec(root.document.text, file)
@@ -176,11 +208,15 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
     except SpecError as error:
         # Its line is one of the changed text, which nobody has.
         message = str(error).split(": ", 1)[1]
-        raise entry.error(f"with these changes {file.name} is wrong: {message}") from None
+        raise entry.error(
+            f"with these changes {file.name} is wrong: {message}"
+        ) from None
 
 
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
-    """Put the value of `entry` into `spec`; what the last key stands in must be there."""
+    """Put the value of `entry` into `spec`; what the last
+    key stands in must be there.
+    """
     for key in path[:-1]:
         inner = spec.get(key)
         if not isinstance(inner, dict):
@@ -204,7 +240,9 @@ def _claims(
         try:
             claim = _claim(entry, reader, drawings) if asked else _untested(entry)
             if claim.id in lines:
-                raise entry.child("id").error(f'"{claim.id}" stands twice, first as number {lines[claim.id]}')
+                raise entry.child("id").error(
+                    f'"{claim.id}" stands twice, first as number {lines[claim.id]}'
+                )
             lines[claim.id] = len(lines) + 1
             claims.append(claim)
         except SpecError as error:
@@ -222,22 +260,44 @@ def _untested(entry: Entry) -> Claim:
     return Claim(name, where, says, None, None, untestable=why)
 
 
-def _claim(entry: Entry, reader: MeasureReader, drawings: Mapping[str, Drawing]) -> Claim:
-    entry.keys([*ABOUT_CLAIM, "spec", "figure", "measure", "expect", "untestable"], required=ABOUT_CLAIM)
+def _claim(
+    entry: Entry, reader: MeasureReader, drawings: Mapping[str, Drawing]
+) -> Claim:
+    entry.keys(
+        [*ABOUT_CLAIM, "spec", "figure", "measure", "expect", "untestable"],
+        required=ABOUT_CLAIM,
+    )
     if not NAME.fullmatch(entry.child("id").text()):
         raise entry.child("id").expected('a name of letters, digits, "_", "-" and "."')
     name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
-    spec, figure, reason = entry.get("spec"), entry.get("figure"), entry.get("untestable")
+    spec, figure, reason = (
+        entry.get("spec"),
+        entry.get("figure"),
+        entry.get("untestable"),
+    )
     chosen = spec.one_of("spec", reader.designs) if spec else None
     shown = figure.one_of("figure", drawings) if figure else None
-    if ("measure" in entry.value) != ("expect" in entry.value) or ("measure" in entry.value) == bool(reason):
-        raise entry.error('a claim needs either "measure" with "expect", or "untestable" with the reason')
+    if ("measure" in entry.value) != ("expect" in entry.value) or (
+        "measure" in entry.value
+    ) == bool(reason):
+        raise entry.error(
+            'a claim needs either "measure" with "expect", or "untestable" with the'
+            " reason"
+        )
     if reason:
         return Claim(name, where, says, chosen, shown, untestable=reason.text())
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
     measure = reader.read(entry.child("measure"), chosen)
-    return Claim(name, where, says, chosen, shown, measure, _expectation(entry.child("expect"), measure))
+    return Claim(
+        name,
+        where,
+        says,
+        chosen,
+        shown,
+        measure,
+        _expectation(entry.child("expect"), measure),
+    )
 
 
 def _expectation(entry: Entry, measure: Measure) -> Expectation:
@@ -284,5 +344,7 @@ def _contradictions(entry: Entry | None) -> list[Contradiction]:
     found = []
     for child in entry.entries() if entry else []:
         child.keys(["where", "says"], required=["where", "says"])
-        found.append(Contradiction(child.child("where").text(), child.child("says").text()))
+        found.append(
+            Contradiction(child.child("where").text(), child.child("says").text())
+        )
     return found

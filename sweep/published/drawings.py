@@ -1,4 +1,6 @@
-"""The figures of a publication: drawn when what they depend on has changed, and only then."""
+"""The figures of a publication: drawn when what they depend on has changed, and only
+then.
+"""
 
 import hashlib
 import json
@@ -17,7 +19,8 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class FigureFile:
-    """One figure of a publication, drawn below `root` from its studies that are `stored`.
+    """One figure of a publication, drawn below `root` from its studies that are
+    `stored`.
 
     `results` is the folder that the user has named, which `root` is or lies in.
     """
@@ -34,9 +37,13 @@ class FigureFile:
         self.publication = publication
         self.name = name
         self.drawing = publication.drawings[name]
-        self.studies = {spec: stored[spec] for spec in self.drawing.specs if spec in stored}
+        self.studies = {
+            spec: stored[spec] for spec in self.drawing.specs if spec in stored
+        }
         self.results = results
-        self.path = root / FIGURES / publication.name / name  # less the endings of its two files
+        self.path = (
+            root / FIGURES / publication.name / name
+        )  # less the endings of its two files
         self.watermark = watermark
 
     @property
@@ -46,22 +53,41 @@ class FigureFile:
 
     def current(self) -> bool:
         """Whether the files are there and were drawn from what is stored now."""
-        return self.possible and saved_about(self.path).get("Inputs") == self.about["Inputs"]
+        return (
+            self.possible
+            and saved_about(self.path).get("Inputs") == self.about["Inputs"]
+        )
 
     def draw(self) -> None:
         """Draw and save it; whatever the study's function raises is raised."""
         figure = self.drawing.draw(self.studies)
         if not isinstance(figure, Figure):
-            raise TypeError(f"its function must return a figure of matplotlib, not {type(figure).__name__}")
+            raise TypeError(
+                "its function must return a figure of matplotlib, not"
+                f" {type(figure).__name__}"
+            )
         save(figure, self.path, self.about, self.watermark, below=self.results)
 
     @cached_property
     def about(self) -> dict[str, str]:
-        """What the files say of themselves; `Inputs` is a hash of all that the figure depends on."""
+        """What the files say of themselves; `Inputs` is a hash of all that the figure
+        depends on.
+        """
         done = {study.name: _done(study) for study in self.studies.values()}
         specs = [study.spec for study in self.studies.values()]
-        sources = [path.read_text(encoding="utf-8") for path in sorted(self.publication.folder.glob("*.py"))]
-        inputs = [done, specs, KERNELS_SHA, sources, _house_sources(), matplotlib.__version__, self.watermark]
+        sources = [
+            path.read_text(encoding="utf-8")
+            for path in sorted(self.publication.folder.glob("*.py"))
+        ]
+        inputs = [
+            done,
+            specs,
+            KERNELS_SHA,
+            sources,
+            _house_sources(),
+            matplotlib.__version__,
+            self.watermark,
+        ]
         return {
             "Study": ", ".join(done),
             "Spec hash": ", ".join(_hash(spec)[:16] for spec in specs),
@@ -74,13 +100,21 @@ class FigureFile:
 @cache
 def _house_sources() -> list[str]:
     """The texts of what figures share: the style, the pieces, and the estimates."""
-    shared = [STYLE, *sorted(STYLE.parent.glob("*.py")), *sorted((STYLE.parent.parent / "analysis").glob("*.py"))]
+    shared = [
+        STYLE,
+        *sorted(STYLE.parent.glob("*.py")),
+        *sorted((STYLE.parent.parent / "analysis").glob("*.py")),
+    ]
     return [path.read_text(encoding="utf-8") for path in shared]
 
 
 def _done(study: StoredStudy) -> list[str]:
     statuses = study.store.trial_ids()
-    return [trial for trial in study.plan["trial_id"].to_pylist() if statuses.get(trial) == "done"]
+    return [
+        trial
+        for trial in study.plan["trial_id"].to_pylist()
+        if statuses.get(trial) == "done"
+    ]
 
 
 def _hash(text: str) -> str:

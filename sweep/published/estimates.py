@@ -1,4 +1,6 @@
-"""From a measure to its estimate in stored trials. Trials without a result are left out, and counted."""
+"""From a measure to its estimate in stored trials. Trials without a result are left
+out, and counted.
+"""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -6,7 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import Estimate, Units, chosen, compare, mean_estimate, rank_estimate, units
+from sweep.analysis import (
+    Estimate,
+    Units,
+    chosen,
+    compare,
+    mean_estimate,
+    rank_estimate,
+    units,
+)
 from sweep.published.measures import Call, Difference, Mean, Measure, RankCorrelation
 from sweep.tables.stored_study import StoredStudy
 
@@ -14,7 +24,9 @@ Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, the number of trials behind it in words, and how many were left out as without a result."""
+    """An estimate, the number of trials behind it in words, and how many were left out
+    as without a result.
+    """
 
     estimate: Estimate
     trials: str
@@ -25,14 +37,18 @@ class MeasureError(Exception):
     """A function of figures.py did not return what a measure needs, or raised."""
 
 
-def measure(studies: Studies, what: Measure, functions: Mapping[str, Callable[..., Any]]) -> Measured:
+def measure(
+    studies: Studies, what: Measure, functions: Mapping[str, Callable[..., Any]]
+) -> Measured:
     """The estimate of `what` in `studies`, which go by the names of their specs.
 
     Raises MeasureError where a function that it calls fails.
     """
     if isinstance(what, Mean):
         found = _units(studies[what.spec], what, set(what.settings))
-        return Measured(mean_estimate(found.array()), f"{found.trials:,}", found.left_out)
+        return Measured(
+            mean_estimate(found.array()), f"{found.trials:,}", found.left_out
+        )
     if isinstance(what, Difference):
         return _difference(studies, what)
     if isinstance(what, RankCorrelation):
@@ -43,20 +59,28 @@ def measure(studies: Studies, what: Measure, functions: Mapping[str, Callable[..
 def _difference(studies: Studies, what: Difference) -> Measured:
     """Paired where both sides have the same units, else between independent samples."""
     named = {*what.first.settings, *what.second.settings}
-    one, other = (_units(studies[side.spec], side, named) for side in (what.first, what.second))
+    one, other = (
+        _units(studies[side.spec], side, named) for side in (what.first, what.second)
+    )
     found = compare(one, other)
-    trials = f"{one.trials:,} and {other.trials:,}" + (", paired" if found.paired else "")
+    trials = f"{one.trials:,} and {other.trials:,}" + (
+        ", paired" if found.paired else ""
+    )
     return Measured(found.estimate, trials, found.left_out)
 
 
 def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
-    """The units of a mean; settings that the measure names in `named` are no part of what pairs them."""
+    """The units of a mean; settings that the measure names in `named` are no part of
+    what pairs them.
+    """
     trials = chosen(study.trials, mean.settings)
     free = [name for name in study.varied if name not in named]
     return units(trials, _trial_values(study, trials, mean), mean.unit, free)
 
 
-def _trial_values(study: StoredStudy, trials: pd.DataFrame, mean: Mean) -> "pd.Series[float]":
+def _trial_values(
+    study: StoredStudy, trials: pd.DataFrame, mean: Mean
+) -> "pd.Series[float]":
     """One value a row of `trials`, NaN where it is not done."""
     if mean.frames is None:
         values = trials[mean.metric]
@@ -73,17 +97,32 @@ def _rank_correlation(study: StoredStudy, what: RankCorrelation) -> Measured:
     points = trials.assign(_value=values).groupby("point", sort=False)
     settings = points[what.setting].first().to_numpy(np.float64)
     estimate = rank_estimate(settings, points["_value"].mean().to_numpy(np.float64))
-    return Measured(estimate, f"{values.notna().sum():,} at {estimate.n:,} points", int(values.isna().sum()))
+    return Measured(
+        estimate,
+        f"{values.notna().sum():,} at {estimate.n:,} points",
+        int(values.isna().sum()),
+    )
 
 
-def _called(studies: Studies, what: Call, functions: Mapping[str, Callable[..., Any]]) -> Measured:
+def _called(
+    studies: Studies, what: Call, functions: Mapping[str, Callable[..., Any]]
+) -> Measured:
     try:
         found = functions[what.function](studies)
-        samples = [np.asarray(values, np.float64) for values in (found if isinstance(found, tuple) else (found,))]
+        samples = [
+            np.asarray(values, np.float64)
+            for values in (found if isinstance(found, tuple) else (found,))
+        ]
     except Exception as error:
-        raise MeasureError(f"{what.function}: {type(error).__name__}: {error}") from error
+        raise MeasureError(
+            f"{what.function}: {type(error).__name__}: {error}"
+        ) from error
     if len(samples) > 2 or any(values.ndim != 1 for values in samples):
-        raise MeasureError(f"{what.function} must return an array of one value each, or a tuple of two")
+        raise MeasureError(
+            f"{what.function} must return an array of one value each, or a tuple of two"
+        )
     left_out = sum(int(np.isnan(values).sum()) for values in samples)
     estimate = mean_estimate(*samples)
-    return Measured(estimate, " and ".join(f"{sample.n:,}" for sample in estimate.samples), left_out)
+    return Measured(
+        estimate, " and ".join(f"{sample.n:,}" for sample in estimate.samples), left_out
+    )

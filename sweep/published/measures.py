@@ -1,7 +1,8 @@
-"""What a claim measures in the trials of a study, read from `published.yaml` and checked against its design.
+"""What a claim measures in the trials of a study, read from `published.yaml` and
+checked against its design.
 
-Everything that can be wrong with a measure is found here, before any trial runs: settings, values that no point
-has, metrics and frames that are not recorded.
+Everything that can be wrong with a measure is found here, before any trial runs:
+settings, values that no point has, metrics and frames that are not recorded.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -23,10 +24,11 @@ KINDS = ("mean", "difference", "rank_correlation", "call")
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean of a metric: of a column of the trials, or of the series over `frames`, both ends included.
+    """The mean of a metric: of a column of the trials, or of the series over `frames`,
+    both ends included.
 
-    `unit` says what counts as one independent value: a trial, the mean over a point's trials, or the mean over
-    the trials of a replicate.
+    `unit` says what counts as one independent value: a trial, the mean over a point's
+    trials, or the mean over the trials of a replicate.
     """
 
     spec: str
@@ -46,7 +48,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class RankCorrelation:
-    """Spearman's correlation over points of a setting and a column averaged over each point's trials."""
+    """Spearman's correlation over points of a setting and a column averaged over each
+    point's trials.
+    """
 
     spec: str
     setting: str
@@ -56,7 +60,9 @@ class RankCorrelation:
 
 @dataclass(frozen=True)
 class Call:
-    """The independent values that a function of figures.py returns, or two arrays of them for a difference."""
+    """The independent values that a function of figures.py returns, or two arrays of
+    them for a difference.
+    """
 
     function: str
 
@@ -65,7 +71,9 @@ Measure = Mean | Difference | RankCorrelation | Call
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
-    """The specs whose trials a measure needs: for a function all of the publication, `specs`."""
+    """The specs whose trials a measure needs: for a function all of the publication,
+    `specs`.
+    """
     if isinstance(measure, Call):
         return list(specs)
     if isinstance(measure, Difference):
@@ -74,14 +82,20 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
 
 
 class MeasureReader:
-    """Reads measures against the designs of the specs, by their names, and the functions of figures.py."""
+    """Reads measures against the designs of the specs, by their names, and the
+    functions of figures.py.
+    """
 
-    def __init__(self, designs: Mapping[str, tuple[Study, Design]], functions: Collection[str]) -> None:
+    def __init__(
+        self, designs: Mapping[str, tuple[Study, Design]], functions: Collection[str]
+    ) -> None:
         self.designs = designs
         self.functions = functions
 
     def read(self, entry: Entry, spec: str) -> Measure:
-        """The measure that `entry` writes; `spec` is that of its claim. Raises SpecError where it is none."""
+        """The measure that `entry` writes; `spec` is that of its claim. Raises
+        SpecError where it is none.
+        """
         entry.keys([*KINDS, "for", "unit", "frame", "frames"])
         kinds = [kind for kind in KINDS if kind in entry.value]
         if len(kinds) != 1:
@@ -105,7 +119,9 @@ class MeasureReader:
         return children
 
     def _side(self, entry: Entry, spec: str) -> Mean:
-        entry.keys(["mean", "for", "unit", "frame", "frames", "spec"], required=["mean"])
+        entry.keys(
+            ["mean", "for", "unit", "frame", "frames", "spec"], required=["mean"]
+        )
         named = entry.get("spec")
         return self._mean(entry, named.one_of("spec", self.designs) if named else spec)
 
@@ -121,20 +137,27 @@ class MeasureReader:
         entry.keys(["rank_correlation", "for"])
         study, design = self.designs[spec]
         setting, column = self._two(entry.child("rank_correlation"))
-        numbers = [name for name, values in design.columns.items() if values.dtype.kind in "if"]
+        numbers = [
+            name for name, values in design.columns.items() if values.dtype.kind in "if"
+        ]
         name = setting.one_of("varied number", numbers)
         settings = self._settings(entry.get("for"), study, design)
         return RankCorrelation(spec, name, self._column(column, study), settings)
 
     def _column(self, entry: Entry, study: Study) -> str:
-        return entry.one_of("column", [name + end for name in study.record.metrics for end in ("", "_mean")])
+        return entry.one_of(
+            "column",
+            [name + end for name in study.record.metrics for end in ("", "_mean")],
+        )
 
     def _series(self, entry: Entry, study: Study) -> str:
         if not study.record.series:
             raise entry.error(f"{study.name} records no series")
         return entry.one_of("recorded series", study.record.series)
 
-    def _frames(self, entry: Entry, study: Study, design: Design, chosen: NDArray[np.bool_]) -> tuple[int, int] | None:
+    def _frames(
+        self, entry: Entry, study: Study, design: Design, chosen: NDArray[np.bool_]
+    ) -> tuple[int, int] | None:
         frame, frames = entry.get("frame"), entry.get("frames")
         if frame and frames:
             raise frame.error('give either "frame" or "frames"')
@@ -148,12 +171,17 @@ class MeasureReader:
             if not _recorded(first, last, int(steps), study.record.every):
                 where = cast(Entry, frame or frames)
                 raise where.error(
-                    f"no frame is recorded there: frames are 0, {study.record.every}, ... and the last, {steps}"
+                    f"no frame is recorded there: frames are 0, {study.record.every},"
+                    f" ... and the last, {steps}"
                 )
         return first, last
 
-    def _settings(self, entry: Entry | None, study: Study, design: Design) -> dict[str, Value]:
-        """The settings under `for`. Raises SpecError where no point has them, naming the values that exist."""
+    def _settings(
+        self, entry: Entry | None, study: Study, design: Design
+    ) -> dict[str, Value]:
+        """The settings under `for`. Raises SpecError where no point has them, naming
+        the values that exist.
+        """
         if entry is None:
             return {}
         settings: dict[str, Value] = {}
@@ -166,7 +194,9 @@ class MeasureReader:
                 raise child.error(str(error)) from None
             values = _values(design, name)
             if not agrees(values, settings[name]).any():
-                raise child.error(f"no point has {name} = {child.value}; {_listed(name, values)}")
+                raise child.error(
+                    f"no point has {name} = {child.value}; {_listed(name, values)}"
+                )
         if not _chosen(design, settings).any():
             raise entry.error("no point has all of these settings")
         return settings
@@ -177,14 +207,16 @@ class MeasureReader:
             raise unit.error('only one point is left: "unit" has no meaning')
         if points > 1 and not unit:
             raise entry.error(
-                f'{points:,} points are left: "unit" must say what counts as one independent value '
-                "(trial, point or replicate)"
+                f'{points:,} points are left: "unit" must say what counts as one'
+                " independent value (trial, point or replicate)"
             )
         return cast(Unit, unit.one_of("unit", get_args(Unit))) if unit else "trial"
 
 
 def _recorded(first: int, last: int, steps: int, every: int) -> bool:
-    """Whether frame 0, `every`, 2 `every`, ... or `steps` lies from `first` to `last`."""
+    """Whether frame 0, `every`, 2 `every`, ... or `steps`
+    lies from `first` to `last`.
+    """
     next_frame = -(-first // every) * every
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 
@@ -204,4 +236,6 @@ def _chosen(design: Design, settings: Mapping[str, Value]) -> NDArray[np.bool_]:
 def _listed(name: str, values: Column) -> str:
     distinct = list(dict.fromkeys(values.tolist()))
     listed = ", ".join(f"{value}" for value in distinct[:SHORT_LIST])
-    return f"values of {name}: {listed}" + (", ..." if len(distinct) > SHORT_LIST else "")
+    return f"values of {name}: {listed}" + (
+        ", ..." if len(distinct) > SHORT_LIST else ""
+    )

@@ -1,6 +1,8 @@
-"""The code of a publication, figures.py beside its specs: figures, and functions for claims.
+"""The code of a publication, figures.py beside its specs: figures, and functions for
+claims.
 
-No other code that a folder brings along is ever run. `sweep reproduce` says which it runs.
+No other code that a folder brings along is ever run. `sweep reproduce` says which it
+runs.
 """
 
 import sys
@@ -44,25 +46,50 @@ def run_code(file: Path) -> dict[str, Any]:
     try:
         loader.exec_module(module)
     except Exception as error:
-        lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == str(file)]
+        lines = [
+            frame.lineno
+            for frame in extract_tb(error.__traceback__)
+            if frame.filename == str(file)
+        ]
         line = f":{lines[-1]}" if lines else ""
-        raise SpecError(f"{file.name}{line}: cannot be loaded: {type(error).__name__}: {error}") from error
+        raise SpecError(
+            f"{file.name}{line}: cannot be loaded: {type(error).__name__}: {error}"
+        ) from error
     return vars(module)
 
 
-def check_drawings(module: Mapping[str, Any], studies: Mapping[str, Study]) -> dict[str, Drawing]:
-    """The drawings of a module, whose specs must be among `studies`. Raises SpecError."""
+def check_drawings(
+    module: Mapping[str, Any], studies: Mapping[str, Study]
+) -> dict[str, Drawing]:
+    """The drawings of a module, whose specs must be among
+    `studies`. Raises SpecError.
+    """
     drawings = module.get("FIGURES", {})
     if not isinstance(drawings, dict):
-        raise SpecError(f"figures.py: FIGURES must be a dict of drawings by name, not {type(drawings).__name__}")
+        raise SpecError(
+            "figures.py: FIGURES must be a dict of drawings by name, not"
+            f" {type(drawings).__name__}"
+        )
     for name, drawing in drawings.items():
         if not isinstance(name, str):
             raise SpecError(f'figures.py: figure "{name}" must be named by a text')
         if not NAME.fullmatch(name):
-            raise SpecError(f'figures.py: figure "{name}" is not a name of letters, digits, "_" and "-"')
-        if not isinstance(drawing, Drawing) or not callable(drawing.draw) or not isinstance(drawing.specs, tuple):
-            raise SpecError(f'figures.py: figure "{name}" must be Drawing(function, (names of specs,), text)')
+            raise SpecError(
+                f'figures.py: figure "{name}" is not a name of letters, digits, "_"'
+                ' and "-"'
+            )
+        if (
+            not isinstance(drawing, Drawing)
+            or not callable(drawing.draw)
+            or not isinstance(drawing.specs, tuple)
+        ):
+            raise SpecError(
+                f'figures.py: figure "{name}" must be Drawing(function, (names of'
+                " specs,), text)"
+            )
         for spec in map(str, drawing.specs):
             if spec not in studies:
-                raise SpecError(f'figures.py: figure "{name}": {unknown("spec", spec, studies)}')
+                raise SpecError(
+                    f'figures.py: figure "{name}": {unknown("spec", spec, studies)}'
+                )
     return drawings

@@ -1,4 +1,6 @@
-"""Everything that was published, again: run what is missing, draw what changed, judge all claims, write the page."""
+"""Everything that was published, again: run what is missing, draw what changed, judge
+all claims, write the page.
+"""
 
 import sys
 import time
@@ -32,7 +34,9 @@ Stored = Mapping[str, StoredStudy]
 
 @dataclass
 class Outcome:
-    """What a reproduction did: new trials, those not done, figures drawn and kept, what failed, the verdicts."""
+    """What a reproduction did: new trials, those not done, figures drawn and kept, what
+    failed, the verdicts.
+    """
 
     page: Path
     new: int = 0
@@ -45,17 +49,28 @@ class Outcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all trials, figures and measures came to their end; verdicts are results, and no matter here."""
+        """Whether all trials, figures and measures came to their end; verdicts are
+        results, and no matter here.
+        """
         return not self.not_done and not self.failures
 
     def summary(self) -> str:
         """What became of it, in a few lines."""
-        counts = ", ".join(f"{count} {status}" for status, count in sorted(self.verdicts.items()))
-        times = ", ".join(f"{what} {seconds:.1f} s" for what, seconds in self.seconds.items())
+        counts = ", ".join(
+            f"{count} {status}" for status, count in sorted(self.verdicts.items())
+        )
+        times = ", ".join(
+            f"{what} {seconds:.1f} s" for what, seconds in self.seconds.items()
+        )
         lines = [f"failed: {failure}" for failure in self.failures]
-        lines.append(f"trials: {self.new:,} new" + (f", {self.not_done:,} not done" if self.not_done else ""))
+        lines.append(
+            f"trials: {self.new:,} new"
+            + (f", {self.not_done:,} not done" if self.not_done else "")
+        )
         lines.append(f"figures: {self.drawn} drawn, {self.kept} up to date")
-        return "\n".join([*lines, f"claims: {counts}", f"time: {times}", f"page: {self.page}"])
+        return "\n".join(
+            [*lines, f"claims: {counts}", f"time: {times}", f"page: {self.page}"]
+        )
 
 
 def reproduce(
@@ -66,12 +81,13 @@ def reproduce(
     *,
     quick: bool = False,
 ) -> Outcome:
-    """Run, draw and judge the publications, and write `scorecard.html` and `.md` below `results`.
+    """Run, draw and judge the publications, and write `scorecard.html` and `.md` below
+    `results`.
 
     Those that are not asked for are neither run nor drawn; the page has all of them.
-    `display(study)` shows the progress of a study. `quick` says that the publications were read at that scale. Raises SpecError and
-    StoreError as a launch does; a trial, a figure or a measure that fails is noted, and
-    the rest goes on.
+    `display(study)` shows the progress of a study. `quick` says that the publications
+    were read at that scale. Raises SpecError and StoreError as a launch does; a trial,
+    a figure or a measure that fails is noted, and the rest goes on.
     """
     wanted = [publication for publication in publications if publication.asked]
     root = results / QUICK if quick else results
@@ -79,10 +95,19 @@ def reproduce(
     for publication in wanted:
         _run(publication, results, engine, display, outcome)
     times.append(time.monotonic())
-    stored = {publication.name: _stored(publication, results) for publication in publications}
+    stored = {
+        publication.name: _stored(publication, results) for publication in publications
+    }
     files = {
         publication.name: [
-            FigureFile(publication, name, stored[publication.name], root, WATERMARK if quick else "", results)
+            FigureFile(
+                publication,
+                name,
+                stored[publication.name],
+                root,
+                WATERMARK if quick else "",
+                results,
+            )
             for name in publication.drawings
         ]
         for publication in publications
@@ -92,7 +117,10 @@ def reproduce(
             _draw(file, outcome)
     times.append(time.monotonic())
     claims = sum(publication.tested for publication in publications)
-    sections = [_section(one, stored[one.name], files[one.name], results, claims, outcome) for one in publications]
+    sections = [
+        _section(one, stored[one.name], files[one.name], results, claims, outcome)
+        for one in publications
+    ]
     _write(Page(root, sections, claims, WATERMARK if quick else ""), results)
     times.append(time.monotonic())
     steps = zip(("trials", "figures", "page"), times, times[1:], strict=False)
@@ -116,18 +144,27 @@ def _run(
         statuses = StoredStudy(study.name, results).statuses()
         if not_done := statuses.total() - statuses["done"]:
             outcome.not_done += not_done
-            print(f"{study.name}: {not_done:,} trials are not done: sweep status {study.name}", file=sys.stderr)
+            print(
+                f"{study.name}: {not_done:,} trials are not done: sweep status"
+                f" {study.name}",
+                file=sys.stderr,
+            )
 
 
 def _stored(publication: Publication, results: Path) -> dict[str, StoredStudy]:
-    """The stored studies, by the names of their specs, that are of these specs and kernels, with a trial done."""
+    """The stored studies, by the names of their specs, that are of these specs and
+    kernels, with a trial done.
+    """
     found = {}
     for spec, study in publication.studies.items():
         try:
             stored = StoredStudy(study.name, results)
         except StoreError:
             continue
-        same = stored.spec == study.text and stored.provenance["kernels_sha"] == KERNELS_SHA
+        same = (
+            stored.spec == study.text
+            and stored.provenance["kernels_sha"] == KERNELS_SHA
+        )
         if same and stored.statuses()["done"]:
             found[spec] = stored
     return found
@@ -155,20 +192,51 @@ def _section(
     claims: int,
     outcome: Outcome,
 ) -> Section:
-    rows = [_row(publication, claim, stored, claims, outcome) for claim in publication.claims]
+    rows = [
+        _row(publication, claim, stored, claims, outcome)
+        for claim in publication.claims
+    ]
     outcome.verdicts.update(row.verdict.status for row in rows)
-    pictures = [Picture(file.name, file.drawing.text, file.path if file.current() else None) for file in files]
-    folders = {spec: results / study.name for spec, study in publication.studies.items() if spec in stored}
+    pictures = [
+        Picture(file.name, file.drawing.text, file.path if file.current() else None)
+        for file in files
+    ]
+    folders = {
+        spec: results / study.name
+        for spec, study in publication.studies.items()
+        if spec in stored
+    }
     origins = [study.provenance for study in stored.values()]
-    return Section(publication, rows, {picture.name: picture for picture in pictures}, folders, origins)
+    return Section(
+        publication,
+        rows,
+        {picture.name: picture for picture in pictures},
+        folders,
+        origins,
+    )
 
 
-def _row(publication: Publication, claim: Claim, stored: Stored, claims: int, outcome: Outcome) -> Row:
+def _row(
+    publication: Publication,
+    claim: Claim,
+    stored: Stored,
+    claims: int,
+    outcome: Outcome,
+) -> Row:
     if claim.measure is None or claim.expect is None:
         return Row(claim, untestable(claim.untestable))
-    missing = [spec for spec in specs_of(claim.measure, publication.studies) if spec not in stored]
+    missing = [
+        spec
+        for spec in specs_of(claim.measure, publication.studies)
+        if spec not in stored
+    ]
     if missing:
-        return Row(claim, untestable(f"no trial of {', '.join(missing)} is done: not run yet, or all failed"))
+        return Row(
+            claim,
+            untestable(
+                f"no trial of {', '.join(missing)} is done: not run yet, or all failed"
+            ),
+        )
     try:
         measured = measure(stored, claim.measure, publication.functions)
     except MeasureError as error:
@@ -185,4 +253,7 @@ def _write(page: Page, results: Path) -> None:
             with replacing(page.root / name, results) as file:
                 file.write(text.encode())
     except OSError as error:
-        raise StoreError(f"{page.root}: cannot write the page ({error}); trials and figures are stored") from None
+        raise StoreError(
+            f"{page.root}: cannot write the page ({error}); trials and figures are"
+            " stored"
+        ) from None

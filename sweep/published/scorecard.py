@@ -1,4 +1,6 @@
-"""What the scorecard says, in words: one row a published claim. Its two forms are made of these."""
+"""What the scorecard says, in words: one row a published claim. Its two forms are made
+of these.
+"""
 
 import math
 import os
@@ -9,12 +11,37 @@ from typing import Any, NamedTuple
 
 from sweep.published.claims import Claim, Publication
 from sweep.published.estimates import Measured
-from sweep.published.verdicts import LEVEL, Above, Below, Status, Value, Verdict, Within, brief
+from sweep.published.verdicts import (
+    LEVEL,
+    Above,
+    Below,
+    Status,
+    Value,
+    Verdict,
+    Within,
+    brief,
+)
 
 TITLE = "What of the published results could be reproduced"
-ORDER: tuple[Status, ...] = ("not reproduced", "not testable as published", "reproduced")
-MARKS: dict[Status, str] = {"not reproduced": "✗", "not testable as published": "○", "reproduced": "✓"}
-HEADINGS = ("claim", "published", "ours, 95 % interval", "trials", "noticeable", "verdict", "see")
+ORDER: tuple[Status, ...] = (
+    "not reproduced",
+    "not testable as published",
+    "reproduced",
+)
+MARKS: dict[Status, str] = {
+    "not reproduced": "✗",
+    "not testable as published": "○",
+    "reproduced": "✓",
+}
+HEADINGS = (
+    "claim",
+    "published",
+    "ours, 95 % interval",
+    "trials",
+    "noticeable",
+    "verdict",
+    "see",
+)
 
 
 class Row(NamedTuple):
@@ -26,7 +53,9 @@ class Row(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """A figure; `path`, less the endings of its two files, is None where there is none of these trials."""
+    """A figure; `path`, less the endings of its two files, is None where there is none
+    of these trials.
+    """
 
     name: str
     text: str
@@ -34,7 +63,9 @@ class Picture(NamedTuple):
 
 
 class Section(NamedTuple):
-    """The rows and figures of a publication; `folders` has the stored studies by spec, `origins` their provenance."""
+    """The rows and figures of a publication; `folders` has the stored studies by spec,
+    `origins` their provenance.
+    """
 
     publication: Publication
     rows: Sequence[Row]
@@ -52,7 +83,9 @@ class Section(NamedTuple):
 
 
 class Page(NamedTuple):
-    """All sections; links are relative to `root`, `claims` is the number of those tested."""
+    """All sections; links are relative to `root`, `claims` is the number of those
+    tested.
+    """
 
     root: Path
     sections: Sequence[Section]
@@ -61,7 +94,9 @@ class Page(NamedTuple):
 
     def counts(self) -> dict[Status, int]:
         """The number of claims by verdict."""
-        found = Counter(row.verdict.status for section in self.sections for row in section.rows)
+        found = Counter(
+            row.verdict.status for section in self.sections for row in section.rows
+        )
         return {status: found[status] for status in ORDER}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
@@ -76,13 +111,22 @@ class Page(NamedTuple):
         return Path(os.path.relpath(path, self.root)).as_posix()
 
     def links(self, section: Section, row: Row) -> list[tuple[str, str]]:
-        """Text and address of what a row refers to: its figure, its spec, its trials."""
+        """Text and address of what a row refers to: its
+        figure, its spec, its trials.
+        """
         claim = row.claim
         picture = section.pictures[claim.figure] if claim.figure else None
         folder = section.folders.get(claim.spec) if claim.spec else None
-        links = [("figure", f"{self.link(picture.path)}.png")] if picture and picture.path else []
+        links = (
+            [("figure", f"{self.link(picture.path)}.png")]
+            if picture and picture.path
+            else []
+        )
         if folder:
-            links += [("spec", self.link(folder / "spec.yaml")), ("trials", self.link(folder / "parts"))]
+            links += [
+                ("spec", self.link(folder / "spec.yaml")),
+                ("trials", self.link(folder / "parts")),
+            ]
         return links
 
 
@@ -90,19 +134,34 @@ def rule(page: Page) -> list[str]:
     """How verdicts come about, in paragraphs."""
     claims, level = page.claims, LEVEL / max(page.claims, 1)
     return [
-        f"Verdicts are computed, two-sided, and can fail. {claims} claims are tested on this page, each at the level "
-        f"{LEVEL:g}/{max(claims, 1)} = {level:.2g} (Bonferroni). So the chance that the page calls even one true "
-        f"number not reproduced, or one false bound reproduced, is at most {100 * LEVEL:.0f} %. The simultaneous "
-        "interval that a verdict uses is therefore wider than the 95 % interval shown.",
-        "A number is reproduced where our mean differs from it by no more than half the simultaneous Student (for two "
-        "groups Welch) interval, plus its rounding, plus a tolerance where one is stated with its reason. Where the "
-        "number of published trials is known, their chance error counts too, with our standard deviation; where it "
-        "is not, the published number is taken to be exact.",
-        "That something lies above or below a bound, or within two, is reproduced only where the whole simultaneous "
-        "interval does; the reason says whether the opposite was shown or nothing could be. Rank correlations have "
-        "Fisher's interval with the variance of Bonett and Wright.",
-        "Noticeable is the smallest difference from the published number, or distance from the bound, that the test "
-        "could notice: a large one marks a weak test. Trials that did not come to their end are left out, and counted.",
+        (
+            f"Verdicts are computed, two-sided, and can fail. {claims} claims are"
+            f" tested on this page, each at the level {LEVEL:g}/{max(claims, 1)} ="
+            f" {level:.2g} (Bonferroni). So the chance that the page calls even one"
+            " true number not reproduced, or one false bound reproduced, is at most"
+            f" {100 * LEVEL:.0f} %. The simultaneous interval that a verdict uses is"
+            " therefore wider than the 95 % interval shown."
+        ),
+        (
+            "A number is reproduced where our mean differs from it by no more than half"
+            " the simultaneous Student (for two groups Welch) interval, plus its"
+            " rounding, plus a tolerance where one is stated with its reason. Where the"
+            " number of published trials is known, their chance error counts too, with"
+            " our standard deviation; where it is not, the published number is taken to"
+            " be exact."
+        ),
+        (
+            "That something lies above or below a bound, or within two, is reproduced"
+            " only where the whole simultaneous interval does; the reason says whether"
+            " the opposite was shown or nothing could be. Rank correlations have"
+            " Fisher's interval with the variance of Bonett and Wright."
+        ),
+        (
+            "Noticeable is the smallest difference from the published number, or"
+            " distance from the bound, that the test could notice: a large one marks a"
+            " weak test. Trials that did not come to their end are left out, and"
+            " counted."
+        ),
     ]
 
 
@@ -122,7 +181,11 @@ def published_text(row: Row) -> str:
     if isinstance(expect, Value):
         parts = [_printed(expect)]
         parts += [f"mean of {expect.trials:,} trials"] if expect.trials else []
-        parts += [f"tolerance {expect.tolerance:g}: {expect.because}"] if expect.tolerance else []
+        parts += (
+            [f"tolerance {expect.tolerance:g}: {expect.because}"]
+            if expect.tolerance
+            else []
+        )
         return "; ".join(parts)
     if isinstance(expect, Above):
         return f"above {expect.bound:g}"
@@ -172,12 +235,17 @@ def origin_lines(page: Page) -> list[tuple[str, str]]:
         "kernels_sha": [origin["kernels_sha"] for origin in origins],
         "commit": [_commit(origin["git"]) for origin in origins],
         "versions": [
-            ", ".join(f"{name} {number}" for name, number in origin["versions"].items()) for origin in origins
+            ", ".join(f"{name} {number}" for name, number in origin["versions"].items())
+            for origin in origins
         ],
         "processor": [origin["cpu"] for origin in origins],
         "system": [origin["platform"] for origin in origins],
     }
-    return [(what, "; ".join(dict.fromkeys(values))) for what, values in found.items() if values]
+    return [
+        (what, "; ".join(dict.fromkeys(values)))
+        for what, values in found.items()
+        if values
+    ]
 
 
 def _commit(git: Mapping[str, str]) -> str:

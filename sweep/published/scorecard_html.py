@@ -1,4 +1,6 @@
-"""The scorecard as one page of HTML that needs nothing but itself and the figures beside it."""
+"""The scorecard as one page of HTML that needs nothing but itself and the figures
+beside it.
+"""
 
 from collections.abc import Iterable, Iterator
 from html import escape
@@ -43,10 +45,15 @@ def _lines(page: Page) -> Iterator[str]:
     yield '<meta name="color-scheme" content="light dark">'
     yield f"<title>{escape(TITLE)}</title>\n<style>\n{STYLE.read_text(encoding='utf-8')}</style>\n</head>\n<body>"
     if page.watermark:
-        yield f'<div class="watermark" aria-hidden="true">{escape(page.watermark)}</div>'
+        yield (
+            f'<div class="watermark" aria-hidden="true">{escape(page.watermark)}</div>'
+        )
     yield f"<main>\n<h1>{escape(TITLE)}</h1>"
     if page.watermark:
-        yield f'<p class="notice"><strong>{escape(page.watermark)}.</strong> This page tries the machinery; '
+        yield (
+            f'<p class="notice"><strong>{escape(page.watermark)}.</strong> This page'
+            " tries the machinery; "
+        )
         yield "its verdicts are those of far too few trials.</p>"
     yield from _summary(page)
     for section in page.sections:
@@ -60,7 +67,10 @@ def _lines(page: Page) -> Iterator[str]:
 def _summary(page: Page) -> Iterator[str]:
     yield '<section>\n<ul class="counts">'
     for status, count in page.counts().items():
-        yield f'<li class="{CLASSES[status]}"><strong>{count}</strong> {_verdict(status)}</li>'
+        yield (
+            f'<li class="{CLASSES[status]}"><strong>{count}</strong>'
+            f" {_verdict(status)}</li>"
+        )
     yield "</ul>"
     yield from _list(page, "not reproduced", "Not reproduced")
     yield from _list(page, "not testable as published", "Not testable as published")
@@ -76,13 +86,19 @@ def _list(page: Page, status: Status, heading: str) -> Iterator[str]:
     yield f'<h2>{heading}</h2>\n<ul class="list">'
     for section, row in found:
         link = f'<a href="#{quote(section.anchor(row))}">{escape(row.claim.where)}</a>'
-        yield f"<li>{escape(section.publication.name)}, {link}: {escape(sentence(row.claim.says))} {_reason(row)}</li>"
+        yield (
+            f"<li>{escape(section.publication.name)}, {link}:"
+            f" {escape(sentence(row.claim.says))} {_reason(row)}</li>"
+        )
     yield "</ul>"
 
 
 def _section(page: Page, section: Section) -> Iterator[str]:
     publication = section.publication
-    yield f'<section>\n<h2>{escape(publication.title)}</h2>\n<p class="source">{escape(publication.source)}</p>'
+    yield (
+        f"<section>\n<h2>{escape(publication.title)}</h2>\n<p"
+        f' class="source">{escape(publication.source)}</p>'
+    )
     yield '<div class="wide"><table>\n<thead><tr>'
     yield "".join(f'<th scope="col">{escape(heading)}</th>' for heading in HEADINGS)
     yield "</tr></thead>\n<tbody>"
@@ -100,11 +116,20 @@ def _section(page: Page, section: Section) -> Iterator[str]:
 
 def _row(page: Page, section: Section, row: Row) -> str:
     claim, status = row.claim, row.verdict.status
-    links = [f'<a href="{quote(address)}">{escape(text)}</a>' for text, address in page.links(section, row)]
+    links = [
+        f'<a href="{quote(address)}">{escape(text)}</a>'
+        for text, address in page.links(section, row)
+    ]
     cells = [
-        f'<td class="claim"><span class="where">{escape(claim.where)}</span> {escape(sentence(claim.says))}</td>',
+        (
+            f'<td class="claim"><span class="where">{escape(claim.where)}</span>'
+            f" {escape(sentence(claim.says))}</td>"
+        ),
         f"<td>{escape(published_text(row))}</td>",
-        *(f'<td class="number">{escape(words(row))}</td>' for words in (ours_text, trials_text, noticeable_text)),
+        *(
+            f'<td class="number">{escape(words(row))}</td>'
+            for words in (ours_text, trials_text, noticeable_text)
+        ),
         f'<td class="{CLASSES[status]}">{_verdict(status)} {_reason(row)}</td>',
         f"<td>{'<br>'.join(links)}</td>",
     ]
@@ -112,7 +137,10 @@ def _row(page: Page, section: Section, row: Row) -> str:
 
 
 def _verdict(status: Status) -> str:
-    return f'<span class="verdict"><span aria-hidden="true">{MARKS[status]}</span> {status}</span>'
+    return (
+        f'<span class="verdict"><span aria-hidden="true">{MARKS[status]}</span>'
+        f" {status}</span>"
+    )
 
 
 def _reason(row: Row) -> str:
@@ -122,12 +150,21 @@ def _reason(row: Row) -> str:
 def _pictures(page: Page, pictures: Iterable[Picture]) -> Iterator[str]:
     yield '<div class="figures">'
     for picture in pictures:
-        caption = f"<figcaption><strong>{escape(picture.name)}.</strong> {escape(picture.text)}"
+        caption = (
+            f"<figcaption><strong>{escape(picture.name)}.</strong>"
+            f" {escape(picture.text)}"
+        )
         if picture.path is None:
-            yield f"<figure>{caption} It has not been drawn from these trials.</figcaption></figure>"
+            yield (
+                f"<figure>{caption} It has not been drawn from these"
+                " trials.</figcaption></figure>"
+            )
             continue
         address = quote(page.link(picture.path))
         image = f'<img src="{address}.png" alt="{escape(picture.text)}" loading="lazy">'
-        formats = f' <a href="{address}.png">PNG</a> <a href="{address}.pdf">PDF</a></figcaption>'
+        formats = (
+            f' <a href="{address}.png">PNG</a> <a'
+            f' href="{address}.pdf">PDF</a></figcaption>'
+        )
         yield f'<figure><a href="{address}.png">{image}</a>{caption}{formats}</figure>'
     yield "</div>"

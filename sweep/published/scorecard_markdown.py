@@ -20,7 +20,9 @@ from sweep.published.scorecard import (
 )
 from sweep.text import harmless
 
-SPECIAL = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|~&"})
+SPECIAL = str.maketrans(
+    {character: f"\\{character}" for character in "\\`*_{}[]<>#|~&"}
+)
 
 
 def as_markdown(page: Page) -> str:
@@ -31,7 +33,10 @@ def as_markdown(page: Page) -> str:
 def _lines(page: Page) -> Iterator[str]:
     yield f"# {TITLE}\n"
     if page.watermark:
-        yield f"**{page.watermark}. This page tries the machinery; its verdicts are those of far too few trials.**\n"
+        yield (
+            f"**{page.watermark}. This page tries the machinery; its verdicts are those"
+            " of far too few trials.**\n"
+        )
     for status, count in page.counts().items():
         yield f"- {MARKS[status]} **{count}** {status}"
     for status, heading in (
@@ -43,7 +48,10 @@ def _lines(page: Page) -> Iterator[str]:
             yield f"\n## {heading}\n"
         for section, row in found:
             link = f"[{_text(row.claim.where)}](#{section.anchor(row)})"
-            yield f"- {section.publication.name}, {link}: {_text(sentence(row.claim.says))} {_text(reason(row))}"
+            yield (
+                f"- {section.publication.name}, {link}:"
+                f" {_text(sentence(row.claim.says))} {_text(reason(row))}"
+            )
     yield "\n## The rule\n"
     yield "\n\n".join(_text(paragraph) for paragraph in rule(page))
     for section in page.sections:
@@ -75,8 +83,14 @@ def _section(page: Page, section: Section) -> Iterator[str]:
 def _cells(page: Page, section: Section, row: Row) -> list[str]:
     status = row.verdict.status
     return [
-        f'<a id="{section.anchor(row)}"></a>*{_text(row.claim.where)}.* {_text(sentence(row.claim.says))}',
-        *(_text(words(row)) for words in (published_text, ours_text, trials_text, noticeable_text)),
+        (
+            f'<a id="{section.anchor(row)}"></a>*{_text(row.claim.where)}.*'
+            f" {_text(sentence(row.claim.says))}"
+        ),
+        *(
+            _text(words(row))
+            for words in (published_text, ours_text, trials_text, noticeable_text)
+        ),
         f"{MARKS[status]} **{status}**. {_text(reason(row))}",
         ", ".join(f"[{text}]({address})" for text, address in page.links(section, row)),
     ]

@@ -1,8 +1,10 @@
-"""Whether an estimate agrees with what was published: computed, two-sided, and able to fail.
+"""Whether an estimate agrees with what was published: computed, two-sided, and able to
+fail.
 
-With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A number is reproduced unless it lies
-outside the simultaneous interval; that something lies above or below a bound, or within two, is reproduced only
-where the whole simultaneous interval does, so that too few trials show nothing. The chance that a page calls even
+With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A number is
+reproduced unless it lies outside the simultaneous interval; that something lies above
+or below a bound, or within two, is reproduced only where the whole simultaneous
+interval does, so that too few trials show nothing. The chance that a page calls even
 one true number not reproduced, or one false bound reproduced, is at most 0.05.
 """
 
@@ -20,7 +22,9 @@ ROUNDING_ERROR = 1e-12
 
 
 class Value(NamedTuple):
-    """A published number, its rounding (half a unit of its last digit), the trials behind it, what else may differ."""
+    """A published number, its rounding (half a unit of its last digit), the trials
+    behind it, what else may differ.
+    """
 
     value: float
     rounding: float = 0.0
@@ -55,8 +59,9 @@ Expectation = Value | Above | Below | Within
 class Verdict:
     """The status and its reason. `interval` is the ordinary 95 % one.
 
-    `noticeable` is the smallest difference that could have been noticed: half the simultaneous interval, with
-    rounding and tolerance. Both are None where there was nothing to test.
+    `noticeable` is the smallest difference that could have been noticed: half the
+    simultaneous interval, with rounding and tolerance. Both are None where there was
+    nothing to test.
     """
 
     status: Status
@@ -87,12 +92,26 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
     return Verdict(status, reason, estimate.interval(), half)
 
 
-def _equal(ours: float, low: float, high: float, expectation: Value) -> tuple[Status, str]:
-    """Reproduced where the interval, widened by rounding and tolerance, holds the published value."""
-    published, rounding, tolerance = expectation.value, expectation.rounding, expectation.tolerance
+def _equal(
+    ours: float, low: float, high: float, expectation: Value
+) -> tuple[Status, str]:
+    """Reproduced where the interval, widened by rounding and tolerance, holds the
+    published value.
+    """
+    published, rounding, tolerance = (
+        expectation.value,
+        expectation.rounding,
+        expectation.tolerance,
+    )
     slack = rounding + tolerance + ROUNDING_ERROR * max(abs(ours), abs(published))
-    sources = ["chance"] + ["rounding"] * (rounding > 0) + ["the tolerance"] * (tolerance > 0)
-    explained = "chance alone" if len(sources) == 1 else ", ".join(sources[:-1]) + " and " + sources[-1]
+    sources = (
+        ["chance"] + ["rounding"] * (rounding > 0) + ["the tolerance"] * (tolerance > 0)
+    )
+    explained = (
+        "chance alone"
+        if len(sources) == 1
+        else ", ".join(sources[:-1]) + " and " + sources[-1]
+    )
     found = f"differs by {brief(ours - published, sign=True)}"
     if low - slack <= published <= high + slack:
         return "reproduced", f"{found}, which {explained} may explain"
@@ -108,14 +127,26 @@ def _allowed(expectation: Above | Below | Within) -> tuple[float, float]:
 
 
 def _beyond(low: float, high: float, least: float, most: float) -> tuple[Status, str]:
-    """Reproduced where the whole interval lies between `least` and `most`; a one-sided bound itself is outside."""
+    """Reproduced where the whole interval lies between `least` and `most`; a one-sided
+    bound itself is outside.
+    """
     interval = f"the simultaneous interval {brief(low)} to {brief(high)}"
     equivalence = math.isfinite(least) and math.isfinite(most)
-    if (least <= low and high <= most) if equivalence else (least < low and high < most):
+    if (
+        (least <= low and high <= most)
+        if equivalence
+        else (least < low and high < most)
+    ):
         return "reproduced", f"{interval} lies wholly there"
     if high < least or low > most:
-        return "not reproduced", f"the opposite was shown: {interval} lies wholly on the other side"
-    return "not reproduced", f"nothing could be shown: {interval} reaches across the bound"
+        return (
+            "not reproduced",
+            f"the opposite was shown: {interval} lies wholly on the other side",
+        )
+    return (
+        "not reproduced",
+        f"nothing could be shown: {interval} reaches across the bound",
+    )
 
 
 def brief(number: float, *, sign: bool = False) -> str:

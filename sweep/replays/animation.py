@@ -1,7 +1,7 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
-Boids are triangles that point where they fly, in the world with its obstacles and, where boids are drawn to it, the
-goal. What does not change is drawn once.
+Boids are triangles that point where they fly, in the world with its obstacles and,
+where boids are drawn to it, the goal. What does not change is drawn once.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,9 @@ Picture = NDArray[np.uint8]
 
 
 class Scene:
-    """The world of a trial as a figure, into which one frame after the other is drawn."""
+    """The world of a trial as a figure, into which one
+    frame after the other is drawn.
+    """
 
     def __init__(self, study: str, job: Job) -> None:
         self.job, self.world, self.model = job, world_of(job), MODELS[job.model]
@@ -45,9 +47,16 @@ class Scene:
             self.figure = Figure(figsize=self._size(), dpi=DPI)
             self.canvas = cast(Any, FigureCanvasAgg(self.figure))
             self.axes = self.figure.subplots()
-            draw_map(self.axes, self.world, self.model.length, downwards=self.model.length == "px")
+            draw_map(
+                self.axes,
+                self.world,
+                self.model.length,
+                downwards=self.model.length == "px",
+            )
             self._draw_goal()
-            self.figure.suptitle(f"{study}, trial {job.trial_id}: {job.model} {job.preset}", fontsize=9)
+            self.figure.suptitle(
+                f"{study}, trial {job.trial_id}: {job.model} {job.preset}", fontsize=9
+            )
             self.title = self.axes.set_title(" ", animated=True)
             self.canvas.draw()
         self.figure.set_layout_engine("none")
@@ -66,8 +75,13 @@ class Scene:
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
 
     def _size(self) -> tuple[float, float]:
-        """Inches that make even numbers of pixels, which MP4 needs, and leave room for titles and labels."""
-        height = WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5) + 0.6
+        """Inches that make even numbers of pixels, which MP4 needs, and leave room for
+        titles and labels.
+        """
+        height = (
+            WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
+            + 0.6
+        )
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
 
     def _draw_goal(self) -> None:
@@ -76,32 +90,57 @@ class Scene:
             goal = float(settings["goal_x"]), float(settings["goal_y"])
             self.axes.plot(*goal, marker="x", markersize=8, color=GREEN, zorder=2)
             self.axes.add_patch(
-                Circle(goal, float(settings["goal_radius"]), fill=False, edgecolor=GREEN, linestyle="--")
+                Circle(
+                    goal,
+                    float(settings["goal_radius"]),
+                    fill=False,
+                    edgecolor=GREEN,
+                    linestyle="--",
+                )
             )
 
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
-        """The frame, its time, how many boids there are, and how many of them are outside of the picture."""
+        """The frame, its time, how many boids there are, and how many of them are
+        outside of the picture.
+        """
         settings, (x, y) = self.job.settings, bodies[:2]
         time = float(settings.get("dt", 1.0)) * step
-        clock = "" if self.model.time == "step" and time == step else f", t = {time:.6g} {self.model.time}"
-        inside = (x >= 0) & (x <= self.world.width) & (y >= 0) & (y <= self.world.height)
+        clock = (
+            ""
+            if self.model.time == "step" and time == step
+            else f", t = {time:.6g} {self.model.time}"
+        )
+        inside = (
+            (x >= 0) & (x <= self.world.width) & (y >= 0) & (y <= self.world.height)
+        )
         beyond = f", {np.sum(~inside):,} outside" if not inside.all() else ""
-        return f"step {step:,} of {settings['steps']:,}{clock}; {len(x):,} boids{beyond}"
+        return (
+            f"step {step:,} of {settings['steps']:,}{clock}; {len(x):,} boids{beyond}"
+        )
 
 
 def check_frame(job: Job, frame: int) -> None:
     """Raise StoreError where a trial has no such frame."""
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
-        raise StoreError(f"trial {job.trial_id}: there is no frame {frame:,}; it has frames 0 to {steps:,}")
+        raise StoreError(
+            f"trial {job.trial_id}: there is no frame {frame:,}; it has frames 0 to"
+            f" {steps:,}"
+        )
 
 
 def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) -> None:
-    """Write the picture of one frame as PNG. Raises StoreError where the trial ends before it."""
+    """Write the picture of one frame as PNG. Raises StoreError where the trial ends
+    before it.
+    """
     from PIL import Image
 
     check_frame(job, frame)
-    found = [body for step, body in _bodies(job, max(1, frame), report, until=frame) if step == frame]
+    found = [
+        body
+        for step, body in _bodies(job, max(1, frame), report, until=frame)
+        if step == frame
+    ]
     if not found:
         raise StoreError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
     with unfinished(path) as file:
@@ -109,14 +148,22 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
 
 
 def frames_apart(job: Job) -> int:
-    """How many steps lie between two frames of an animation unless the user says so: for MOST_FRAMES at most."""
+    """How many steps lie between two frames of an animation unless the user says so:
+    for MOST_FRAMES at most.
+    """
     return max(1, -(-int(job.settings["steps"]) // (MOST_FRAMES - 1)))
 
 
-def write_animation(study: str, job: Job, path: Path, every: int, report: Report) -> None:
-    """Write the frames of a trial, `every` so many steps, as GIF or MP4 by the ending of `path`."""
+def write_animation(
+    study: str, job: Job, path: Path, every: int, report: Report
+) -> None:
+    """Write the frames of a trial, `every` so many steps, as GIF or MP4 by the ending
+    of `path`.
+    """
     scene = Scene(study, job)
-    pictures = (scene.draw(step, bodies) for step, bodies in _bodies(job, every, report))
+    pictures = (
+        scene.draw(step, bodies) for step, bodies in _bodies(job, every, report)
+    )
     write: Any = {".gif": write_gif, ".mp4": write_mp4}[path.suffix]
     with unfinished(path) as file:
         write(pictures, file)

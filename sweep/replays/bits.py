@@ -18,8 +18,9 @@ LOWEST = int(np.iinfo(np.int64).min)
 class Difference(NamedTuple):
     """A column of a table that has come out otherwise, and its first row that has.
 
-    `differing` of `total` values differ; `ulps` is how many floating-point numbers the first two are apart, None where
-    they are no numbers. Where the number of rows has changed, these are `stored` and `found`, and `row` is None.
+    `differing` of `total` values differ; `ulps` is how many floating-point numbers the
+    first two are apart, None where they are no numbers. Where the number of rows has
+    changed, these are `stored` and `found`, and `row` is None.
     """
 
     trial: str
@@ -40,13 +41,18 @@ class Difference(NamedTuple):
         values = f"stored {self.stored!r}, now {self.found!r}{apart}"
         if self.total == 1:
             return f"{place}: {values}"
-        return f"{place} differs in {self.differing:,} of {self.total:,} values, first in row {self.row}: {values}"
+        return (
+            f"{place} differs in {self.differing:,} of {self.total:,} values, first in"
+            f" row {self.row}: {values}"
+        )
 
 
 def differences(study: str, stored: StoredTrial, result: Result) -> list[Difference]:
-    """Where `result`, of the same trial run again, is not what is stored: every column of every table, to the last bit.
+    """Where `result`, of the same trial run again, is not what is stored: every column
+    of every table, to the last bit.
 
-    Of an error only the kind must be the same; how many seconds the trial took is left out.
+    Of an error only the kind must be the same; how many seconds the trial took is left
+    out.
     """
     trial, found = str(stored.row["trial_id"]), _found(study, stored, result)
     then = {"trials": _row(stored.row)} | stored.tables
@@ -54,27 +60,39 @@ def differences(study: str, stored: StoredTrial, result: Result) -> list[Differe
         difference
         for table, columns in then.items()
         for column, values in columns.items()
-        for difference in _compared(trial, table, column, values, found.get(table, {}).get(column, np.empty(0)))
+        for difference in _compared(
+            trial, table, column, values, found.get(table, {}).get(column, np.empty(0))
+        )
     ]
 
 
 def values_compared(stored: StoredTrial) -> dict[str, int]:
     """How many stored values `differences` looks at, by table."""
     tables = {"trials": _row(stored.row)} | stored.tables
-    return {name: sum(len(values) for values in columns.values()) for name, columns in tables.items()}
+    return {
+        name: sum(len(values) for values in columns.values())
+        for name, columns in tables.items()
+    }
 
 
 def error_kind(status: str, error: str) -> str:
-    """What kind of error a row has: of a traceback the exception's name, of any other error its words."""
+    """What kind of error a row has: of a traceback the exception's name, of any other
+    error its words.
+    """
     lines = error.strip().splitlines()
-    return lines[-1].partition(":")[0] if status == "failed" and len(lines) > 1 else error
+    return (
+        lines[-1].partition(":")[0] if status == "failed" and len(lines) > 1 else error
+    )
 
 
 def _row(row: dict[str, Any]) -> Columns:
     """A row of trials as columns of one value."""
     kept = {name: value for name, value in row.items() if name not in NOT_COMPARED}
     kept["error"] = error_kind(row["status"], row["error"] or "")
-    return {name: np.array([value], None if isinstance(value, float) else object) for name, value in kept.items()}
+    return {
+        name: np.array([value], None if isinstance(value, float) else object)
+        for name, value in kept.items()
+    }
 
 
 def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns]:
@@ -82,11 +100,15 @@ def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns
     nothing, flight = np.empty(0), result.trajectory
     frames = nothing if result.frames is None else result.frames
     tables = {"trials": _row(row)}
-    tables["series"] = {"frame": frames} | {name: result.series.get(name, nothing) for name in result.job.record.series}
+    tables["series"] = {"frame": frames} | {
+        name: result.series.get(name, nothing) for name in result.job.record.series
+    }
     tables["heatmaps"] = _heatmap(result.heatmap)
     tables["trajectories"] = {"frame": frames}
     for index, name in enumerate(("x", "y", "vx", "vy")):
-        tables["trajectories"][name] = nothing if flight is None else flight[:, index].ravel()
+        tables["trajectories"][name] = (
+            nothing if flight is None else flight[:, index].ravel()
+        )
     return tables
 
 
@@ -97,20 +119,33 @@ def _heatmap(visits: NDArray[np.int32] | None) -> Columns:
     return {"rows": np.array(rows), "columns": np.array(columns), "visits": flat}
 
 
-def _compared(trial: str, table: str, column: str, stored: NDArray[Any], found: NDArray[Any]) -> Iterator[Difference]:
+def _compared(
+    trial: str, table: str, column: str, stored: NDArray[Any], found: NDArray[Any]
+) -> Iterator[Difference]:
     if len(stored) != len(found):
         yield Difference(
-            trial, table, column, abs(len(stored) - len(found)), len(stored), None, len(stored), len(found)
+            trial,
+            table,
+            column,
+            abs(len(stored) - len(found)),
+            len(stored),
+            None,
+            len(stored),
+            len(found),
         )
         return
     floats = stored.dtype.kind == found.dtype.kind == "f"
-    differing = np.flatnonzero(_bits(stored) != _bits(found) if floats else stored != found)
+    differing = np.flatnonzero(
+        _bits(stored) != _bits(found) if floats else stored != found
+    )
     if len(differing):
         row = int(differing[0])
         one, other = stored[row : row + 1], found[row : row + 1]
         apart = ulps(float(one[0]), float(other[0])) if floats else None
         count, total = len(differing), len(stored)
-        yield Difference(trial, table, column, count, total, row, one.item(), other.item(), apart)
+        yield Difference(
+            trial, table, column, count, total, row, one.item(), other.item(), apart
+        )
 
 
 def _bits(values: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -118,6 +153,11 @@ def _bits(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def ulps(one: float, other: float) -> int:
-    """How many steps from one floating-point number to the next lie between two; -0 and 0 are one apart."""
-    first, second = (int(bits) if bits >= 0 else LOWEST - int(bits) - 1 for bits in _bits(np.array([one, other])))
+    """How many steps from one floating-point number to the next lie between two; -0 and
+    0 are one apart.
+    """
+    first, second = (
+        int(bits) if bits >= 0 else LOWEST - int(bits) - 1
+        for bits in _bits(np.array([one, other]))
+    )
     return abs(first - second)

@@ -1,4 +1,6 @@
-"""One trial at full resolution: its frames one after the other, and all of them in a parquet file."""
+"""One trial at full resolution: its frames one after the other, and all of them in a
+parquet file.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -20,14 +22,19 @@ Report = Callable[[int, int], None]
 """Is told how many of how many steps are done."""
 
 
-def frames(job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()) -> Iterator[Taken]:
+def frames(
+    job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()
+) -> Iterator[Taken]:
     """The frames 0, `every`, 2 `every`, ... and the last of a trial, block by block.
 
-    Each block has the values of `metrics` (M, F), and x, y, vx and vy (F, 4, N). What is recorded changes nothing of
-    the flight. One that diverges ends with its last finite frame.
+    Each block has the values of `metrics` (M, F), and x, y, vx and vy (F, 4, N). What
+    is recorded changes nothing of the flight. One that diverges ends with its last
+    finite frame.
     """
     steps = int(job.settings["steps"])
-    simulation = Simulation(replace(job, record=Record(metrics=metrics, every=every, trajectories=True)))
+    simulation = Simulation(
+        replace(job, record=Record(metrics=metrics, every=every, trajectories=True))
+    )
     going = True
     yield simulation.take_frames()
     while going and simulation.steps_left > 0:
@@ -36,8 +43,12 @@ def frames(job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()) 
         yield simulation.take_frames()
 
 
-def write_flight(job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report) -> int:
-    """Write the frames of a trial as `trajectories` has them, with the metadata `about`; return how many they are."""
+def write_flight(
+    job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report
+) -> int:
+    """Write the frames of a trial as `trajectories` has them, with the metadata
+    `about`; return how many they are.
+    """
     schema = trajectories_schema(job.model, {}).with_metadata(about)
     count = 0
     with unfinished(path) as file, table_writer(file, schema) as writer:
@@ -51,5 +62,8 @@ def _table(trial: str, taken: Taken, schema: pa.Schema) -> pa.Table:
     count, _, n = taken.bodies.shape
     offsets = pa.array(np.arange(count + 1) * n, pa.int32())
     columns: list[Any] = [pa.array([trial] * count, pa.string()), pa.array(taken.steps)]
-    columns += [pa.ListArray.from_arrays(offsets, pa.array(taken.bodies[:, row].ravel())) for row in range(4)]
+    columns += [
+        pa.ListArray.from_arrays(offsets, pa.array(taken.bodies[:, row].ravel()))
+        for row in range(4)
+    ]
     return pa.Table.from_arrays(columns, schema=schema)

@@ -8,7 +8,8 @@ from sweep.trial.simulation import simulate
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
-    """A report on the trial run again, and whether all that is stored of it has come out to the same bits.
+    """A report on the trial run again, and whether all that is stored of it has come
+    out to the same bits.
 
     An exception of the trial is raised as it is.
     """
@@ -18,9 +19,15 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
         result = simulate(job)
     differing = differences(study.name, stored, result)
     lines = [f"trial {trial}"]
-    for name, value in ({"status": result.status, "last_step": result.step} | trial_metrics(result)).items():
+    for name, value in (
+        {"status": result.status, "last_step": result.step} | trial_metrics(result)
+    ).items():
         lines.append(f"{name:34} {value}")
     lines += [str(difference) for difference in differing]
     tables = ", ".join(["trials", *stored.tables])
-    lines.append("differs from what is stored" if differing else f"equal to what is stored, to the last bit: {tables}")
+    lines.append(
+        "differs from what is stored"
+        if differing
+        else f"equal to what is stored, to the last bit: {tables}"
+    )
     return "\n".join(lines), not differing

@@ -1,7 +1,8 @@
 """A random sample of stored trials, run again and compared bit by bit.
 
-Within one machine and one set of versions the same job gives the same bits. Across machines nobody can promise that:
-sin, cos, exp and log come from the system's mathematics library, and LLVM compiles for the processor at hand.
+Within one machine and one set of versions the same job gives the same bits. Across
+machines nobody can promise that: sin, cos, exp and log come from the system's
+mathematics library, and LLVM compiles for the processor at hand.
 """
 
 import math
@@ -26,12 +27,15 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 REPEATABLE = ("done", "diverged", "failed")
-"""Statuses that a trial has again; whether it is in time, or its worker dies, depends on the machine."""
+"""Statuses that a trial has again; whether it is in time, or its worker dies, depends
+on the machine.
+"""
 CONFIDENCE = 0.95
 MOST_LISTED = 20
 NOT_PROMISED = (
-    "The same bits are promised on one machine with the same versions. Another processor, mathematics library or\n"
-    "version of LLVM may round differently, in the last place first: such a difference is no error of the store."
+    "The same bits are promised on one machine with the same versions. Another"
+    " processor, mathematics library or\nversion of LLVM may round differently, in the"
+    " last place first: such a difference is no error of the store."
 )
 
 
@@ -48,9 +52,10 @@ class Refused(NamedTuple):
 class Verification:
     """What was checked, and what differs.
 
-    `stored` counts the trials of the spec that could be checked, `left_out` those that could not, by the reason.
-    `checked` counts trials by status, `values` the values compared by table, and `origins` the trials by the processor
-    and versions that they come from.
+    `stored` counts the trials of the spec that could be checked, `left_out` those that
+    could not, by the reason. `checked` counts trials by status, `values` the values
+    compared by table, and `origins` the trials by the processor and versions that they
+    come from.
     """
 
     study: str
@@ -76,36 +81,59 @@ class Verification:
             self.differing[stored.row["trial_id"]] = found
 
     def refuse(self, stored: StoredTrial, why: StoreError) -> None:
-        """Count a trial that cannot run again: it is not what its row says, whatever it gives."""
+        """Count a trial that cannot run again: it is not what its row says, whatever it
+        gives.
+        """
         self.checked[str(stored.row["status"])] += 1
         self.differing[stored.row["trial_id"]] = [Refused(str(why))]
 
     def as_text(self) -> str:
         """The verification for a reader."""
         checked, differing = self.checked.total(), len(self.differing)
-        compared = ", ".join(f"{count:,} values of {name}" for name, count in self.values.items() if count)
+        compared = ", ".join(
+            f"{count:,} values of {name}"
+            for name, count in self.values.items()
+            if count
+        )
         lines = [
             f"study      {self.study}",
-            f"checked    {checked:,} of {self.stored:,} stored trials (seed {self.seed}): {_words(self.checked)}",
+            (
+                f"checked    {checked:,} of {self.stored:,} stored trials (seed"
+                f" {self.seed}): {_words(self.checked)}"
+            ),
             f"compared   {compared}",
         ]
         lines += [f"left out   {_words(self.left_out)}"] if self.left_out else []
-        lines += [f"then       {origin}: {count:,} trials" for origin, count in self.origins.most_common()]
-        lines += [f"now        {_origin(machine())}", f"result     {checked - differing:,} of {checked:,} the same"]
+        lines += [
+            f"then       {origin}: {count:,} trials"
+            for origin, count in self.origins.most_common()
+        ]
+        lines += [
+            f"now        {_origin(machine())}",
+            f"result     {checked - differing:,} of {checked:,} the same",
+        ]
         lines.append(f"bound      {self._bound()}")
         every = [one for found in self.differing.values() for one in found]
         lines += [str(difference) for difference in every[:MOST_LISTED]]
         if len(every) > MOST_LISTED:
-            lines.append(f"{len(every) - MOST_LISTED:,} more differ; trials: {', '.join(self.differing)}")
+            lines.append(
+                f"{len(every) - MOST_LISTED:,} more differ; trials:"
+                f" {', '.join(self.differing)}"
+            )
         return "\n".join([*lines, NOT_PROMISED])
 
     def _bound(self) -> str:
         checked, differing = self.checked.total(), len(self.differing)
         if checked == self.stored:
-            return f"{differing:,} of all {checked:,} trials differ: none was left to chance"
+            return (
+                f"{differing:,} of all {checked:,} trials differ: none was left to"
+                " chance"
+            )
         share = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
-        return f"at most {share:.3g} % of the trials differ, {sure} (Clopper and Pearson)"
+        return (
+            f"at most {share:.3g} % of the trials differ, {sure} (Clopper and Pearson)"
+        )
 
 
 def verify(
@@ -117,11 +145,13 @@ def verify(
     seed: int = 0,
     report: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Verification:
-    """Run `fraction` of the stored trials of the spec again, at least one and at most `most`, and compare every bit.
+    """Run `fraction` of the stored trials of the spec again, at least one and at most
+    `most`, and compare every bit.
 
-    The sample is drawn without replacement, from `seed`. `report` is told how many of how many trials have been
-    compared. A trial that no launch can have written counts as one that differs. Raises StoreError
-    where the trials were computed by other kernels, where there are none, and for a damaged part.
+    The sample is drawn without replacement, from `seed`. `report` is told how many of
+    how many trials have been compared. A trial that no launch can have written counts
+    as one that differs. Raises StoreError where the trials were computed by other
+    kernels, where there are none, and for a damaged part.
     """
     sample, verification = _drawn(study, fraction, most, seed)
     report(0, len(sample))
@@ -129,36 +159,57 @@ def verify(
         found = stored_trials(study.store, trial_ids)
         repeatable = [trial for trial in found if not _worker_died(trial)]
         verification.left_out["worker died"] += len(found) - len(repeatable)
-        _check(study, repeatable, executor, verification, lambda: report(verification.checked.total(), len(sample)))
+        _check(
+            study,
+            repeatable,
+            executor,
+            verification,
+            lambda: report(verification.checked.total(), len(sample)),
+        )
     verification.left_out = +verification.left_out
     verification.stored -= verification.left_out["worker died"]
     if not verification.checked:
-        raise StoreError(f"study {study.name}: no trial can be compared; left out are {_words(verification.left_out)}")
+        raise StoreError(
+            f"study {study.name}: no trial can be compared; left out are"
+            f" {_words(verification.left_out)}"
+        )
     return verification
 
 
-def _drawn(study: StoredStudy, fraction: float, most: int, seed: int) -> tuple[list[str], Verification]:
+def _drawn(
+    study: StoredStudy, fraction: float, most: int, seed: int
+) -> tuple[list[str], Verification]:
     """The sample, and a verification in which nothing has been compared yet."""
     then = study.provenance["kernels_sha"]
     if then != KERNELS_SHA:
         commit = study.provenance["git"].get("commit")
         where = f"check out {commit}" if commit else "install the version of then"
         raise StoreError(
-            f"study {study.name} was computed by the kernels {then[:16]}, here are {KERNELS_SHA[:16]}: "
-            f"there is nothing to compare; {where} to verify it"
+            f"study {study.name} was computed by the kernels {then[:16]}, here are"
+            f" {KERNELS_SHA[:16]}: there is nothing to compare; {where} to verify it"
         )
     stored, plan = study.store.trial_ids(), study.plan["trial_id"].to_pylist()
     comparable = [trial for trial in plan if stored.get(trial) in REPEATABLE]
-    left_out = Counter(stored[trial] for trial in plan if trial in stored and stored[trial] not in REPEATABLE)
+    left_out = Counter(
+        stored[trial]
+        for trial in plan
+        if trial in stored and stored[trial] not in REPEATABLE
+    )
     if not comparable:
-        raise StoreError(f"study {study.name}: no trial of the spec is stored that could be compared")
+        raise StoreError(
+            f"study {study.name}: no trial of the spec is stored that could be compared"
+        )
     size = max(1, min(most, math.ceil(fraction * len(comparable))))
     chosen = np.random.default_rng(seed).choice(len(comparable), size, replace=False)
-    return [comparable[index] for index in sorted(chosen)], Verification(study.name, len(comparable), seed, left_out)
+    return [comparable[index] for index in sorted(chosen)], Verification(
+        study.name, len(comparable), seed, left_out
+    )
 
 
 def _worker_died(trial: StoredTrial) -> bool:
-    return trial.row["status"] == "failed" and "Traceback" not in str(trial.row["error"])
+    return trial.row["status"] == "failed" and "Traceback" not in str(
+        trial.row["error"]
+    )
 
 
 def _check(
@@ -178,7 +229,9 @@ def _check(
         return
     # Compiled here once, or cold workers would each compile the same.
     warm(jobs[0])
-    for results in drive(jobs, run, executor=executor, costs=job_seconds, failed=failed):
+    for results in drive(
+        jobs, run, executor=executor, costs=job_seconds, failed=failed
+    ):
         for result in results:
             trial = stored[result.job.trial_id]
             verification.note(trial, differences(study.name, trial, result))
@@ -186,20 +239,31 @@ def _check(
 
 
 def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) -> float:
-    """Clopper and Pearson's one-sided upper bound on the share of trials that differ, `differing` of `checked` having.
+    """Clopper and Pearson's one-sided upper bound on the share of trials that differ,
+    `differing` of `checked` having.
 
-    It holds for a sample drawn with replacement; drawn without, as ours, it errs on the safe side.
+    It holds for a sample drawn with replacement; drawn without, as ours, it errs on the
+    safe side.
     """
     from scipy.stats import beta
 
-    return float(beta.ppf(confidence, differing + 1, checked - differing)) if differing < checked else 1.0
+    return (
+        float(beta.ppf(confidence, differing + 1, checked - differing))
+        if differing < checked
+        else 1.0
+    )
 
 
 def _origin(provenance: dict[str, Any]) -> str:
     """The machine and the versions that bits depend on, in one line."""
     versions = provenance["versions"]
-    named = ", ".join(f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite"))
-    return f"{provenance['cpu'] or 'an unknown processor'}, {provenance['platform']}, {named}"
+    named = ", ".join(
+        f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")
+    )
+    return (
+        f"{provenance['cpu'] or 'an unknown processor'}, {provenance['platform']},"
+        f" {named}"
+    )
 
 
 def _words(counts: Counter[str]) -> str:

@@ -17,49 +17,94 @@ from sweep.tables.outputs import by_path
 FRAMES_A_SECOND = 25
 COLOURS = 64
 LEVELS_APART = 17
-"""Levels of a colour in a GIF's palette: white is not to be taken for a light grey beside it."""
+"""Levels of a colour in a GIF's palette: white is not to be taken for a light grey
+beside it.
+"""
 INSTALL = 'pip install ".[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
 
 
 def find_ffmpeg() -> str:
-    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises StoreError where there is neither."""
+    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises StoreError where
+    there is neither.
+    """
     if found := shutil.which("ffmpeg"):
         return found
     if find_spec("imageio_ffmpeg"):
         from imageio_ffmpeg import get_ffmpeg_exe
 
         return str(get_ffmpeg_exe())
-    raise StoreError(f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif needs none")
+    raise StoreError(
+        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif"
+        " needs none"
+    )
 
 
 def write_gif(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of the first picture."""
+    """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of
+    the first picture.
+    """
     from PIL import Image
 
     first = next(pictures)
-    few = Image.fromarray((np.round(first / LEVELS_APART) * LEVELS_APART).astype(np.uint8))
+    few = Image.fromarray(
+        (np.round(first / LEVELS_APART) * LEVELS_APART).astype(np.uint8)
+    )
     palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     images = (
-        Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in chain([first], pictures)
+        Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE)
+        for one in chain([first], pictures)
     )
     pace = {"duration": 1000 // FRAMES_A_SECOND, "loop": 0}
     next(images).save(file, "gif", save_all=True, append_images=images, **pace)
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) of even size as an MP4. Raises StoreError where ffmpeg fails."""
+    """Write pictures (rows, columns, 3) of even size as an MP4. Raises StoreError where
+    ffmpeg fails.
+    """
     by_path(lambda path: _run_ffmpeg(pictures, path), file)
 
 
 def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
     first = next(pictures)
     rows, columns, _ = first.shape
-    shape = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{columns}x{rows}", "-r", str(FRAMES_A_SECOND), "-i", "-"]
-    form = ["-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
-    command = [find_ffmpeg(), "-y", "-loglevel", "error", *shape, *form, "-f", "mp4", f"file:{path}"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    shape = [
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{columns}x{rows}",
+        "-r",
+        str(FRAMES_A_SECOND),
+        "-i",
+        "-",
+    ]
+    form = [
+        "-an",
+        "-vcodec",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+        "-movflags",
+        "+faststart",
+    ]
+    command = [
+        find_ffmpeg(),
+        "-y",
+        "-loglevel",
+        "error",
+        *shape,
+        *form,
+        "-f",
+        "mp4",
+        f"file:{path}",
+    ]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
         assert process.stdin is not None
         assert process.stderr is not None
         try:

@@ -1,4 +1,5 @@
-"""From a YAML text to a Study: everything that can be wrong is said here, with its line.
+"""From a YAML text to a Study: everything that can be wrong is said here, with its
+line.
 
 strict_yaml     YAML without surprises        document      values that know their line
 study           the Study, and its reader     settings      what can be set, with units

@@ -1,8 +1,10 @@
-"""The axis that changes one preset of a model into another, one detail at a time: `detail: {ablate: as_written}`.
+"""The axis that changes one preset of a model into another, one detail at a time:
+`detail: {ablate: as_written}`.
 
-Its rows are: no change; for each setting in which the presets differ, that setting alone at the other preset's
-value; and, last, all of them at once. Settings that the study gives elsewhere stay as given, and so do `n` and
-`steps`. The map with its width and height is one detail, and stays where the study gives any of the three.
+Its rows are: no change; for each setting in which the presets differ, that setting
+alone at the other preset's value; and, last, all of them at once. Settings that the
+study gives elsewhere stay as given, and so do `n` and `steps`. The map with its width
+and height is one detail, and stays where the study gives any of the three.
 """
 
 from collections.abc import Collection
@@ -26,30 +28,48 @@ def is_ablation(entry: Entry) -> bool:
     return isinstance(entry.value, dict) and "ablate" in entry.value
 
 
-def read_ablation(name: str, entry: Entry, reader: AxisReader, given: Collection[str]) -> Axis:
+def read_ablation(
+    name: str, entry: Entry, reader: AxisReader, given: Collection[str]
+) -> Axis:
     """The axis that `entry` writes, without the fields that are `given` elsewhere.
 
     Raises SpecError where it is none.
     """
     if name in reader.fields:
-        raise entry.error(f'"{name}" is a field: an axis that ablates needs a name of its own')
+        raise entry.error(
+            f'"{name}" is a field: an axis that ablates needs a name of its own'
+        )
     entry.keys(["ablate", "when"])
     chosen = entry.child("ablate")
     other = chosen.one_of(f"preset of {reader.model}", MODELS[reader.model].presets)
     if other == reader.preset:
-        others = ", ".join(preset for preset in MODELS[reader.model].presets if preset != other)
-        raise chosen.error(f"{other} is the preset of the study: ablate needs another one. Allowed: {others}")
+        others = ", ".join(
+            preset for preset in MODELS[reader.model].presets if preset != other
+        )
+        raise chosen.error(
+            f"{other} is the preset of the study: ablate needs another one. Allowed:"
+            f" {others}"
+        )
     details = differing(reader.model, reader.preset, other, given)
     if not details:
-        raise chosen.error(f"{other} differs from {reader.preset} in nothing that the study leaves open")
+        raise chosen.error(
+            f"{other} differs from {reader.preset} in nothing that the study leaves"
+            " open"
+        )
     columns = _columns(reader, other, details)
     return Axis(name, columns, reader.when(entry), ablated=other, details=details)
 
 
-def differing(model: str, preset: str, other: str, given: Collection[str]) -> tuple[Detail, ...]:
-    """The details in which two presets of `model` differ: the names of one setting each, or of those of the world."""
+def differing(
+    model: str, preset: str, other: str, given: Collection[str]
+) -> tuple[Detail, ...]:
+    """The details in which two presets of `model` differ: the names of one setting
+    each, or of those of the world.
+    """
     one, two = fitted_preset(model, preset), fitted_preset(model, other)
-    names = [name for name in one if one[name] != two[name] and name not in (*SCALE, *given)]
+    names = [
+        name for name in one if one[name] != two[name] and name not in (*SCALE, *given)
+    ]
     world = tuple(name for name in names if name in WORLD)
     details = [world if name in WORLD else (name,) for name in names]
     if set(WORLD) & set(given):
@@ -61,17 +81,27 @@ def fitted_preset(model: str, preset: str) -> dict[str, Value]:
     """The settings of a preset, with the width and height that its map brings along."""
     settings = preset_settings(model, preset)
     size = MAPS[str(settings["map"])].size
-    return settings | (dict(zip(("width", "height"), size, strict=True)) if size else {})
+    return settings | (
+        dict(zip(("width", "height"), size, strict=True)) if size else {}
+    )
 
 
-def _columns(reader: AxisReader, other: str, details: tuple[Detail, ...]) -> dict[str, Column]:
+def _columns(
+    reader: AxisReader, other: str, details: tuple[Detail, ...]
+) -> dict[str, Column]:
     """Rows: no change, each detail, and all of them where there are several."""
-    before, after = fitted_preset(reader.model, reader.preset), fitted_preset(reader.model, other)
+    before, after = (
+        fitted_preset(reader.model, reader.preset),
+        fitted_preset(reader.model, other),
+    )
     rows = [set[str](), *map(set, details)]
     if len(details) > 1:
         rows.append({name for detail in details for name in detail})
     return {
-        name: np.array([(after if name in row else before)[name] for row in rows], DTYPES[reader.fields[name].kind])
+        name: np.array(
+            [(after if name in row else before)[name] for row in rows],
+            DTYPES[reader.fields[name].kind],
+        )
         for detail in details
         for name in detail
     }

@@ -1,12 +1,14 @@
-"""The axes of a sweep: each becomes a few columns of equal length, whatever way it is written.
+"""The axes of a sweep: each becomes a few columns of equal length, whatever way it is
+written.
 
     a field     [0.5, 1] | {linspace: [a, b, n]} | {logspace: [a, b, n]} | {values: [...]}
                 {uniform: [a, b], points: n}, or another distribution
     a free name {zip: {field: list, linspace or logspace, ...}}
-                {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another sampler
-                {sample: saltelli, points: n, second_order: false, ...} | {sample: morris, points: n, levels: 4, ...}
-                {sample: table, file: gains.csv, columns: [...]}
-                {ablate: another preset}, see sweep.spec.ablation
+                {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another
+                sampler {sample: saltelli, points: n, second_order: false, ...} |
+                {sample: morris, points: n, levels: 4, ...} {sample: table, file:
+                gains.csv, columns: [...]} {ablate: another preset}, see
+                sweep.spec.ablation
 
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
@@ -27,7 +29,10 @@ from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.spec.settings import Column, Field, NotAllowedError
 from sweep.text import unknown
 
-GRIDS: dict[str, Callable[[float, float, int], Column]] = {"linspace": np.linspace, "logspace": np.geomspace}
+GRIDS: dict[str, Callable[[float, float, int], Column]] = {
+    "linspace": np.linspace,
+    "logspace": np.geomspace,
+}
 FORMS = ("values", *GRIDS, *DISTRIBUTIONS)
 DIGITS = 12
 
@@ -36,9 +41,10 @@ DIGITS = 12
 class Axis:
     """Points of a few fields: `columns` have equal lengths and no row stands twice.
 
-    `when` says where the axis applies; `merged` counts the rows that were the same as an earlier one; `notes`
-    are remarks for the user. An axis that goes from the study's preset to another names that, `ablated`, and the
-    settings that change together, `details`. A sampled axis names its `sampler`; where its points come in `blocks`,
+    `when` says where the axis applies; `merged` counts the rows that were the same as
+    an earlier one; `notes` are remarks for the user. An axis that goes from the study's
+    preset to another names that, `ablated`, and the settings that change together,
+    `details`. A sampled axis names its `sampler`; where its points come in `blocks`,
     `rows` says for each point of them, in their order, which row it is.
     """
 
@@ -73,16 +79,26 @@ class AxisReader:
     def read(self, name: str, entry: Entry) -> Axis:
         """The axis that `entry` writes. Raises SpecError where it is none."""
         blocks = None
-        if isinstance(entry.value, dict) and ("sample" in entry.value or "zip" in entry.value):
+        if isinstance(entry.value, dict) and (
+            "sample" in entry.value or "zip" in entry.value
+        ):
             if name in self.fields:
-                raise entry.error(f'"{name}" is a field: an axis of several fields needs a name of its own')
+                raise entry.error(
+                    f'"{name}" is a field: an axis of several fields needs a name of'
+                    " its own"
+                )
             blocks = self._blocks(entry)
-            columns = self._sample(name, entry, blocks) if "sample" in entry.value else self._zip(entry)
+            columns = (
+                self._sample(name, entry, blocks)
+                if "sample" in entry.value
+                else self._zip(entry)
+            )
         elif name in self.fields:
             columns = {name: self._single(self.fields[name], entry)}
         else:
             raise entry.error(
-                unknown("field", name, self.fields) + " (an axis of several fields has sample, zip or ablate)"
+                unknown("field", name, self.fields)
+                + " (an axis of several fields has sample, zip or ablate)"
             )
         when = self.when(entry)
         kept, rows = _distinct_rows(list(columns.values()))
@@ -90,34 +106,60 @@ class AxisReader:
             columns = {field: column[kept] for field, column in columns.items()}
         notes = (*((blocks.note(name),) if blocks else ()), *_notes(name, entry))
         sampler, merged = _sampler(entry), len(rows) - len(kept)
-        return Axis(name, columns, when, merged, notes, sampler=sampler, blocks=blocks, rows=rows if blocks else None)
+        return Axis(
+            name,
+            columns,
+            when,
+            merged,
+            notes,
+            sampler=sampler,
+            blocks=blocks,
+            rows=rows if blocks else None,
+        )
 
     def _single(self, field: Field, entry: Entry) -> Column:
         if isinstance(entry.value, list):
             return _listed(field, entry)
         if not isinstance(entry.value, dict):
-            raise entry.expected("a list or a mapping (a single value stands under fixed)")
+            raise entry.expected(
+                "a list or a mapping (a single value stands under fixed)"
+            )
         entry.keys([*FORMS, "points", "when"])
         form = next((form for form in FORMS if form in entry.value), None)
         if form is None:
             raise entry.error(f'"{field.name}" needs one of {", ".join(FORMS)}')
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
-            unit = SAMPLERS["random"](_points(entry, 1), [field.name], field.name, self.seed)[0]
+            unit = SAMPLERS["random"](
+                _points(entry, 1), [field.name], field.name, self.seed
+            )[0]
             return _drawn(field, entry.child(form), unit)
         entry.keys([form, "when"])
-        return _listed(field, entry.child("values")) if form == "values" else _grid(field, entry.child(form))
+        return (
+            _listed(field, entry.child("values"))
+            if form == "values"
+            else _grid(field, entry.child(form))
+        )
 
     def _blocks(self, entry: Entry) -> Blocks | None:
         """The blocks of an axis whose points come in such, else None."""
         if entry.value.get("sample") not in [*OPTIONS]:
             return None
         sampler = entry.child("sample").text()
-        entry.keys(["sample", "points", "when", OPTIONS[sampler], *self.fields], required=["points"])
-        return read_blocks(entry, sampler, sum(key in self.fields for key in entry.value))
+        entry.keys(
+            ["sample", "points", "when", OPTIONS[sampler], *self.fields],
+            required=["points"],
+        )
+        return read_blocks(
+            entry, sampler, sum(key in self.fields for key in entry.value)
+        )
 
-    def _sample(self, name: str, entry: Entry, blocks: Blocks | None) -> dict[str, Column]:
-        sampler = entry.child("sample").one_of("sampler", [*SAMPLERS, *OPTIONS, "table"])
+    def _sample(
+        self, name: str, entry: Entry, blocks: Blocks | None
+    ) -> dict[str, Column]:
+        sampler = entry.child("sample").one_of(
+            "sampler", [*SAMPLERS, *OPTIONS, "table"]
+        )
         if sampler == "table":
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.fields, self.folder)
@@ -126,16 +168,23 @@ class AxisReader:
         members = {key: child for key, child in entry.mapping() if key in self.fields}
         if not members:
             raise entry.error(f'"{name}" samples no field')
-        distributions = {field: _only(child, DISTRIBUTIONS) for field, child in members.items()}
+        distributions = {
+            field: _only(child, DISTRIBUTIONS) for field, child in members.items()
+        }
         if blocks:
-            shapes = {field: distribution.name for field, distribution in distributions.items()}
+            shapes = {
+                field: distribution.name
+                for field, distribution in distributions.items()
+            }
             units = sample_blocks(blocks, shapes, name, self.seed)
         else:
             count = _points(entry, len(members))
             units = SAMPLERS[sampler](count, list(members), name, self.seed)
         return {
             field: _drawn(self.fields[field], distribution, unit)
-            for (field, distribution), unit in zip(distributions.items(), units, strict=True)
+            for (field, distribution), unit in zip(
+                distributions.items(), units, strict=True
+            )
         }
 
     def _zip(self, entry: Entry) -> dict[str, Column]:
@@ -147,7 +196,9 @@ class AxisReader:
             check_cells(entry, len(columns[name]), len(columns))
         lengths = {name: len(column) for name, column in columns.items()}
         if len(set(lengths.values())) > 1:
-            counts = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            counts = ", ".join(
+                f"{name} has {length}" for name, length in lengths.items()
+            )
             raise entry.error(f"zip needs fields of equal length, but {counts}")
         return columns
 
@@ -165,13 +216,17 @@ class AxisReader:
 
 
 def read_expression(entry: Entry, fields: dict[str, Field], kind: str) -> Expression:
-    """The expression of this `kind` that `entry` writes. Raises SpecError where it is none."""
+    """The expression of this `kind` that `entry` writes. Raises SpecError where it is
+    none.
+    """
     try:
         expression = parse(entry.text(), fields)
     except ExpressionError as error:
         raise entry.error(f"{entry.name}: {error}") from None
     if expression.kind != kind:
-        raise entry.error(f'{entry.name} needs {kind}, but "{expression.text}" is {expression.kind}')
+        raise entry.error(
+            f'{entry.name} needs {kind}, but "{expression.text}" is {expression.kind}'
+        )
     return expression
 
 
@@ -179,7 +234,9 @@ def _only(entry: Entry, allowed: Iterable[str]) -> Entry:
     """The one value of a mapping that has one of the allowed keys."""
     entry.keys(allowed)
     if len(entry.value) > 1:
-        raise entry.error(f'"{entry.name}" needs one of {", ".join(entry.value)}, not all of them')
+        raise entry.error(
+            f'"{entry.name}" needs one of {", ".join(entry.value)}, not all of them'
+        )
     return entry.child(next(iter(entry.value)))
 
 
@@ -196,12 +253,16 @@ def _listed(field: Field, entry: Entry) -> Column:
     kept, _ = _distinct_rows([column])
     if len(kept) < len(column):
         twice = min(set(range(len(column))) - set(kept.tolist()))
-        raise entry.child(twice).error(f'{entry.child(twice).value} stands twice in "{field.name}"')
+        raise entry.child(twice).error(
+            f'{entry.child(twice).value} stands twice in "{field.name}"'
+        )
     return column
 
 
 def _grid(field: Field, entry: Entry) -> Column:
-    """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats a coarser one."""
+    """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats
+    a coarser one.
+    """
     limits = entry.entries()
     if len(limits) != 3:
         raise entry.expected("[first, last, number of values]")
@@ -232,7 +293,9 @@ def _drawn(field: Field, entry: Entry, unit: Column) -> Column:
 
 
 def _distinct_rows(columns: list[Column]) -> tuple[Column, Column]:
-    """Indices, ascending, of the rows that no earlier row equals; and for every row which of these it equals."""
+    """Indices, ascending, of the rows that no earlier row equals; and for every row
+    which of these it equals.
+    """
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:
         _, inverse = np.unique(_sortable(column), return_inverse=True)
@@ -263,5 +326,10 @@ def _notes(name: str, entry: Entry) -> tuple[str, ...]:
     if _sampler(entry) in ("sobol", "saltelli"):
         points = entry.value["points"]
         if points & (points - 1):
-            return (f"{name}: a Sobol sequence is most even for a power of two, not for {points} points",)
+            return (
+                (
+                    f"{name}: a Sobol sequence is most even for a power of two, not for"
+                    f" {points} points"
+                ),
+            )
     return ()

@@ -1,7 +1,9 @@
-"""Samples whose points count only together: Saltelli's blocks for Sobol indices, Morris's trajectories.
+"""Samples whose points count only together: Saltelli's blocks for Sobol indices,
+Morris's trajectories.
 
-SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an optional extra. Both are
-samples of the unit cube; every distribution of `sweep.spec.sampling` stretches its sides.
+SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an
+optional extra. Both are samples of the unit cube; every distribution of
+`sweep.spec.sampling` stretches its sides.
 """
 
 import math
@@ -26,14 +28,18 @@ OPTIONS = {"saltelli": "second_order", "morris": "levels"}
 LEVELS = 4
 MOST_LEVELS = 1000
 TAIL = 0.005
-"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5 and the 99.5 % quantile."""
+"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
+and the 99.5 % quantile.
+"""
 
 INSTALL = 'pip install ".[sensitivity]"'
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """`count` blocks of `size` points. `levels` is the number of values of a field in Morris's grid, else None."""
+    """`count` blocks of `size` points. `levels` is the number of values of a field in
+    Morris's grid, else None.
+    """
 
     sampler: str
     count: int
@@ -44,28 +50,36 @@ class Blocks:
         """How many points there are and why, for the plan."""
         kinds = {"saltelli": "blocks", "morris": "trajectories"}
         points = self.count * self.size
-        return f"{axis}: {self.count:,} {kinds[self.sampler]} of {self.size} points each are {points:,} points"
+        return (
+            f"{axis}: {self.count:,} {kinds[self.sampler]} of {self.size} points each"
+            f" are {points:,} points"
+        )
 
 
 def read_blocks(entry: Entry, sampler: str, fields: int) -> Blocks:
-    """The blocks that an axis over so many `fields` asks for: `points` is their number, the base sample.
+    """The blocks that an axis over so many `fields` asks for: `points` is their number,
+    the base sample.
 
-    Raises SpecError where `points`, `second_order` or `levels` is not allowed, where there are too many points, and
-    where SALib is not installed.
+    Raises SpecError where `points`, `second_order` or `levels` is not allowed, where
+    there are too many points, and where SALib is not installed.
     """
     if "when" in entry.value:
-        raise entry.child("when").error(f"a {sampler} sample cannot have a when: it needs all of its points")
+        raise entry.child("when").error(
+            f"a {sampler} sample cannot have a when: it needs all of its points"
+        )
     count, levels, formula = entry.child("points").whole(2, MOST_POINTS), None, "D + 1"
     if sampler == "saltelli":
         second = entry.get("second_order")
         formula = "D + 2" if second and not second.truth() else "2 D + 2"
     else:
         levels = _levels(entry.get("levels"))
-    size = {"D + 1": fields + 1, "D + 2": fields + 2, "2 D + 2": 2 * fields + 2}[formula]
+    size = {"D + 1": fields + 1, "D + 2": fields + 2, "2 D + 2": 2 * fields + 2}[
+        formula
+    ]
     if count * size > MOST_POINTS:
         raise entry.child("points").error(
-            f"{count:,} times {formula} for D = {fields} fields makes {count * size:,} points; "
-            f"at most {MOST_POINTS:,} are allowed"
+            f"{count:,} times {formula} for D = {fields} fields makes {count * size:,}"
+            f" points; at most {MOST_POINTS:,} are allowed"
         )
     check_cells(entry.child("points"), count * size, fields)
     _check_installed(entry.child("sample"), sampler)
@@ -83,16 +97,26 @@ def _levels(entry: Entry | None) -> int:
 
 def _check_installed(entry: Entry, sampler: str) -> None:
     if find_spec("SALib") is None:
-        raise entry.error(f"sample: {sampler} needs the package SALib, which is not installed: {INSTALL}")
+        raise entry.error(
+            f"sample: {sampler} needs the package SALib, which is not installed:"
+            f" {INSTALL}"
+        )
 
 
-def sample_blocks(blocks: Blocks, distributions: Mapping[str, str], axis: str, seed: int) -> list[Unit]:
-    """The sample of the fields with these distributions, block after block, one array a field.
+def sample_blocks(
+    blocks: Blocks, distributions: Mapping[str, str], axis: str, seed: int
+) -> list[Unit]:
+    """The sample of the fields with these distributions, block after block, one array a
+    field.
 
     More blocks continue it, another field makes it another.
     """
     fields = len(distributions)
-    problem = {"num_vars": fields, "names": list(distributions), "bounds": [[0.0, 1.0]] * fields}
+    problem = {
+        "num_vars": fields,
+        "names": list(distributions),
+        "bounds": [[0.0, 1.0]] * fields,
+    }
     if blocks.levels is None:
         return _saltelli(blocks, problem, generator(seed, axis))
     units = _morris(blocks, blocks.levels, problem, generator(seed, axis))
@@ -103,7 +127,8 @@ def sample_blocks(blocks: Blocks, distributions: Mapping[str, str], axis: str, s
 
 
 def _saltelli(blocks: Blocks, problem: Problem, rng: Generator) -> list[Unit]:
-    """A block is A, A with a field of B each, for pairs B with a field of A each, and B.
+    """A block is A, A with a field of B each, for pairs B with a field of A each, and
+    B.
 
     A and B are halves of a point of the scrambled Sobol sequence.
     """
@@ -116,8 +141,12 @@ def _saltelli(blocks: Blocks, problem: Problem, rng: Generator) -> list[Unit]:
     return list(sample[: blocks.count * blocks.size].T)
 
 
-def _morris(blocks: Blocks, levels: int, problem: Problem, rng: Generator) -> list[Unit]:
-    """A block is a trajectory, of which each step changes one field by half of its levels."""
+def _morris(
+    blocks: Blocks, levels: int, problem: Problem, rng: Generator
+) -> list[Unit]:
+    """A block is a trajectory, of which each step changes one field by half of its
+    levels.
+    """
     from SALib.sample import morris
 
     sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)

@@ -16,14 +16,18 @@ INTEGER_BOUND = 2**63
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML text, and the line of every value in it by its place: the keys and indices that lead to it."""
+    """A YAML text, and the line of every value in it by its place: the keys and indices
+    that lead to it.
+    """
 
     path: Path
     text: str
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
 
     def error(self, place: Place, message: str) -> SpecError:
-        """The SpecError that says `message` with the line of `place`, or of the nearest part above it."""
+        """The SpecError that says `message` with the line of `place`, or of the nearest
+        part above it.
+        """
         while place and place not in self.lines:
             place = place[:-1]
         return self.error_in_line(self.lines.get(place, 1), message)
@@ -35,7 +39,9 @@ class Document:
 
 @dataclass(frozen=True)
 class Entry:
-    """One value of a document and its place. What reads it raises SpecError where it is something else."""
+    """One value of a document and its place. What reads it raises SpecError where it is
+    something else.
+    """
 
     document: Document
     place: Place
@@ -43,8 +49,13 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key on the way to this value; of the whole document the name of its file."""
-        return next((part for part in reversed(self.place) if isinstance(part, str)), self.document.path.name)
+        """The last key on the way to this value; of the whole document the name of its
+        file.
+        """
+        return next(
+            (part for part in reversed(self.place) if isinstance(part, str)),
+            self.document.path.name,
+        )
 
     def error(self, message: str) -> SpecError:
         """The SpecError that says `message` with the line of this value."""
@@ -69,13 +80,18 @@ class Entry:
         return ((key, self.child(key)) for key in self.value)
 
     def keys(self, allowed: Iterable[str], required: Iterable[str] = ()) -> None:
-        """Raise SpecError unless this is a mapping with these keys only, and with the required ones."""
+        """Raise SpecError unless this is a mapping with these keys only, and with the
+        required ones.
+        """
         for key, entry in self.mapping():
             if key not in allowed:
                 raise entry.error(unknown("key", key, allowed))
         for key in required:
             if key not in self.value:
-                raise self.error(f'missing key "{key}"' + (f' in "{self.name}"' if self.place else ""))
+                raise self.error(
+                    f'missing key "{key}"'
+                    + (f' in "{self.name}"' if self.place else "")
+                )
 
     def entries(self) -> list["Entry"]:
         """The values of this list, which may not be empty."""
@@ -111,7 +127,11 @@ class Entry:
 
     def whole(self, low: int, high: int = INTEGER_BOUND - 1) -> int:
         """This whole number, at least `low` and at most `high`."""
-        if isinstance(self.value, bool) or not isinstance(self.value, int) or not low <= self.value <= high:
+        if (
+            isinstance(self.value, bool)
+            or not isinstance(self.value, int)
+            or not low <= self.value <= high
+        ):
             limit = f" to {high}" if high < INTEGER_BOUND - 1 else ""
             raise self.expected(f"a whole number from {low}{limit}")
         return self.value
@@ -131,4 +151,10 @@ def _in_words(value: Any) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, bool):
         return str(value).lower()
-    return "nothing" if value is None else f'"{shortened(value)}"' if isinstance(value, str) else repr(value)
+    return (
+        "nothing"
+        if value is None
+        else f'"{shortened(value)}"'
+        if isinstance(value, str)
+        else repr(value)
+    )

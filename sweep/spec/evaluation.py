@@ -31,7 +31,10 @@ ORDER: dict[type[ast.cmpop], Callable[..., Column]] = {
     ast.Gt: np.greater,
     ast.GtE: np.greater_equal,
 }
-EQUALITY: dict[type[ast.cmpop], Callable[..., Column]] = {ast.Eq: np.equal, ast.NotEq: np.not_equal}
+EQUALITY: dict[type[ast.cmpop], Callable[..., Column]] = {
+    ast.Eq: np.equal,
+    ast.NotEq: np.not_equal,
+}
 
 
 def _least(*values: Column) -> Column:
@@ -57,7 +60,9 @@ FUNCTIONS: dict[str, tuple[Callable[..., Column], int, int]] = {
 
 
 class ExpressionError(ValueError):
-    """What is wrong with an expression; `point` is the first point where it is, if it has been computed."""
+    """What is wrong with an expression; `point` is the first point where it is, if it
+    has been computed.
+    """
 
     def __init__(self, message: str, point: int = 0) -> None:
         super().__init__(message)
@@ -65,12 +70,13 @@ class ExpressionError(ValueError):
 
 
 def evaluate(tree: ast.expr, columns: Mapping[str, Column], n_points: int) -> Column:
-    """The value of a checked expression at every point, shape (n_points,): float64, bool, or object of texts.
+    """The value of a checked expression at every point, shape (n_points,): float64,
+    bool, or object of texts.
 
-    `columns` has an array of that shape for each name. Numbers are float64 throughout, so that no power can
-    grow without bound. What an `if`, `and`, `or` or chained comparison does not need at a point is not
-    computed there, and nothing is computed twice. Raises ExpressionError at a point
-    without a finite value.
+    `columns` has an array of that shape for each name. Numbers are float64 throughout,
+    so that no power can grow without bound. What an `if`, `and`, `or` or chained
+    comparison does not need at a point is not computed there, and nothing is computed
+    twice. Raises ExpressionError at a point without a finite value.
     """
     firsts = range(0, max(n_points, 1), BLOCK)
     blocks = (_block(tree, columns, n, min(n + BLOCK, n_points)) for n in firsts)
@@ -100,14 +106,31 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
         case ast.Constant(value=constant):
             return _constant(constant, len(rows))
         case ast.Name(id=name):
-            return _constant(CONSTANTS[name], len(rows)) if name in CONSTANTS else _named(columns[name], rows)
+            return (
+                _constant(CONSTANTS[name], len(rows))
+                if name in CONSTANTS
+                else _named(columns[name], rows)
+            )
         case ast.UnaryOp(op=operator, operand=operand):
             inner = value(operand)
-            return ~inner if isinstance(operator, ast.Not) else -inner if isinstance(operator, ast.USub) else inner
+            return (
+                ~inner
+                if isinstance(operator, ast.Not)
+                else -inner
+                if isinstance(operator, ast.USub)
+                else inner
+            )
         case ast.BinOp(left=left, op=operator, right=right):
-            return _finite(node, ARITHMETIC[type(operator)], [value(left), value(right)], rows)
+            return _finite(
+                node, ARITHMETIC[type(operator)], [value(left), value(right)], rows
+            )
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            return _finite(node, FUNCTIONS[name][0], [value(argument) for argument in arguments], rows)
+            return _finite(
+                node,
+                FUNCTIONS[name][0],
+                [value(argument) for argument in arguments],
+                rows,
+            )
         case ast.Compare():
             return _comparison(node, columns, rows)
         case ast.BoolOp(op=operator, values=conditions):
@@ -123,7 +146,9 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
 
 def _constant(constant: object, length: int) -> Column:
     number = isinstance(constant, int | float) and not isinstance(constant, bool)
-    dtype = np.float64 if number else np.bool_ if isinstance(constant, bool) else np.object_
+    dtype = (
+        np.float64 if number else np.bool_ if isinstance(constant, bool) else np.object_
+    )
     return np.full(length, constant, dtype=dtype)
 
 
@@ -133,14 +158,20 @@ def _named(column: Column, rows: Rows) -> Column:
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked
 
 
-def _finite(node: ast.expr, function: Callable[..., Column], operands: list[Column], rows: Rows) -> Column:
-    """What `function` makes of the operands; infinity is accepted only where it was given."""
+def _finite(
+    node: ast.expr, function: Callable[..., Column], operands: list[Column], rows: Rows
+) -> Column:
+    """What `function` makes of the operands; infinity is accepted only where it was
+    given.
+    """
     result = function(*operands)
     if not np.isfinite(result).all():
         given = np.any([np.isinf(operand) for operand in operands], axis=0)
         wrong = np.flatnonzero(np.isnan(result) | (np.isinf(result) & ~given))
         if len(wrong):
-            raise ExpressionError(f'"{ast.unparse(node)}" is not a finite number', int(rows[wrong[0]]))
+            raise ExpressionError(
+                f'"{ast.unparse(node)}" is not a finite number', int(rows[wrong[0]])
+            )
     return result
 
 
@@ -156,8 +187,12 @@ def _comparison(node: ast.Compare, columns: Mapping[str, Column], rows: Rows) ->
     return result
 
 
-def _junction(every: bool, conditions: list[ast.expr], columns: Mapping[str, Column], rows: Rows) -> Column:
-    """`and` (every) or `or`: each condition is computed only where the earlier ones leave it open."""
+def _junction(
+    every: bool, conditions: list[ast.expr], columns: Mapping[str, Column], rows: Rows
+) -> Column:
+    """`and` (every) or `or`: each condition is computed only where the earlier ones
+    leave it open.
+    """
     result = np.full(len(rows), every)
     for condition in conditions:
         undecided = result if every else ~result

@@ -1,8 +1,8 @@
 """Expressions over the settings of a model, for `derive`, `when` and `require`.
 
-An expression is parsed and checked against the kinds of the settings; Python's eval never sees it. It may
-hold numbers, texts, names of settings, + - * / // % **, comparisons, `and`, `or`, `not`, `a if condition else
-b`, functions and pi.
+An expression is parsed and checked against the kinds of the settings; Python's eval
+never sees it. It may hold numbers, texts, names of settings, + - * / // % **,
+comparisons, `and`, `or`, `not`, `a if condition else b`, functions and pi.
 """
 
 import ast
@@ -12,7 +12,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sweep.spec.evaluation import ARITHMETIC, CONSTANTS, EQUALITY, FUNCTIONS, ORDER, ExpressionError, evaluate
+from sweep.spec.evaluation import (
+    ARITHMETIC,
+    CONSTANTS,
+    EQUALITY,
+    FUNCTIONS,
+    ORDER,
+    ExpressionError,
+    evaluate,
+)
 from sweep.spec.settings import Column, Field, Value
 from sweep.text import unknown
 
@@ -37,12 +45,17 @@ class Expression:
     tree: ast.expr = field(repr=False, compare=False)
 
     def evaluate(self, columns: Mapping[str, Column | Value], n_points: int) -> Column:
-        """Its value at every point, shape (n_points,): float64, bool, or object holding texts.
+        """Its value at every point, shape (n_points,): float64, bool, or object holding
+        texts.
 
-        `columns` gives every setting it needs, as an array of that shape or as one value for all points.
-        Raises ExpressionError, with the first such point, where a result is not a finite number.
+        `columns` gives every setting it needs, as an array of that shape or as one
+        value for all points. Raises ExpressionError, with the first such point, where a
+        result is not a finite number.
         """
-        needed = {name: np.broadcast_to(_array(columns[name]), n_points) for name in self.names}
+        needed = {
+            name: np.broadcast_to(_array(columns[name]), n_points)
+            for name in self.names
+        }
         return evaluate(self.tree, needed, n_points)
 
 
@@ -73,12 +86,17 @@ def parse(text: str, known: Mapping[str, Field]) -> Expression:
 def _depth(tree: ast.AST) -> int:
     depth, nodes = 0, [tree]
     while nodes:
-        depth, nodes = depth + 1, [child for node in nodes for child in ast.iter_child_nodes(node)]
+        depth, nodes = (
+            depth + 1,
+            [child for node in nodes for child in ast.iter_child_nodes(node)],
+        )
     return depth
 
 
 class _Checker:
-    """Finds the kind of every part, and raises ExpressionError for whatever is not allowed."""
+    """Finds the kind of every part, and raises ExpressionError for whatever is not
+    allowed.
+    """
 
     def __init__(self, known: Mapping[str, Field]) -> None:
         self.known = known
@@ -100,10 +118,16 @@ class _Checker:
                 return self._all(CONDITION, [operand], "not")
             case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
                 return self._all(NUMBER, [operand], "a sign")
-            case ast.BinOp(left=left, op=operator, right=right) if type(operator) in ARITHMETIC:
+            case ast.BinOp(left=left, op=operator, right=right) if (
+                type(operator) in ARITHMETIC
+            ):
                 return self._all(NUMBER, [left, right], "arithmetic")
             case ast.BoolOp(op=operator, values=conditions):
-                return self._all(CONDITION, conditions, "and" if isinstance(operator, ast.And) else "or")
+                return self._all(
+                    CONDITION,
+                    conditions,
+                    "and" if isinstance(operator, ast.And) else "or",
+                )
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self._all(CONDITION, [test], "if")
                 return self._all(self.kind(body), [orelse], '"{}" before "if"', body)
@@ -155,8 +179,16 @@ class _Checker:
 
     def _choices(self, terms: list[ast.expr]) -> None:
         """A setting of named choices is compared only with choices that it has."""
-        fields = [self.known[term.id] for term in terms if isinstance(term, ast.Name) and term.id in self.known]
-        texts = [term.value for term in terms if isinstance(term, ast.Constant) and isinstance(term.value, str)]
+        fields = [
+            self.known[term.id]
+            for term in terms
+            if isinstance(term, ast.Name) and term.id in self.known
+        ]
+        texts = [
+            term.value
+            for term in terms
+            if isinstance(term, ast.Constant) and isinstance(term.value, str)
+        ]
         for setting in fields:
             for text in texts:
                 if text not in setting.choices:

@@ -1,6 +1,7 @@
 """From images to rectangles: the occupied pixels of a file, as few rectangles.
 
-Files may come from anyone: only plain raster formats are decoded, and no image that is too large.
+Files may come from anyone: only plain raster formats are decoded, and no image that is
+too large.
 """
 
 import io
@@ -17,14 +18,18 @@ if TYPE_CHECKING:
 MOST_SIDE = 4096
 MOST_BYTES = 100_000_000
 MOST_READS = 1_000_000
-"""How often a decoder may read: of a file of tiny pieces, or of remarks, for minutes."""
+"""How often a decoder may read: of a file of tiny pieces, or of remarks, for minutes.
+"""
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 """PPM stands for .pgm and .pbm too. Those that drawings and ROS need, and no more."""
 DECODERS = ("raw", "zip", "jpeg")
-"""Pillow's other decoders of these formats take seconds to minutes: plain PPM, shades of
-white other than 255 and 65535 in PPM, and packed BMP."""
+"""Pillow's other decoders of these formats take seconds to minutes: plain PPM, shades
+of white other than 255 and 65535 in PPM, and packed BMP.
+"""
 SEAM = 1e-9
-"""By how much of a pixel a rectangle is larger on every side, as a point on a border is inside of nothing."""
+"""By how much of a pixel a rectangle is larger on every side, as a point on a border is
+inside of nothing.
+"""
 
 
 class ImageError(ValueError):
@@ -44,9 +49,11 @@ class _Counted(io.BufferedReader):
 
 
 def brightness(path: Path) -> NDArray[np.float64]:
-    """How bright every pixel is, from 0 (black) to 255 (white, or transparent), shape (rows, columns), top row first.
+    """How bright every pixel is, from 0 (black) to 255 (white, or transparent), shape
+    (rows, columns), top row first.
 
-    Colours count by their luminance. Raises ImageError for a file that is missing, is no image or is too large.
+    Colours count by their luminance. Raises ImageError for a file that is missing, is
+    no image or is too large.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -57,7 +64,10 @@ def brightness(path: Path) -> NDArray[np.float64]:
             file = _Counted(io.FileIO(path))
             with file, Image.open(file, formats=FORMATS) as image:
                 if max(image.size) > MOST_SIDE:
-                    raise ImageError(f"has {image.width} x {image.height} pixels; at most {MOST_SIDE} x {MOST_SIDE}")
+                    raise ImageError(
+                        f"has {image.width} x {image.height} pixels; at most"
+                        f" {MOST_SIDE} x {MOST_SIDE}"
+                    )
                 if slow := {tile[0] for tile in image.tile} - {*DECODERS}:
                     way = ", ".join(sorted(slow))
                     raise ImageError(f"would take long to read ({way}): save it as PNG")
@@ -69,7 +79,9 @@ def brightness(path: Path) -> NDArray[np.float64]:
     except IsADirectoryError:
         raise ImageError("is a folder") from None
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise ImageError(f"is too large; at most {MOST_SIDE} x {MOST_SIDE} pixels") from None
+        raise ImageError(
+            f"is too large; at most {MOST_SIDE} x {MOST_SIDE} pixels"
+        ) from None
     except UnidentifiedImageError:
         raise ImageError(f"is not an image; allowed are {', '.join(FORMATS)}") from None
     except Exception as error:
@@ -86,10 +98,14 @@ def _check_file(path: Path) -> None:
 
 
 def _grey(image: "Image.Image") -> NDArray[np.float64]:
-    if image.mode in ("I;16", "I;16L", "I;16B") or (image.mode == "I" and image.format == "PPM"):
+    if image.mode in ("I;16", "I;16L", "I;16B") or (
+        image.mode == "I" and image.format == "PPM"
+    ):
         return np.asarray(image, np.float64) / 257.0
     if image.mode in ("I", "F"):
-        raise ImageError("has pixels of 32 bits, whose white is not known; allowed are up to 16 bits")
+        raise ImageError(
+            "has pixels of 32 bits, whose white is not known; allowed are up to 16 bits"
+        )
     if image.has_transparency_data:
         from PIL import Image
 
@@ -99,10 +115,11 @@ def _grey(image: "Image.Image") -> NDArray[np.float64]:
 
 
 def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Rectangles (M, 4) that cover the true pixels of `occupied` and no others, none twice.
+    """Rectangles (M, 4) that cover the true pixels of `occupied` and no others, none
+    twice.
 
-    Each is its first column, first row, and the column and row after its last. Runs of pixels within a row are
-    merged with equal runs in the rows below.
+    Each is its first column, first row, and the column and row after its last. Runs of
+    pixels within a row are merged with equal runs in the rows below.
     """
     change = np.diff(np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, start = np.nonzero(change == 1)
@@ -117,11 +134,16 @@ def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def obstacles_of(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
-    """The occupied pixels as obstacles (M, 5), see kernels.worlds; a pixel has the length `resolution`.
+    """The occupied pixels as obstacles (M, 5), see kernels.worlds; a pixel has the
+    length `resolution`.
 
-    Row r of the image lies at y = r * resolution: images keep their orientation, their top left corner is the origin.
+    Row r of the image lies at y = r * resolution: images keep their orientation, their
+    top left corner is the origin.
     """
     left, top, right, bottom = rectangles(occupied).T.astype(np.float64)
     half_width, half_height = (right - left) / 2 + SEAM, (bottom - top) / 2 + SEAM
-    sizes = np.stack([(left + right) / 2, (top + bottom) / 2, half_width, half_height]) * resolution
+    sizes = (
+        np.stack([(left + right) / 2, (top + bottom) / 2, half_width, half_height])
+        * resolution
+    )
     return np.vstack([sizes, np.zeros(len(left))]).T

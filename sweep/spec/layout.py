@@ -15,7 +15,8 @@ STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
 OWN = (*STORED, FIGURES, *SCORECARD)
 
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
-"""When it was stored, in ns, whose first digit is 0 until the year 2286, and a token."""
+"""When it was stored, in ns, whose first digit is 0 until the year 2286, and a token.
+"""
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 """What folders can be called. A study of an older version may have a name of OWN."""

@@ -46,10 +46,11 @@ def check_footer(path: Path) -> None:
 
 
 def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
-    """What the `columns` of a file unpack to; `about` is its metadata, as pyarrow has it.
+    """What the `columns` of a file unpack to; `about` is its metadata, as pyarrow has
+    it.
 
-    Nothing is unpacked. Raises PagesError for pages that are not as the format says, are
-    too many, or hold texts as deltas; OSError where the file cannot be read.
+    Nothing is unpacked. Raises PagesError for pages that are not as the format says,
+    are too many, or hold texts as deltas; OSError where the file cannot be read.
     """
     size = values = pages = 0
     with path.open("rb") as stream:
@@ -68,7 +69,9 @@ def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
 
 
 def _extent(chunk: Any) -> tuple[int, int]:
-    """Where the pages of a column in a row group begin and end, as pyarrow finds them."""
+    """Where the pages of a column in a row group begin and
+    end, as pyarrow finds them.
+    """
     first = chunk.data_page_offset
     if chunk.has_dictionary_page and 0 < chunk.dictionary_page_offset < first:
         first = chunk.dictionary_page_offset
@@ -90,7 +93,9 @@ def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
 
 
 def _values(head: Head) -> int:
-    """The values of a page of data, of a dictionary, or of data in the second format."""
+    """The values of a page of data, of a dictionary, or of
+    data in the second format.
+    """
     found = 0
     for kind, encoding in ((5, 2), (7, 2), (8, 4)):
         about = head.get(kind)

@@ -1,7 +1,7 @@
 """Points read from a table, CSV or parquet.
 
-Files may come from anyone. A small parquet file can hold a huge table, and a line of commas a million columns: how much
-there is of all is asked before anything is read.
+Files may come from anyone. A small parquet file can hold a huge table, and a line of
+commas a million columns: how much there is of all is asked before anything is read.
 """
 
 from collections.abc import Callable
@@ -27,10 +27,14 @@ Reader = Callable[[list[str]], Any]
 """Reads some columns of a table."""
 
 
-def read_table(axis: Entry, fields: dict[str, Field], folder: Path) -> dict[str, Column]:
-    """The columns that a `sample: table` axis names, by field. A path is relative to `folder`.
+def read_table(
+    axis: Entry, fields: dict[str, Field], folder: Path
+) -> dict[str, Column]:
+    """The columns that a `sample: table` axis names, by field. A path is relative to
+    `folder`.
 
-    Raises SpecError where there is no such file or column, and where a cell is empty or not allowed.
+    Raises SpecError where there is no such file or column, and where a cell is empty or
+    not allowed.
     """
     file = axis.child("file")
     names, read = _open(file, folder / file.text())
@@ -44,11 +48,16 @@ def read_table(axis: Entry, fields: dict[str, Field], folder: Path) -> dict[str,
             raise entry.error(f'"{field}" is read from two columns')
         sources[field] = column
     table = _read(file, read, list(dict.fromkeys(sources.values())))
-    return {field: _column(file, fields[field], column, table[column].to_pylist()) for field, column in sources.items()}
+    return {
+        field: _column(file, fields[field], column, table[column].to_pylist())
+        for field, column in sources.items()
+    }
 
 
 def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
-    """Field, column and where it is said, of every column to read: those listed or mapped, else all."""
+    """Field, column and where it is said, of every column to read: those listed or
+    mapped, else all.
+    """
     columns = axis.get("columns")
     if columns is None:
         return [(name, name, axis.child("file")) for name in names]
@@ -87,7 +96,9 @@ def _legibly(file: Entry, look: Callable[[], T]) -> T:
     except UnicodeDecodeError:
         raise file.error(f'"{file.value}" is not a text in UTF-8') from None
     except (OSError, pa.ArrowException) as error:
-        raise file.error(f'"{file.value}" cannot be read: {str(error).splitlines()[0]}') from None
+        raise file.error(
+            f'"{file.value}" cannot be read: {str(error).splitlines()[0]}'
+        ) from None
 
 
 def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
@@ -96,7 +107,10 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
     with path.open("rb") as stream:
         head = stream.readline(MOST_HEAD + 1)
         if len(head) > MOST_HEAD or head.count(b",") >= MOST_COLUMNS:
-            raise file.error(f'"{file.value}" has a first line that is too long; at most {MOST_COLUMNS:,} columns')
+            raise file.error(
+                f'"{file.value}" has a first line that is too long; at most'
+                f" {MOST_COLUMNS:,} columns"
+            )
         lines = 0
         while block := stream.read(BLOCK):
             # Either sign ends a line.
@@ -120,13 +134,17 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
 def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     from pyarrow import parquet
 
-    # The footer is as long as its list of columns: a short one must not make a long list.
+    # The footer is as long as its list of columns: a short one must not make a long
+    # list.
     limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
     check_footer(path)
     with parquet.ParquetFile(path, **limits) as opened:
         about, schema = opened.metadata, opened.schema_arrow
     if about.num_columns > MOST_COLUMNS:
-        raise file.error(f'"{file.value}" has {about.num_columns:,} columns; at most {MOST_COLUMNS:,} are allowed')
+        raise file.error(
+            f'"{file.value}" has {about.num_columns:,} columns; at most'
+            f" {MOST_COLUMNS:,} are allowed"
+        )
     groups = [about.row_group(index) for index in range(about.num_row_groups)]
     rows = max(about.num_rows, sum(group.num_rows for group in groups))
     _check_rows(file, rows)
@@ -135,7 +153,9 @@ def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
         check_cells(file, rows, len(columns))
         texts = _checked_columns(file, columns, schema)
         if unpacked(path, about, columns).size > MOST_BYTES:
-            raise file.error(f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes')
+            raise file.error(
+                f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes'
+            )
         # Equal texts are kept once, or ten million times a long one would be too much.
         with parquet.ParquetFile(path, read_dictionary=texts, **limits) as again:
             table = again.read(columns)
@@ -147,11 +167,15 @@ def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
 
 def _check_rows(file: Entry, rows: int) -> None:
     if rows > MOST_POINTS:
-        raise file.error(f'"{file.value}" has {rows:,} rows; at most {MOST_POINTS:,} are allowed')
+        raise file.error(
+            f'"{file.value}" has {rows:,} rows; at most {MOST_POINTS:,} are allowed'
+        )
 
 
 def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
-    """Those of the columns that hold texts; SpecError where one holds neither those nor numbers nor truths."""
+    """Those of the columns that hold texts; SpecError where one holds neither those nor
+    numbers nor truths.
+    """
     import pyarrow as pa
 
     texts = []
@@ -160,9 +184,14 @@ def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
         kind = kind.value_type if pa.types.is_dictionary(kind) else kind
         if pa.types.is_string(kind) or pa.types.is_large_string(kind):
             texts.append(name)
-        elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
+        elif not (
+            pa.types.is_integer(kind)
+            or pa.types.is_floating(kind)
+            or pa.types.is_boolean(kind)
+        ):
             raise file.error(
-                f'"{file.value}", column "{name}" holds {kind}; allowed are numbers, texts, true and false'
+                f'"{file.value}", column "{name}" holds {kind}; allowed are numbers,'
+                " texts, true and false"
             )
     return texts
 
@@ -174,12 +203,18 @@ def _check_texts(file: Entry, table: Any, texts: list[str]) -> None:
         for chunk in table[name].chunks:
             longest = pc.max(pc.binary_length(chunk.dictionary)).as_py() or 0
             if longest > MOST_TEXT:
-                raise file.error(f'"{file.value}", column "{name}" has a text of more than {MOST_TEXT:,} characters')
+                raise file.error(
+                    f'"{file.value}", column "{name}" has a text of more than'
+                    f" {MOST_TEXT:,} characters"
+                )
 
 
 def _column(file: Entry, field: Field, column: str, values: list[Any]) -> Column:
     if None in values:
-        raise file.error(f'"{file.value}" has an empty cell: column "{column}", row {values.index(None) + 1}')
+        raise file.error(
+            f'"{file.value}" has an empty cell: column "{column}", row'
+            f" {values.index(None) + 1}"
+        )
     try:
         return field.column(values)
     except NotAllowedError as error:

@@ -1,4 +1,6 @@
-"""What a spec says about trials that fail: whether they are tried again, how many may, what memory a worker has."""
+"""What a spec says about trials that fail: whether they are tried again, how many may,
+what memory a worker has.
+"""
 
 import math
 import re
@@ -14,9 +16,19 @@ OnError = Literal["record", "retry", "stop"]
 
 KEYS = ("on_error", "retries", "failure_budget", "memory_limit")
 RETRIES = 2
-UNITS = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+UNITS = {
+    "B": 1,
+    "kB": 10**3,
+    "MB": 10**6,
+    "GB": 10**9,
+    "KiB": 2**10,
+    "MiB": 2**20,
+    "GiB": 2**30,
+}
 LEAST_MEMORY = 400 * 2**20
-"""What a worker may always hold: the interpreter, its libraries and the compiled kernels take about half of it."""
+"""What a worker may always hold: the interpreter, its libraries and the compiled
+kernels take about half of it.
+"""
 MOST_MEMORY = 2**50
 NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
 SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
@@ -25,10 +37,12 @@ SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
 
 @dataclass(frozen=True)
 class Policy:
-    """What becomes of trials that fail, by an exception, a dead worker, too much time or memory; not by divergence.
+    """What becomes of trials that fail, by an exception, a dead worker, too much time
+    or memory; not by divergence.
 
-    A failed trial is tried `retries` times more. The launch ends when more have failed than `budget` says: that many
-    trials, or a Fraction of all trials of the study; None for no end. `memory` is what a worker may hold, in bytes.
+    A failed trial is tried `retries` times more. The launch ends when more have failed
+    than `budget` says: that many trials, or a Fraction of all trials of the study; None
+    for no end. `memory` is what a worker may hold, in bytes.
     """
 
     on_error: OnError = "record"
@@ -37,22 +51,39 @@ class Policy:
     memory: int | None = None
 
     def allowed(self, trials: int) -> int | None:
-        """How many of so many trials may fail before the launch ends; None for all of them."""
+        """How many of so many trials may fail before the launch ends; None for all of
+        them.
+        """
         if self.on_error == "stop":
             return 0
-        return math.floor(self.budget * trials) if isinstance(self.budget, Fraction) else self.budget
+        return (
+            math.floor(self.budget * trials)
+            if isinstance(self.budget, Fraction)
+            else self.budget
+        )
 
     def in_words(self, trials: int) -> str:
-        """What holds for a study of so many trials; nothing where that is the default."""
+        """What holds for a study of so many trials; nothing
+        where that is the default.
+        """
         allowed, words = self.allowed(trials), []
         if self.retries:
-            words.append(f"tried again, at most {self.retries:,} {'time' if self.retries == 1 else 'times'}")
+            words.append(
+                f"tried again, at most {self.retries:,}"
+                f" {'time' if self.retries == 1 else 'times'}"
+            )
         if self.on_error == "stop":
             words.append("the launch ends at the first")
         elif allowed is not None:
-            words.append(f"the launch ends when more than {allowed:,} of {trials:,} trials have failed")
+            words.append(
+                f"the launch ends when more than {allowed:,} of {trials:,} trials have"
+                " failed"
+            )
         if self.memory is not None:
-            words.append(f"a trial fails whose worker holds more than {self.memory / 2**20:,.0f} MiB")
+            words.append(
+                "a trial fails whose worker holds more than"
+                f" {self.memory / 2**20:,.0f} MiB"
+            )
         return "; ".join(words)
 
 
@@ -60,19 +91,26 @@ def read_policy(root: Entry) -> Policy:
     """What the spec says about trials that fail. Raises SpecError."""
     chosen, retries = root.get("on_error"), root.get("retries")
     budget, memory = root.get("failure_budget"), root.get("memory_limit")
-    on_error = cast(OnError, chosen.one_of("on_error", get_args(OnError))) if chosen else "record"
+    on_error = (
+        cast(OnError, chosen.one_of("on_error", get_args(OnError)))
+        if chosen
+        else "record"
+    )
     if retries and on_error != "retry":
         raise retries.error(
-            f'"retries" is for "on_error: retry", and on_error is {on_error}: change it or leave it out'
+            f'"retries" is for "on_error: retry", and on_error is {on_error}: change it'
+            " or leave it out"
         )
     if budget and on_error == "stop":
         raise budget.error(
-            '"failure_budget" is for "on_error: record" or "retry": with "on_error: stop" a launch ends at the first '
-            "failed trial anyway"
+            '"failure_budget" is for "on_error: record" or "retry": with "on_error:'
+            ' stop" a launch ends at the first failed trial anyway'
         )
     return Policy(
         on_error=on_error,
-        retries=(retries.whole(1) if retries else RETRIES) if on_error == "retry" else 0,
+        retries=(
+            (retries.whole(1) if retries else RETRIES) if on_error == "retry" else 0
+        ),
         budget=_budget(budget) if budget else None,
         memory=_memory(memory) if memory else None,
     )
@@ -88,7 +126,9 @@ def _budget(entry: Entry) -> int | Fraction:
 
 
 def _no_budget(entry: Entry) -> SpecError:
-    wrong = entry.expected("a number of trials from 0, or a share of them from 0% to 100%")
+    wrong = entry.expected(
+        "a number of trials from 0, or a share of them from 0% to 100%"
+    )
     if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
         return SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
     return wrong
@@ -104,8 +144,9 @@ def _memory(entry: Entry) -> int:
     size = math.floor(Fraction(number) * UNITS[unit])
     if size < LEAST_MEMORY:
         raise entry.error(
-            f'"memory_limit" is {entry.value}, and must be at least {LEAST_MEMORY // 2**20} MiB: a worker holds about '
-            "half of that before its first trial"
+            f'"memory_limit" is {entry.value}, and must be at least'
+            f" {LEAST_MEMORY // 2**20} MiB: a worker holds about half of that before"
+            " its first trial"
         )
     if size > MOST_MEMORY:
         raise entry.error(f'"memory_limit" is {entry.value}, more than any machine has')
@@ -113,11 +154,16 @@ def _memory(entry: Entry) -> int:
 
 
 def _unknown_unit(unit: str) -> str:
-    """Upper and lower case are what is most often wrong, and what no comparison of letters finds."""
+    """Upper and lower case are what is most often wrong, and what no comparison of
+    letters finds.
+    """
     close = next((known for known in UNITS if known.lower() == unit.lower()), None)
     if close is None:
         return unknown("unit of memory", unit, UNITS)
-    return f'unknown unit of memory "{unit}"; did you mean "{close}"? Allowed: {", ".join(UNITS)}'
+    return (
+        f'unknown unit of memory "{unit}"; did you mean "{close}"? Allowed:'
+        f" {', '.join(UNITS)}"
+    )
 
 
 def policy_schema() -> dict[str, Any]:
@@ -126,22 +172,33 @@ def policy_schema() -> dict[str, Any]:
     return {
         "on_error": {
             "enum": list(get_args(OnError)),
-            "description": "record: a failed trial is a row that says so; retry: it is tried again first; "
-            "stop: the launch ends at the first",
+            "description": (
+                "record: a failed trial is a row that says so; retry: it is tried again"
+                " first; stop: the launch ends at the first"
+            ),
         },
         "retries": {
             "type": "integer",
             "minimum": 1,
-            "description": f"how often more a failed trial is tried, by default {RETRIES}; only with on_error: retry",
+            "description": (
+                f"how often more a failed trial is tried, by default {RETRIES}; only"
+                " with on_error: retry"
+            ),
         },
         "failure_budget": {
             "anyOf": [{"type": "integer", "minimum": 0}, share],
-            "description": "the launch ends when more trials have failed: a number, or a share of all as 5%",
+            "description": (
+                "the launch ends when more trials have failed: a number, or a share of"
+                " all as 5%"
+            ),
         },
         "memory_limit": {
             "type": "string",
             "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$",
-            "description": f"what a worker may hold, as 2 GiB; at least {LEAST_MEMORY // 2**20} MiB",
+            "description": (
+                "what a worker may hold, as 2 GiB; at least"
+                f" {LEAST_MEMORY // 2**20} MiB"
+            ),
         },
     }
 

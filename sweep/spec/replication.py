@@ -1,4 +1,6 @@
-"""How many trials a point gets: a number, one for each listed seed, or as many as an interval needs."""
+"""How many trials a point gets: a number, one for each listed seed, or as many as an
+interval needs.
+"""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +17,9 @@ LOWEST_CONFIDENCE, HIGHEST_CONFIDENCE = 0.5, 0.999
 
 
 class Replication(NamedTuple):
-    """Exactly one of them is given: trials a point, literal seeds, or a rule by which trials are added."""
+    """Exactly one of them is given: trials a point, literal seeds, or a rule by which
+    trials are added.
+    """
 
     replicates: int | None = None
     seeds: tuple[int, ...] | None = None
@@ -23,17 +27,25 @@ class Replication(NamedTuple):
 
 
 def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
-    """What the spec says under `replicates` or `seeds`; `recorded` are its metrics. Raises SpecError."""
+    """What the spec says under `replicates` or `seeds`; `recorded` are its metrics.
+    Raises SpecError.
+    """
     replicates, seeds = root.get("replicates"), root.get("seeds")
     if (replicates is None) == (seeds is None):
-        raise (seeds or root).error('needs either "replicates" (trials a point) or "seeds" (a list), and not both')
+        raise (seeds or root).error(
+            'needs either "replicates" (trials a point) or "seeds" (a list), and not'
+            " both"
+        )
     if seeds:
         return Replication(seeds=_seeds(seeds))
     assert replicates
     if not isinstance(replicates.value, dict):
         return Replication(replicates=replicates.whole(1, MOST_TRIALS))
     if "search" in root.value:
-        raise replicates.error('a search races its candidates itself: "replicates" must be a whole number there')
+        raise replicates.error(
+            'a search races its candidates itself: "replicates" must be a whole number'
+            " there"
+        )
     return Replication(until=_until(replicates, recorded))
 
 
@@ -54,17 +66,27 @@ def _until(entry: Entry, recorded: tuple[str, ...]) -> Until:
     most = entry.child("max").whole(LEAST_LOOK, MOST_TRIALS)
     first = entry.get("min")
     if first is None and most < FIRST_LOOK:
-        raise entry.child("max").error(f'"max" is {most}, below the default of "min", {FIRST_LOOK}: give "min" too')
+        raise entry.child("max").error(
+            f'"max" is {most}, below the default of "min", {FIRST_LOOK}: give "min" too'
+        )
     least = first.whole(LEAST_LOOK, MOST_TRIALS) if first else FIRST_LOOK
     if first and least > most:
         raise first.error(f'"min" must be at most "max", which is {most}, not {least}')
-    return Until(_metric(rule.child("metric"), recorded), _half_width(rule), _confidence(rule), least, most)
+    return Until(
+        _metric(rule.child("metric"), recorded),
+        _half_width(rule),
+        _confidence(rule),
+        least,
+        most,
+    )
 
 
 def _metric(entry: Entry, recorded: tuple[str, ...]) -> str:
     name = entry.text()
     if name in METRICS and name not in recorded:
-        raise entry.error(f'metric "{name}" is not recorded: list it under "metrics" of "record"')
+        raise entry.error(
+            f'metric "{name}" is not recorded: list it under "metrics" of "record"'
+        )
     columns = [*recorded, *(f"{metric}_mean" for metric in recorded)]
     if name not in columns:
         raise entry.error(unknown("recorded metric", name, columns))
@@ -83,7 +105,9 @@ def _confidence(rule: Entry) -> float:
     if entry is None:
         return CONFIDENCE
     if not LOWEST_CONFIDENCE <= entry.number() <= HIGHEST_CONFIDENCE:
-        raise entry.expected(f"a number from {LOWEST_CONFIDENCE} to {HIGHEST_CONFIDENCE}")
+        raise entry.expected(
+            f"a number from {LOWEST_CONFIDENCE} to {HIGHEST_CONFIDENCE}"
+        )
     return entry.number()
 
 
@@ -91,18 +115,43 @@ def replicates_schema() -> dict[str, Any]:
     """The JSON Schema of `replicates`."""
     number = {"type": "integer", "minimum": LEAST_LOOK, "maximum": MOST_TRIALS}
     rule = {
-        "metric": {"type": "string", "description": "a recorded metric, or <metric>_mean for its last half"},
-        "half_width": {"type": "number", "exclusiveMinimum": 0, "description": "in the unit of the metric"},
-        "confidence": {"type": "number", "minimum": LOWEST_CONFIDENCE, "maximum": HIGHEST_CONFIDENCE},
+        "metric": {
+            "type": "string",
+            "description": "a recorded metric, or <metric>_mean for its last half",
+        },
+        "half_width": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "description": "in the unit of the metric",
+        },
+        "confidence": {
+            "type": "number",
+            "minimum": LOWEST_CONFIDENCE,
+            "maximum": HIGHEST_CONFIDENCE,
+        },
     }
     adaptive = {
-        "until": _mapping(rule, ["metric", "half_width"]) | {"description": "of the interval of the metric's mean"},
-        "min": number | {"description": f"trials before the first look, by default {FIRST_LOOK}"},
+        "until": (
+            _mapping(rule, ["metric", "half_width"])
+            | {"description": "of the interval of the metric's mean"}
+        ),
+        "min": (
+            number
+            | {"description": f"trials before the first look, by default {FIRST_LOOK}"}
+        ),
         "max": number | {"description": "most trials a point"},
     }
     fixed = {"type": "integer", "minimum": 1, "maximum": MOST_TRIALS}
-    return {"anyOf": [fixed, _mapping(adaptive, ["until", "max"])], "description": "trials a point"}
+    return {
+        "anyOf": [fixed, _mapping(adaptive, ["until", "max"])],
+        "description": "trials a point",
+    }
 
 
 def _mapping(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
-    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": False,
+    }

@@ -1,4 +1,5 @@
-"""Samples of parameter space: samplers fill the unit cube, distributions stretch its sides.
+"""Samples of parameter space: samplers fill the unit cube, distributions stretch its
+sides.
 
 To add one, write a function and enter it in SAMPLERS or DISTRIBUTIONS.
 """
@@ -15,26 +16,35 @@ from sweep.spec.seeds import address, words
 from sweep.spec.settings import Column, Field, NotAllowedError
 
 Unit = NDArray[np.float64]
-"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of them."""
+"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
+them.
+"""
 
 LEAST = 2.0**-54
 """Stands for 0 where the inverse of a distribution is infinite."""
 
 MOST = 1e100
-"""Bound of the arguments of continuous distributions, far from where arithmetic overflows."""
+"""Bound of the arguments of continuous distributions, far from where arithmetic
+overflows.
+"""
 
 
 def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """Independent draws; each field has its own stream, so another field or more points change no value."""
+    """Independent draws; each field has its own stream, so another field or more points
+    change no value.
+    """
     return [generator(seed, axis, name).random(points) for name in names]
 
 
-def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
+def latin_hypercube(
+    points: int, names: Sequence[str], axis: str, seed: int
+) -> list[Unit]:
     """One draw in each of `points` equal intervals of every field.
 
     More points are other points altogether.
     """
-    # As scipy's LatinHypercube, which holds the sample four times: it spawns its generator.
+    # As scipy's LatinHypercube, which holds the sample four times: it spawns its
+    # generator.
     (rng,) = generator(seed, axis).spawn(1)
     sample = rng.uniform(size=(points, len(names)))
     for column in sample.T:
@@ -45,16 +55,22 @@ def latin_hypercube(points: int, names: Sequence[str], axis: str, seed: int) -> 
 
 
 def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Sobol sequence: more points continue it, another field makes it another."""
+    """The scrambled Sobol sequence: more points continue it, another field makes it
+    another.
+    """
     from scipy.stats.qmc import Sobol
 
     # scipy warns of a number that is no power of two, so we take the next one and cut.
-    sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(math.ceil(math.log2(points)))
+    sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(
+        math.ceil(math.log2(points))
+    )
     return list(sample[:points].T)
 
 
 def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Halton sequence: more points continue it, another field makes it another."""
+    """The scrambled Halton sequence: more points continue it, another field makes it
+    another.
+    """
     from scipy.stats.qmc import Halton
 
     return list(Halton(d=len(names), seed=generator(seed, axis)).random(points).T)
@@ -70,7 +86,9 @@ SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
 
 def generator(seed: int, *names: str) -> Generator:
     """The random numbers of an axis, or of one of its fields."""
-    return default_rng(address(seed, "design", *(word for name in names for word in words(name))))
+    return default_rng(
+        address(seed, "design", *(word for name in names for word in words(name)))
+    )
 
 
 def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
@@ -90,7 +108,9 @@ def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
 
 
 def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
-    """Normal with a mean and a standard deviation, truncated to the range of the field."""
+    """Normal with a mean and a standard deviation, truncated
+    to the range of the field.
+    """
     from scipy.special import ndtr, ndtri
 
     mean, deviation = _pair(arguments, "[mean, standard deviation]")
@@ -98,7 +118,10 @@ def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     field.coerce(mean)
     if deviation <= 0:
         raise NotAllowedError("the standard deviation must be above 0")
-    low, high = ndtr((field.low - mean) / deviation), ndtr((field.high - mean) / deviation)
+    low, high = (
+        ndtr((field.low - mean) / deviation),
+        ndtr((field.high - mean) / deviation),
+    )
     truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
     values: Column = mean + deviation * ndtri(truncated)
     return values.clip(field.low, field.high)
@@ -131,15 +154,20 @@ DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Column]] = {
     "integers": integers,
     "choice": choice,
 }
-"""From unit draws to values of a field, all by the inverse of the distribution, so that they suit every
-sampler.
+"""From unit draws to values of a field, all by the inverse of the distribution, so that
+they suit every sampler.
 
-Each raises NotAllowedError where its arguments or what it could draw are not allowed for the field.
+Each raises NotAllowedError where its arguments or what it could draw are not allowed
+for the field.
 """
 
 
 def _pair(arguments: Sequence[Any], meaning: str) -> tuple[float, float]:
-    numbers = [value for value in arguments if isinstance(value, int | float) and not isinstance(value, bool)]
+    numbers = [
+        value
+        for value in arguments
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    ]
     if len(arguments) != 2 or len(numbers) != 2:
         raise NotAllowedError(f"needs two numbers: {meaning}")
     return numbers[0], numbers[1]
@@ -157,6 +185,8 @@ def _bounds(field: Field, arguments: Sequence[Any]) -> tuple[float, float]:
 
 def _continuous(field: Field, *numbers: float) -> None:
     if field.kind != "float":
-        raise NotAllowedError(f"{field.name} is {field.allowed()}: use integers or choice")
+        raise NotAllowedError(
+            f"{field.name} is {field.allowed()}: use integers or choice"
+        )
     if not all(abs(number) <= MOST for number in numbers):
         raise NotAllowedError(f"needs numbers of at most {MOST:g}")

@@ -1,6 +1,8 @@
-"""The JSON Schema of spec.yaml, from which editors complete names and show units and ranges.
+"""The JSON Schema of spec.yaml, from which editors complete names and show units and
+ranges.
 
-It describes the shape. What depends on several values, as expressions do, is checked by `sweep.spec.study`.
+It describes the shape. What depends on several values, as expressions do, is checked by
+`sweep.spec.study`.
 """
 
 import math
@@ -39,15 +41,23 @@ def json_schema() -> Schema:
         "oneOf": [{"required": ["replicates"]}, {"required": ["seeds"]}],
         "not": {"required": ["sweep", "search"]},
         **policy_rules(),
-        "allOf": [
-            {
-                "if": {"properties": {"model": {"const": model}}, "required": ["model"]},
-                "then": _of_model(model),
-            }
-            for model in MODELS
-        ]
-        + [_built_in_maps()],
-        "$defs": _shared() | {key: value for model in MODELS for key, value in _values(model).items()},
+        "allOf": (
+            [
+                {
+                    "if": {
+                        "properties": {"model": {"const": model}},
+                        "required": ["model"],
+                    },
+                    "then": _of_model(model),
+                }
+                for model in MODELS
+            ]
+            + [_built_in_maps()]
+        ),
+        "$defs": (
+            _shared()
+            | {key: value for model in MODELS for key, value in _values(model).items()}
+        ),
     }
 
 
@@ -59,36 +69,68 @@ def _properties() -> Schema:
             "pattern": f"^{STUDY_NAME.pattern}$",
             "description": "name of the study: its results are in results/NAME",
         },
-        "model": {"oneOf": [{"const": name, "description": model.source} for name, model in MODELS.items()]},
-        "preset": {"type": "string", "description": "where values come from that the spec leaves out"},
+        "model": {
+            "oneOf": [
+                {"const": name, "description": model.source}
+                for name, model in MODELS.items()
+            ]
+        },
+        "preset": {
+            "type": "string",
+            "description": "where values come from that the spec leaves out",
+        },
         "maps": {
             "type": "object",
-            "propertyNames": {"pattern": f"^{MAP_NAME.pattern}$", "not": {"enum": list(MAPS)}},
+            "propertyNames": {
+                "pattern": f"^{MAP_NAME.pattern}$",
+                "not": {"enum": list(MAPS)},
+            },
             "additionalProperties": {"anyOf": _map_forms()},
             "minProperties": 1,
             "description": "maps of the study's own, by name",
         },
-        "fixed": {"type": "object", "description": "one value for each of these fields"},
-        "sweep": {"type": "object", "description": "axes; the points are their product, the last one fastest"},
+        "fixed": {
+            "type": "object",
+            "description": "one value for each of these fields",
+        },
+        "sweep": {
+            "type": "object",
+            "description": "axes; the points are their product, the last one fastest",
+        },
         "search": search_schema(),
-        "derive": {"type": "object", "description": "fields computed from others, by expressions"},
+        "derive": {
+            "type": "object",
+            "description": "fields computed from others, by expressions",
+        },
         "require": {
             **_listed({"type": "string"}),
             "description": "conditions without which a point is left out",
         },
         "replicates": replicates_schema(),
-        "seeds": {**_listed(SEED), "description": "one trial a point with each of these seeds"},
+        "seeds": {
+            **_listed(SEED),
+            "description": "one trial a point with each of these seeds",
+        },
         "seed": {**SEED, "description": "seed of the study"},
         "streams": {
             **_mapping(dict.fromkeys(("start", "world", "noise"), stream)),
-            "description": "common: the same random numbers at all points; independent: others at each",
+            "description": (
+                "common: the same random numbers at all points; independent: others at"
+                " each"
+            ),
         },
         "record": _record(),
-        "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "seconds a trial may take"},
+        "time_limit": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "description": "seconds a trial may take",
+        },
         "checkpoint": {
             "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": False}],
-            "description": f"seconds after which a trial writes down where it is, by default {CHECKPOINT_SECONDS:g}; "
-            "or false",
+            "description": (
+                "seconds after which a trial writes down where it is, by default"
+                f" {CHECKPOINT_SECONDS:g}; or false"
+            ),
         },
         **policy_schema(),
     }
@@ -98,11 +140,28 @@ def _record() -> Schema:
     metrics = _listed({"enum": list(METRICS)})
     return _mapping(
         {
-            "metrics": metrics | {"description": "recorded of each trial; by default those of the model"},
+            "metrics": (
+                metrics
+                | {
+                    "description": (
+                        "recorded of each trial; by default those of the model"
+                    )
+                }
+            ),
             "series": metrics | {"description": "recorded of each frame"},
-            "every": {"type": "integer", "minimum": 1, "description": "number of steps between frames"},
-            "heatmaps": {"type": "boolean", "description": "whether visits are kept by pixel"},
-            "trajectories": {"type": "boolean", "description": "whether all boids are kept of each frame"},
+            "every": {
+                "type": "integer",
+                "minimum": 1,
+                "description": "number of steps between frames",
+            },
+            "heatmaps": {
+                "type": "boolean",
+                "description": "whether visits are kept by pixel",
+            },
+            "trajectories": {
+                "type": "boolean",
+                "description": "whether all boids are kept of each frame",
+            },
         }
     )
 
@@ -115,7 +174,13 @@ def _map_forms() -> list[Schema]:
     rectangle = {"x": number, "y": number, "width": length, "height": length}
     shapes = {"disc": _mapping(disc, disc), "rectangle": _mapping(rectangle, rectangle)}
     drawn: Schema = {
-        "size": {"type": "array", "items": length, "minItems": 2, "maxItems": 2, "description": "[width, height]"},
+        "size": {
+            "type": "array",
+            "items": length,
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "[width, height]",
+        },
         "shapes": {"type": "array", "items": _mapping(shapes) | _one_of(shapes)},
     }
     pictured: Schema = {
@@ -127,10 +192,16 @@ def _map_forms() -> list[Schema]:
 
 
 def _shared() -> Schema:
-    """What fields of all models have in common: grids, distributions, and the ways to write an axis."""
+    """What fields of all models have in common: grids, distributions, and the ways to
+    write an axis.
+    """
     grid = {
         "type": "array",
-        "prefixItems": [{"type": "number"}, {"type": "number"}, {"type": "integer", "minimum": 1}],
+        "prefixItems": [
+            {"type": "number"},
+            {"type": "number"},
+            {"type": "integer", "minimum": 1},
+        ],
         "minItems": 3,
         "maxItems": 3,
         "description": "[first, last, number of values]",
@@ -141,7 +212,12 @@ def _shared() -> Schema:
         name: {} if name == "choice" else pair | {"description": function.__doc__}
         for name, function in DISTRIBUTIONS.items()
     }
-    points = {"type": "integer", "minimum": 1, "maximum": MOST_POINTS, "description": "number of points"}
+    points = {
+        "type": "integer",
+        "minimum": 1,
+        "maximum": MOST_POINTS,
+        "description": "number of points",
+    }
     when = TEXT | {"description": "condition under which the axis applies"}
     axis = _mapping({"values": {}, **grids, **drawn, "points": points, "when": when})
     return {
@@ -149,30 +225,44 @@ def _shared() -> Schema:
         "when": when,
         "grid": _mapping(grids) | _one_of(grids),
         "distribution": _mapping(drawn) | _one_of(drawn),
-        "axis": axis
-        | _one_of(["values", *grids, *drawn])
-        | {"dependentRequired": {name: ["points"] for name in drawn}}
-        | {"dependentSchemas": {"points": _one_of(drawn)}},
+        "axis": (
+            axis
+            | _one_of(["values", *grids, *drawn])
+            | {"dependentRequired": {name: ["points"] for name in drawn}}
+            | {"dependentSchemas": {"points": _one_of(drawn)}}
+        ),
     }
 
 
 def _values(model: str) -> Schema:
-    """What each field of a model may be, as `model.field`, and its axes, as `model.sweep`."""
-    values = {f"{model}.{name}": _value(model, field) for name, field in fields(model).items()}
+    """What each field of a model may be, as `model.field`, and its axes, as
+    `model.sweep`.
+    """
+    values = {
+        f"{model}.{name}": _value(model, field) for name, field in fields(model).items()
+    }
     return values | {f"{model}.sweep": _swept(model)}
 
 
 def _value(model: str, field: Field) -> Schema:
-    presets = (f"{name}: {preset_settings(model, name)[field.name]}" for name in MODELS[model].presets)
+    presets = (
+        f"{name}: {preset_settings(model, name)[field.name]}"
+        for name in MODELS[model].presets
+    )
     unit = f" ({field.unit})" if field.unit else ""
     schema: Schema = {"description": f"{field.text}{unit}. {', '.join(presets)}"}
     if field.name == "map":
         return schema | {
-            "anyOf": [{"enum": list(field.choices)}, {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}]
+            "anyOf": [
+                {"enum": list(field.choices)},
+                {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"},
+            ]
         }
     if field.kind == "choice":
         return schema | {"enum": list(field.choices)}
-    schema["type"] = {"float": "number", "int": "integer", "bool": "boolean"}[field.kind]
+    schema["type"] = {"float": "number", "int": "integer", "bool": "boolean"}[
+        field.kind
+    ]
     if field.low > -math.inf:
         schema["exclusiveMinimum" if field.exclusive else "minimum"] = field.low
     if field.high < math.inf:
@@ -184,7 +274,9 @@ def _swept(model: str) -> Schema:
     """The axes of a study of this model."""
     values = {name: _reference(f"{model}.{name}") for name in fields(model)}
     axes = {name: _axis(value) for name, value in values.items()}
-    return _mapping(axes) | {"additionalProperties": {"anyOf": [*_joint_axes(values), _ablation(model)]}}
+    return _mapping(axes) | {
+        "additionalProperties": {"anyOf": [*_joint_axes(values), _ablation(model)]}
+    }
 
 
 def _of_model(model: str) -> Schema:
@@ -195,7 +287,9 @@ def _of_model(model: str) -> Schema:
         "preset": {"enum": list(MODELS[model].presets)},
         "fixed": _mapping(values),
         "sweep": _reference(f"{model}.sweep"),
-        "search": model_schema(values, _reference(f"{model}.sweep"), _reference("distribution")),
+        "search": model_schema(
+            values, _reference(f"{model}.sweep"), _reference("distribution")
+        ),
         "derive": _mapping(derived),
     }
     return {"properties": properties}
@@ -207,7 +301,9 @@ def _built_in_maps() -> Schema:
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
         "if": {"not": {"required": ["maps"]}},
-        "then": {"properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}},
+        "then": {
+            "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
+        },
     }
 
 
@@ -220,13 +316,25 @@ def _axis(value: Schema) -> Schema:
 def _joint_axes(values: Schema) -> list[Schema]:
     """The ways to write an axis of several fields."""
     distributions = {
-        name: _reference("distribution") | {"properties": {"choice": _listed(value)}} for name, value in values.items()
+        name: _reference("distribution") | {"properties": {"choice": _listed(value)}}
+        for name, value in values.items()
     }
     members = {
-        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]} for name, value in values.items()
+        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]}
+        for name, value in values.items()
     }
-    columns = {"anyOf": [_listed({"enum": list(values)}), _mapping(dict.fromkeys(values, TEXT))]}
-    table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns, "when": _reference("when")}
+    columns = {
+        "anyOf": [
+            _listed({"enum": list(values)}),
+            _mapping(dict.fromkeys(values, TEXT)),
+        ]
+    }
+    table = {
+        "sample": {"const": "table"},
+        "file": TEXT,
+        "columns": columns,
+        "when": _reference("when"),
+    }
     return [
         _sampled(distributions),
         _mapping(table, ["sample", "file"]),
@@ -237,11 +345,21 @@ def _joint_axes(values: Schema) -> list[Schema]:
 def _sampled(distributions: Schema) -> Schema:
     """A joint axis drawn by a sampler, with the keys that only some samplers know."""
     options: Schema = {
-        "points": _reference("points") | {"description": "number of points; of blocks of them for saltelli and morris"},
+        "points": (
+            _reference("points")
+            | {
+                "description": (
+                    "number of points; of blocks of them for saltelli and morris"
+                )
+            }
+        ),
         "when": _reference("when"),
         "second_order": {
             "type": "boolean",
-            "description": "false: blocks of D + 2 points for D fields, not 2 D + 2, and no indices of pairs",
+            "description": (
+                "false: blocks of D + 2 points for D fields, not 2 D + 2, and no"
+                " indices of pairs"
+            ),
         },
         "levels": {
             "type": "integer",
@@ -251,7 +369,9 @@ def _sampled(distributions: Schema) -> Schema:
             "description": "number of values of a field, by default 4",
         },
     }
-    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | dict.fromkeys(OPTIONS.values(), False)
+    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | dict.fromkeys(
+        OPTIONS.values(), False
+    )
     blocks = [
         {"sample": {"const": name}, "points": {"minimum": 2}, "when": False}
         | {key: False for key in OPTIONS.values() if key != own}
@@ -259,14 +379,19 @@ def _sampled(distributions: Schema) -> Schema:
     ]
     sampler: Schema = {"sample": {"enum": [*SAMPLERS, *OPTIONS]}}
     joint = _mapping(sampler | options | distributions, ["sample", "points"])
-    return joint | {"anyOf": [{"properties": properties} for properties in (plain, *blocks)]}
+    return joint | {
+        "anyOf": [{"properties": properties} for properties in (plain, *blocks)]
+    }
 
 
 def _ablation(model: str) -> Schema:
     """An axis from the preset of the study to another one."""
     other = {
         "enum": list(MODELS[model].presets),
-        "description": "another preset: each setting in which it differs is changed alone, and last all of them",
+        "description": (
+            "another preset: each setting in which it differs is changed alone, and"
+            " last all of them"
+        ),
     }
     return _mapping({"ablate": other, "when": _reference("when")}, ["ablate"])
 

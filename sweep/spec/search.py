@@ -1,4 +1,6 @@
-"""A checked `search` section: what is searched for, among what, and how much it may cost."""
+"""A checked `search` section: what is searched for, among what, and how much it may
+cost.
+"""
 
 from dataclasses import dataclass
 
@@ -14,7 +16,9 @@ HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES = 5, 40
 
 @dataclass(frozen=True)
 class Parameter:
-    """A field that the search varies: `form` is one of sweep.spec.search_section.FORMS, `arguments` are its bounds, or the values to choose."""
+    """A field that the search varies: `form` is one of sweep.spec.search_section.FORMS,
+    `arguments` are its bounds, or the values to choose.
+    """
 
     name: str
     form: str
@@ -23,7 +27,9 @@ class Parameter:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How many candidates are judged on new seeds at the end, and with how many replicates."""
+    """How many candidates are judged on new seeds at the end, and with how many
+    replicates.
+    """
 
     candidates: int = HELD_OUT_CANDIDATES
     replicates: int = HELD_OUT_REPLICATES
@@ -33,8 +39,9 @@ class HeldOut:
 class Search:
     """A checked `search` section.
 
-    `level` is that of the tests by which candidates are dropped, None where all get all of their blocks. `over` are
-    the axes of the scenarios. `references` are settings of all parameters by name.
+    `level` is that of the tests by which candidates are dropped, None where all get all
+    of their blocks. `over` are the axes of the scenarios. `references` are settings of
+    all parameters by name.
     """
 
     parameters: tuple[Parameter, ...]
@@ -57,20 +64,39 @@ class Search:
     def columns(self) -> tuple[str, ...]:
         """The columns of trials that decide, each once."""
         objectives = [objective.column for objective in self.objectives]
-        return tuple(dict.fromkeys([*objectives, *(constraint.column for constraint in self.constraints)]))
+        return tuple(
+            dict.fromkeys(
+                [*objectives, *(constraint.column for constraint in self.constraints)]
+            )
+        )
 
     def held_out_trials(self, repetitions: int) -> int:
-        """The most trials on held-out seeds: of the best candidates and the references, and a winner a further run."""
+        """The most trials on held-out seeds: of the best candidates and the references,
+        and a winner a further run.
+        """
         several = self.held_out.candidates if len(self.objectives) > 1 else 1
-        settings = self.held_out.candidates + len(self.references) + 2 * repetitions * several
+        settings = (
+            self.held_out.candidates + len(self.references) + 2 * repetitions * several
+        )
         return settings * self.held_out.replicates * self.scenarios
 
     def most_trials(self, repetitions: int) -> int:
-        """The most trials of the search, with repetitions and as many random searches."""
+        """The most trials of the search, with repetitions
+        and as many random searches.
+        """
         return (1 + 2 * repetitions) * self.budget + self.held_out_trials(repetitions)
 
     def place_of(self, field: str) -> Place | None:
-        """Where in the spec the search gives a field its values, or None where it does not."""
+        """Where in the spec the search gives a field its values, or None where it does
+        not.
+        """
         if any(parameter.name == field for parameter in self.parameters):
             return ("search", "parameters", field)
-        return next((("search", "over", axis.name) for axis in self.over if field in axis.columns), None)
+        return next(
+            (
+                ("search", "over", axis.name)
+                for axis in self.over
+                if field in axis.columns
+            ),
+            None,
+        )

@@ -24,8 +24,8 @@ def _check_budget(entry: Entry, search: Search) -> None:
     if search.budget < least:
         each = f" in {search.scenarios} scenarios each" if search.scenarios > 1 else ""
         raise entry.child("budget").error(
-            f"a budget of {search.budget} trials is less than one batch of {search.batch} candidates{each}: "
-            f"at least {least}, or a smaller batch"
+            f"a budget of {search.budget} trials is less than one batch of"
+            f" {search.batch} candidates{each}: at least {least}, or a smaller batch"
         )
 
 
@@ -37,15 +37,17 @@ def check_trials(document: Document, search: Search, repetitions: int) -> None:
         again = f" and its {repetitions:,} repetitions" if repetitions else ""
         raise document.error(
             ("search", "budget"),
-            f"the search{again} could come to {most:,} trials, of which {held_out:,} on "
-            f"held-out seeds; at most {MOST_SEARCHED:,} are allowed: lower budget, "
-            "held_out or the number of scenarios",
+            f"the search{again} could come to {most:,} trials, of which {held_out:,} on"
+            f" held-out seeds; at most {MOST_SEARCHED:,} are allowed: lower budget,"
+            " held_out or the number of scenarios",
         )
 
 
 def _check_sampler(entry: Entry, search: Search) -> None:
     def refused(reason: str) -> None:
-        raise (entry.get("sampler") or entry.child("objectives")).error(f"sampler {search.sampler} {reason}")
+        raise (entry.get("sampler") or entry.child("objectives")).error(
+            f"sampler {search.sampler} {reason}"
+        )
 
     if search.sampler == "cmaes":
         if len(search.objectives) > 1:
@@ -54,7 +56,10 @@ def _check_sampler(entry: Entry, search: Search) -> None:
             refused("knows no constraints: use tpe, nsga2 or nsga3")
         if any(parameter.form == "choice" for parameter in search.parameters):
             refused("needs numbers, and no choice: use tpe")
-        if sum(len(set(parameter.arguments)) > 1 for parameter in search.parameters) < 2:
+        if (
+            sum(len(set(parameter.arguments)) > 1 for parameter in search.parameters)
+            < 2
+        ):
             refused("needs two parameters or more: use tpe")
     if search.sampler == "nsga3" and len(search.objectives) < 2:
         refused("is for several objectives: use nsga2 or tpe")

@@ -14,7 +14,13 @@ from sweep.spec.limits import MOST_SEARCHED
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.recorded import read_column
 from sweep.spec.sampling import DISTRIBUTIONS
-from sweep.spec.search import HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES, HeldOut, Parameter, Search
+from sweep.spec.search import (
+    HELD_OUT_CANDIDATES,
+    HELD_OUT_REPLICATES,
+    HeldOut,
+    Parameter,
+    Search,
+)
 from sweep.spec.search_checks import check_search
 from sweep.spec.settings import Field, NotAllowedError, Value
 from sweep.spec.values import read_axes
@@ -25,15 +31,28 @@ FORMS = ("uniform", "loguniform", "integers", "choice")
 
 SAMPLERS = ("random", "qmc", "tpe", "cmaes", "gp", "nsga2", "nsga3")
 REQUIRED = ("parameters", "objectives", "budget")
-KEYS = (*REQUIRED, "constraints", "sampler", "batch", "racing", "over", "held_out", "references")
+KEYS = (
+    *REQUIRED,
+    "constraints",
+    "sampler",
+    "batch",
+    "racing",
+    "over",
+    "held_out",
+    "references",
+)
 
 BATCH = 12
 LEVEL = 0.1
 MOST_BATCH, MOST_REFERENCES = 10_000, 1000
 
 
-def read_search(entry: Entry, reader: AxisReader, model: Model, given: Mapping[str, Place]) -> Search:
-    """The section that `entry` writes; `given` are the places of the fields with a value elsewhere in the spec."""
+def read_search(
+    entry: Entry, reader: AxisReader, model: Model, given: Mapping[str, Place]
+) -> Search:
+    """The section that `entry` writes; `given` are the places of the fields with a
+    value elsewhere in the spec.
+    """
     entry.keys(KEYS, required=REQUIRED)
     parameters = _parameters(entry.child("parameters"), reader.fields)
     names = [parameter.name for parameter in parameters]
@@ -63,45 +82,70 @@ def _parameter(name: str, entry: Entry, fields: dict[str, Field]) -> Parameter:
     if name not in fields:
         raise entry.error(unknown("field", name, fields))
     if isinstance(entry.value, dict) and "normal" in entry.value:
-        raise entry.error(f'"{name}" cannot be normal: a search needs bounds, as {", ".join(FORMS)} have')
+        raise entry.error(
+            f'"{name}" cannot be normal: a search needs bounds, as {", ".join(FORMS)}'
+            " have"
+        )
     entry.keys(FORMS)
     if len(entry.value) > 1:
-        raise entry.error(f'"{name}" needs one of {", ".join(entry.value)}, not all of them')
+        raise entry.error(
+            f'"{name}" needs one of {", ".join(entry.value)}, not all of them'
+        )
     (form,) = entry.value
     values = [child.value for child in entry.child(form).entries()]
     try:
         DISTRIBUTIONS[form](np.array([0.0, 0.5]), fields[name], values)
-        return Parameter(name, form, tuple(fields[name].coerce(value) for value in values))
+        return Parameter(
+            name, form, tuple(fields[name].coerce(value) for value in values)
+        )
     except NotAllowedError as error:
         raise entry.child(form).error(f"{form}: {error}") from None
 
 
-def _over(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> tuple[Axis, ...]:
+def _over(
+    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+) -> tuple[Axis, ...]:
     """The axes of the scenarios, which are the same for every candidate."""
     axes = read_axes(entry, reader, given)
     for axis in axes:
         assert entry is not None
         if axis.when:
-            raise (entry.child(axis.name).child("when").error("over takes no when: a scenario is for all candidates"))
+            raise (
+                entry.child(axis.name)
+                .child("when")
+                .error("over takes no when: a scenario is for all candidates")
+            )
         if axis.blocks:
-            raise entry.child(axis.name).error(f"over takes no {axis.sampler} sample: it is no analysis of sensitivity")
+            raise entry.child(axis.name).error(
+                f"over takes no {axis.sampler} sample: it is no analysis of sensitivity"
+            )
     return axes
 
 
-def _check_once(entry: Entry, names: list[str], over: tuple[Axis, ...], given: Mapping[str, Place]) -> None:
+def _check_once(
+    entry: Entry, names: list[str], over: tuple[Axis, ...], given: Mapping[str, Place]
+) -> None:
     taken = dict(given)
     for axis in over:
         for field in axis.columns:
             if field in taken:
-                raise entry.document.error((*entry.place, "over", axis.name), _has_a_value(field, taken[field]))
+                raise entry.document.error(
+                    (*entry.place, "over", axis.name), _has_a_value(field, taken[field])
+                )
             taken[field] = ("search", "over", axis.name)
     for name in names:
         if name in taken:
-            raise entry.child("parameters").child(name).error(_has_a_value(name, taken[name]))
+            raise (
+                entry.child("parameters")
+                .child(name)
+                .error(_has_a_value(name, taken[name]))
+            )
 
 
 def _has_a_value(field: str, place: Place) -> str:
-    return f'"{field}" has a value already, under {".".join(str(part) for part in place)}'
+    return (
+        f'"{field}" has a value already, under {".".join(str(part) for part in place)}'
+    )
 
 
 def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
@@ -112,7 +156,11 @@ def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
         if len(child.value) > 1:
             raise child.error(f'"{column}" needs minimize or maximize, not both')
         (direction,) = child.value
-        found.append(Objective(column, direction == "maximize", _statistic(child.child(direction))))
+        found.append(
+            Objective(
+                column, direction == "maximize", _statistic(child.child(direction))
+            )
+        )
     return tuple(found)
 
 
@@ -123,10 +171,17 @@ def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
         child.keys(["at_most", "at_least", "statistic"])
         bounds = [key for key in ("at_most", "at_least") if key in child.value]
         if len(bounds) != 1:
-            raise child.error(f'"{column}" needs at_most or at_least' + (", not both" if bounds else ""))
+            raise child.error(
+                f'"{column}" needs at_most or at_least'
+                + (", not both" if bounds else "")
+            )
         statistic = child.get("statistic")
         kind = _statistic(statistic) if statistic else Statistic("mean")
-        found.append(Constraint(column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind))
+        found.append(
+            Constraint(
+                column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind
+            )
+        )
     return tuple(found)
 
 
@@ -181,7 +236,9 @@ def _held_out(entry: Entry | None) -> HeldOut:
     )
 
 
-def _references(entry: Entry | None, fields: dict[str, Field], names: list[str]) -> dict[str, dict[str, Value]]:
+def _references(
+    entry: Entry | None, fields: dict[str, Field], names: list[str]
+) -> dict[str, dict[str, Value]]:
     references: dict[str, dict[str, Value]] = {}
     if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
         raise entry.error(f'"references" are at most {MOST_REFERENCES:,}')
@@ -190,7 +247,9 @@ def _references(entry: Entry | None, fields: dict[str, Field], names: list[str])
             if name not in names:
                 raise value.error(unknown("parameter", name, names))
         child.keys(names, required=names)
-        references[reference] = {name: _coerced(fields[name], child.child(name)) for name in names}
+        references[reference] = {
+            name: _coerced(fields[name], child.child(name)) for name in names
+        }
     return references
 
 

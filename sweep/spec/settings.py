@@ -1,4 +1,6 @@
-"""The settings of a model as users meet them: by name, with unit, range and preset values."""
+"""The settings of a model as users meet them: by name, with unit, range and preset
+values.
+"""
 
 import math
 import re
@@ -17,13 +19,22 @@ from sweep.text import unknown
 
 Value = float | int | bool | str
 Column = NDArray[Any]
-"""The values of one setting at many points: float64, int64, bool, or object holding texts."""
+"""The values of one setting at many points: float64, int64, bool, or object holding
+texts.
+"""
 
-DTYPES: dict[str, type[Any]] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "choice": np.object_}
+DTYPES: dict[str, type[Any]] = {
+    "float": np.float64,
+    "int": np.int64,
+    "bool": np.bool_,
+    "choice": np.object_,
+}
 
 
 class NotAllowedError(ValueError):
-    """A value that a setting cannot have; `index` says which one, where there were several."""
+    """A value that a setting cannot have; `index` says which one, where there were
+    several.
+    """
 
     def __init__(self, message: str, index: int = 0) -> None:
         super().__init__(message)
@@ -32,7 +43,9 @@ class NotAllowedError(ValueError):
 
 @dataclass(frozen=True)
 class Field:
-    """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the numbers."""
+    """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
+    numbers.
+    """
 
     name: str
     kind: str
@@ -45,9 +58,11 @@ class Field:
     choices: tuple[str, ...] = ()
 
     def coerce(self, value: Any) -> Value:
-        """`value` in the type of this setting, so that 1 and 1.0 are the same point, and -0 and 0.
+        """`value` in the type of this setting, so that 1 and 1.0 are the same point,
+        and -0 and 0.
 
-        Raises NotAllowedError, saying what is, for another type, a value out of range or an unknown choice.
+        Raises NotAllowedError, saying what is, for another type, a value out of range
+        or an unknown choice.
         """
         if self.kind == "choice" and isinstance(value, str):
             if value not in self.choices:
@@ -58,17 +73,27 @@ class Field:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if self.kind in ("float", "int") and is_number and self._in_range(value):
             return int(value) if self.kind == "int" else float(value) + 0.0
-        raise NotAllowedError(f"{value!r} is not allowed for {self.name}: it is {self.allowed()}")
+        raise NotAllowedError(
+            f"{value!r} is not allowed for {self.name}: it is {self.allowed()}"
+        )
 
     def column(self, values: Sequence[Any] | Column) -> Column:
-        """`coerce` for many values at once. Raises NotAllowedError for the first that is not."""
-        if isinstance(values, np.ndarray) and values.dtype.kind in "if" and self.kind in ("float", "int"):
+        """`coerce` for many values at once. Raises NotAllowedError for the first that
+        is not.
+        """
+        if (
+            isinstance(values, np.ndarray)
+            and values.dtype.kind in "if"
+            and self.kind in ("float", "int")
+        ):
             with np.errstate(invalid="ignore"):
                 wrong = np.flatnonzero(~self._in_range(values))
             if len(wrong) == 0:
                 return (values + 0).astype(DTYPES[self.kind])
         coerced = []
-        for index, value in enumerate(values.tolist() if isinstance(values, np.ndarray) else values):
+        for index, value in enumerate(
+            values.tolist() if isinstance(values, np.ndarray) else values
+        ):
             try:
                 coerced.append(self.coerce(value))
             except NotAllowedError as error:
@@ -89,14 +114,22 @@ class Field:
             return "true or false"
         words = "a whole number" if self.kind == "int" else "a number"
         if self.low > -math.inf:
-            words += f" above {_in_full(self.low)}" if self.exclusive else f" from {_in_full(self.low)}"
+            words += (
+                f" above {_in_full(self.low)}"
+                if self.exclusive
+                else f" from {_in_full(self.low)}"
+            )
         if self.high < math.inf:
             words += f" to {_in_full(self.high)}"
         return words + (f" ({self.unit})" if self.unit else "")
 
 
 def _in_full(bound: float) -> str:
-    return f"{bound:,.0f}" if bound % 1 == 0 and 1e6 <= abs(bound) <= 1e15 else f"{bound:g}"
+    return (
+        f"{bound:,.0f}"
+        if bound % 1 == 0 and 1e6 <= abs(bound) <= 1e15
+        else f"{bound:g}"
+    )
 
 
 GROUPS: tuple[tuple[str, type[Any]], ...] = (
@@ -113,12 +146,24 @@ def _field(name: str, hint: Any, group: str, model: str) -> Field:
     choices = tuple(MAPS) if name == "map" else about.choices
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
-    return Field(name, kind, group, about.text, unit, about.low, about.high, about.exclusive, choices)
+    return Field(
+        name,
+        kind,
+        group,
+        about.text,
+        unit,
+        about.low,
+        about.high,
+        about.exclusive,
+        choices,
+    )
 
 
 @cache
 def fields(model: str) -> dict[str, Field]:
-    """Every setting of `model`: its own parameters first, then schedule, world, start and observation."""
+    """Every setting of `model`: its own parameters first, then schedule, world, start
+    and observation.
+    """
     groups = (("parameters", MODELS[model].params), *GROUPS)
     return {
         name: _field(name, hint, group, model)
@@ -130,7 +175,9 @@ def fields(model: str) -> dict[str, Field]:
 def study_fields(model: str, maps: Iterable[str]) -> dict[str, Field]:
     """Every setting of `model` in a study that brings maps with these names."""
     known = fields(model)
-    return known | {"map": replace(known["map"], choices=(*known["map"].choices, *maps))}
+    return known | {
+        "map": replace(known["map"], choices=(*known["map"].choices, *maps))
+    }
 
 
 def spelled(unit: str, model: str) -> str:
@@ -145,8 +192,12 @@ def preset_settings(model: str, preset: str) -> dict[str, Value]:
     return {name: field.coerce(values[name]) for name, field in fields(model).items()}
 
 
-def settings_tuple(group: type[Any], settings: dict[str, Value], known: dict[str, Field]) -> Any:
-    """`group` (of kernels.settings, or a model's Params) filled from `settings`, choices as indices."""
+def settings_tuple(
+    group: type[Any], settings: dict[str, Value], known: dict[str, Field]
+) -> Any:
+    """`group` (of kernels.settings, or a model's Params) filled from `settings`,
+    choices as indices.
+    """
     values = []
     for name in group._fields:
         field, value = known[name], settings[name]

@@ -1,7 +1,8 @@
 """Strict YAML: from a text to plain values whose lines are known, and back.
 
-It is YAML 1.2 without what surprises people: a key may not stand twice; tags, anchors and aliases are
-refused. The text may come from anyone: nothing in it is executed, and its size and depth are limited.
+It is YAML 1.2 without what surprises people: a key may not stand twice; tags, anchors
+and aliases are refused. The text may come from anyone: nothing in it is executed, and
+its size and depth are limited.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,12 +23,17 @@ TAG = "tag:yaml.org,2002:"
 
 
 def read_document(path: Path) -> Entry:
-    """The content of a YAML file. Raises SpecError where it cannot be read or is not strict YAML."""
+    """The content of a YAML file. Raises SpecError where it cannot be read or is not
+    strict YAML.
+    """
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
-            raise SpecError(f"{path}: is larger than {MOST_BYTES:,} bytes: put long lists into a table")
+            raise SpecError(
+                f"{path}: is larger than {MOST_BYTES:,} bytes: put long lists into a"
+                " table"
+            )
         text = content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
         raise SpecError(f"{path}: no such file") from None
@@ -39,7 +45,9 @@ def read_document(path: Path) -> Entry:
 
 
 def parse_document(text: str, path: Path) -> Entry:
-    """The content of a YAML text; errors name `path`. Raises SpecError where it is not strict YAML."""
+    """The content of a YAML text; errors name `path`. Raises SpecError where it is not
+    strict YAML.
+    """
     document = Document(path, text)
     try:
         root = YAML(typ="safe", pure=True).compose(text)
@@ -52,7 +60,9 @@ def parse_document(text: str, path: Path) -> Entry:
 
 
 def dump(mapping: Mapping[str, Any]) -> str:
-    """The YAML text of a mapping of dicts, lists, texts and numbers. Raises TypeError for anything else."""
+    """The YAML text of a mapping of dicts, lists, texts and numbers. Raises TypeError
+    for anything else.
+    """
     yaml: Any = YAML(typ="safe", pure=True)
     stream = StringIO()
     yaml.default_flow_style, yaml.sort_base_mapping_type_on_output = None, False
@@ -60,14 +70,18 @@ def dump(mapping: Mapping[str, Any]) -> str:
     try:
         yaml.dump(dict(mapping), stream)
     except YAMLError as error:
-        raise TypeError(f"a spec holds only dicts, lists, texts and numbers: {error}") from None
+        raise TypeError(
+            f"a spec holds only dicts, lists, texts and numbers: {error}"
+        ) from None
     return stream.getvalue()
 
 
 def _syntax_error(document: Document, error: YAMLError) -> SpecError:
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None) or str(error).splitlines()[0]
-    return document.error_in_line(mark.line + 1 if mark else 1, f"is not valid YAML: {problem}")
+    return document.error_in_line(
+        mark.line + 1 if mark else 1, f"is not valid YAML: {problem}"
+    )
 
 
 class _Reader:
@@ -80,13 +94,18 @@ class _Reader:
         line = node.start_mark.line + 1
         self.document.lines.setdefault(place, line)
         if node.anchor is not None:
-            raise self.document.error_in_line(line, "anchors and aliases (& and *) are not allowed")
+            raise self.document.error_in_line(
+                line, "anchors and aliases (& and *) are not allowed"
+            )
         if len(place) > MOST_LEVELS:
             raise self.document.error_in_line(line, "is nested too deeply")
         if isinstance(node, ScalarNode):
             return self.scalar(node, line)
         if isinstance(node, SequenceNode) and node.tag == TAG + "seq":
-            return [self.read(child, (*place, index)) for index, child in enumerate(node.value)]
+            return [
+                self.read(child, (*place, index))
+                for index, child in enumerate(node.value)
+            ]
         if isinstance(node, MappingNode) and node.tag == TAG + "map":
             return self.mapping(node, place)
         raise self.document.error_in_line(line, f"tag {node.tag} is not allowed")
@@ -100,7 +119,9 @@ class _Reader:
                 raise self.document.error_in_line(line, "a key must be a name" + given)
             if key in values:
                 first = self.document.lines[(*place, key)]
-                raise self.document.error_in_line(line, f'"{key}" stands twice, first in line {first}')
+                raise self.document.error_in_line(
+                    line, f'"{key}" stands twice, first in line {first}'
+                )
             self.document.lines[(*place, key)] = line
             values[key] = self.read(value_node, (*place, key))
         return values
@@ -113,7 +134,9 @@ class _Reader:
             return convert(node.value)
         except (ValueError, KeyError):
             kind = str(node.tag).removeprefix(TAG)
-            raise self.document.error_in_line(line, f'cannot read "{node.value[:40]}" as {kind}') from None
+            raise self.document.error_in_line(
+                line, f'cannot read "{node.value[:40]}" as {kind}'
+            ) from None
 
 
 def _integer(text: str) -> int:

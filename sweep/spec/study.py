@@ -42,14 +42,27 @@ CHECKPOINT_SECONDS = 60.0
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
-    *("maps", "fixed", "sweep", "search", "derive", "require", "replicates", "seeds", "streams", "record"),
+    *(
+        "maps",
+        "fixed",
+        "sweep",
+        "search",
+        "derive",
+        "require",
+        "replicates",
+        "seeds",
+        "streams",
+        "record",
+    ),
     *("time_limit", "checkpoint", *POLICY_KEYS),
 )
 
 
 @dataclass(frozen=True)
 class Record:
-    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last. `series` are among `metrics`."""
+    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last. `series`
+    are among `metrics`.
+    """
 
     metrics: tuple[str, ...]
     series: tuple[str, ...] = ()
@@ -60,7 +73,9 @@ class Record:
 
 @dataclass(frozen=True)
 class Streams:
-    """Whether the random numbers of each purpose are the same at all points (common) or not (independent)."""
+    """Whether the random numbers of each purpose are the same at all points (common) or
+    not (independent).
+    """
 
     start: Stream = "common"
     world: Stream = "common"
@@ -69,11 +84,13 @@ class Streams:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A checked spec. `derive` is in an order in which each expression needs only what stands before it.
+    """A checked spec. `derive` is in an order in which each expression needs only what
+    stands before it.
 
-    `maps` are those of the spec's own, `policy` says what becomes of trials that fail. `checkpoint` is after how many
-    seconds a trial writes down where it is, None for never.
-    One of `replicates` (trials a point), `seeds` (one literal seed a trial) and `until` (a rule) is given.
+    `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
+    `checkpoint` is after how many seconds a trial writes down where it is, None for
+    never. One of `replicates` (trials a point), `seeds` (one literal seed a trial) and
+    `until` (a rule) is given.
     """
 
     document: Document
@@ -112,12 +129,16 @@ class Study:
         return study_fields(self.model, self.maps)
 
     def map_size(self, name: str) -> tuple[float, float] | None:
-        """The width and height of a map, built-in or the study's own; None where any size will do."""
+        """The width and height of a map, built-in or the study's own; None where any
+        size will do.
+        """
         return self.maps[name].size if name in self.maps else MAPS[name].size
 
     @property
     def trials_per_point(self) -> int:
-        """The number of replicates, or of seeds; where a rule adds trials, the most of them."""
+        """The number of replicates, or of seeds; where a rule adds trials, the most of
+        them.
+        """
         if self.until:
             return self.until.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
@@ -129,14 +150,18 @@ class Study:
         return (*conditions, *self.derive.values(), *self.require)
 
     def place_of(self, field: str) -> Place | None:
-        """Where in the spec a field gets its value, or None where the preset gives it."""
+        """Where in the spec a field gets its value, or None
+        where the preset gives it.
+        """
         if field in self.fixed:
             return ("fixed", field)
         if field in self.derive:
             return ("derive", field)
         if self.search and (place := self.search.place_of(field)):
             return place
-        return next((("sweep", axis.name) for axis in self.axes if field in axis.columns), None)
+        return next(
+            (("sweep", axis.name) for axis in self.axes if field in axis.columns), None
+        )
 
 
 def load_spec(path: Path) -> Study:
@@ -148,7 +173,8 @@ def load_spec(path: Path) -> Study:
 
 
 def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) -> Study:
-    """The study that a YAML text or a mapping describes, as if it stood in the file `path`.
+    """The study that a YAML text or a mapping describes, as if it stood in the file
+    `path`.
 
     Raises SpecError.
     """
@@ -167,13 +193,18 @@ def read_study(root: Entry) -> Study:
     folder = root.document.path.parent
     maps = read_maps(root.get("maps"), folder)
     reader = AxisReader(model, preset, study_fields(model, maps), seed, folder)
-    fixed, derive = read_fixed(root.get("fixed"), reader.fields), read_derive(root.get("derive"), reader.fields)
+    fixed, derive = (
+        read_fixed(root.get("fixed"), reader.fields),
+        read_derive(root.get("derive"), reader.fields),
+    )
     axes = read_axes(root.get("sweep"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
     search = _search(root, reader, MODELS[model], {"fixed": fixed, "derive": derive})
-    record = _record(root.get("record"), MODELS[model], search.columns if search else ())
+    record = _record(
+        root.get("record"), MODELS[model], search.columns if search else ()
+    )
     replication = read_replication(root, record.metrics)
     return Study(
         document=root.document,
@@ -188,7 +219,9 @@ def read_study(root: Entry) -> Study:
         replicates=replication.replicates,
         seeds=replication.seeds,
         seed=seed,
-        streams=_streams(root.get("streams"), Streams(noise="common") if search else Streams()),
+        streams=_streams(
+            root.get("streams"), Streams(noise="common") if search else Streams()
+        ),
         record=record,
         time_limit=_time_limit(root.get("time_limit")),
         checkpoint=_checkpoint(root.get("checkpoint")),
@@ -202,8 +235,8 @@ def _name(entry: Entry) -> str:
     name = entry.text()
     if not STUDY_NAME.fullmatch(name) or len(name) > 200:
         raise entry.error(
-            f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "." joined by "/", '
-            "none beginning with a dot"
+            f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "."'
+            ' joined by "/", none beginning with a dot'
         )
     if taken := taken_name(name):
         said = "is a name that results use themselves"
@@ -211,10 +244,15 @@ def _name(entry: Entry) -> str:
     return name
 
 
-def _search(root: Entry, reader: AxisReader, model: Model, given: dict[str, Iterable[str]]) -> Search | None:
+def _search(
+    root: Entry, reader: AxisReader, model: Model, given: dict[str, Iterable[str]]
+) -> Search | None:
     entry = root.get("search")
     if entry and "sweep" in root.value:
-        raise entry.error("a search has no sweep: what a candidate must be good at together stands under search: over")
+        raise entry.error(
+            "a search has no sweep: what a candidate must be good at together stands"
+            " under search: over"
+        )
     places = {name: (key, name) for key, names in given.items() for name in names}
     return read_search(entry, reader, model, places) if entry else None
 
@@ -223,7 +261,10 @@ def _streams(entry: Entry | None, default: Streams) -> Streams:
     if entry is None:
         return default
     entry.keys(["start", "world", "noise"])
-    chosen = {name: child.one_of("kind of stream", ["common", "independent"]) for name, child in entry.mapping()}
+    chosen = {
+        name: child.one_of("kind of stream", ["common", "independent"])
+        for name, child in entry.mapping()
+    }
     return replace(default, **cast(dict[str, Stream], chosen))
 
 
@@ -234,7 +275,10 @@ def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> Record
         return Record(tuple(dict.fromkeys([*model.metrics, *needed])))
     entry.keys(["metrics", "series", "every", *KEPT])
     metrics, series = entry.get("metrics"), entry.get("series")
-    every, kept = entry.get("every"), {name: entry.child(name).truth() for name in KEPT if name in entry.value}
+    every, kept = (
+        entry.get("every"),
+        {name: entry.child(name).truth() for name in KEPT if name in entry.value},
+    )
     recorded = _metrics(metrics, model) if metrics else model.metrics
     followed = _metrics(series, model) if series else ()
     return Record(
@@ -268,6 +312,10 @@ def _checkpoint(entry: Entry | None) -> float | None:
         return CHECKPOINT_SECONDS
     if entry.value is False:
         return None
-    if isinstance(entry.value, bool) or not isinstance(entry.value, int | float) or not 0 < entry.value < math.inf:
+    if (
+        isinstance(entry.value, bool)
+        or not isinstance(entry.value, int | float)
+        or not 0 < entry.value < math.inf
+    ):
         raise entry.expected("a number of seconds above 0, or false")
     return float(entry.value)

@@ -1,4 +1,5 @@
-"""Where the fields of a study get their values: `fixed`, `sweep`, `derive`; and what `require` asks of them.
+"""Where the fields of a study get their values: `fixed`, `sweep`, `derive`; and what
+`require` asks of them.
 
 All functions raise SpecError for what is not allowed.
 """
@@ -28,8 +29,12 @@ def read_fixed(entry: Entry | None, known: dict[str, Field]) -> dict[str, Value]
     return fixed
 
 
-def read_axes(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> tuple[Axis, ...]:
-    """The axes under `sweep`, in the order of the file; `given` are the fields with a value under another key."""
+def read_axes(
+    entry: Entry | None, reader: AxisReader, given: Iterable[str]
+) -> tuple[Axis, ...]:
+    """The axes under `sweep`, in the order of the file; `given` are the fields with a
+    value under another key.
+    """
     entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
     for name, child in entries.items():
         if is_ablation(child):
@@ -42,8 +47,12 @@ def read_axes(entry: Entry | None, reader: AxisReader, given: Iterable[str]) -> 
     taken = {*given, *(field for axis in axes.values() for field in axis.columns)}
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:
-        raise entries[ablations[1]].error(f'"{ablations[0]}" ablates already: a study has one such axis')
-    axes |= {name: read_ablation(name, entries[name], reader, taken) for name in ablations}
+        raise entries[ablations[1]].error(
+            f'"{ablations[0]}" ablates already: a study has one such axis'
+        )
+    axes |= {
+        name: read_ablation(name, entries[name], reader, taken) for name in ablations
+    }
     return tuple(axes[name] for name in entries)
 
 
@@ -54,19 +63,30 @@ def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expre
         if name not in known:
             raise child.error(unknown("field", name, known))
         if name == "map":
-            raise child.error("map cannot be derived, as other fields depend on it: sweep it with zip or a table")
+            raise child.error(
+                "map cannot be derived, as other fields depend on it: sweep it with zip"
+                " or a table"
+            )
         unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
     ordered: dict[str, Expression] = {}
     while len(ordered) < len(unsorted):
         pending = {name: unsorted[name] for name in unsorted if name not in ordered}
-        ready = {name: expression for name, expression in pending.items() if not expression.names & pending.keys()}
+        ready = {
+            name: expression
+            for name, expression in pending.items()
+            if not expression.names & pending.keys()
+        }
         if entry and not ready:
-            raise entry.child(next(iter(pending))).error(f"derive goes in a circle: {', '.join(pending)}")
+            raise entry.child(next(iter(pending))).error(
+                f"derive goes in a circle: {', '.join(pending)}"
+            )
         ordered |= ready
     return ordered
 
 
-def check_once(root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]) -> None:
+def check_once(
+    root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]
+) -> None:
     """Raise SpecError where a field gets its value in two places."""
     places = [(name, ("fixed", name)) for name in fixed]
     places += [(name, ("sweep", axis.name)) for axis in axes for name in axis.columns]
@@ -74,39 +94,68 @@ def check_once(root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive
     for name, count in Counter(name for name, _ in places).items():
         if count > 1:
             first, second = [place for other, place in places if other == name][:2]
-            raise root.document.error(second, f'"{name}" has a value already, under {".".join(first)}')
+            raise root.document.error(
+                second, f'"{name}" has a value already, under {".".join(first)}'
+            )
 
 
-def check_conditions(root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]) -> None:
+def check_conditions(
+    root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
+) -> None:
     """Raise SpecError where `when` needs a field whose value is only known later."""
     later = dict.fromkeys(derive, "derived")
-    later |= {name: f"swept by {axis.name}, which must stand before" for axis in axes for name in axis.columns}
+    later |= {
+        name: f"swept by {axis.name}, which must stand before"
+        for axis in axes
+        for name in axis.columns
+    }
     for axis in axes:
         needed = axis.when.names if axis.when else frozenset()
-        for name in sorted(needed | {"map"} if needed & {"width", "height"} else needed):
+        for name in sorted(
+            needed | {"map"} if needed & {"width", "height"} else needed
+        ):
             if name in later:
                 place = ("sweep", axis.name, "when")
-                raise root.document.error(place, f'when cannot use "{name}" here: it is {later[name]}')
+                raise root.document.error(
+                    place, f'when cannot use "{name}" here: it is {later[name]}'
+                )
         for name in axis.columns:
             del later[name]
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError where a condition could take points out of a sample that counts only whole."""
+    """Raise SpecError where a condition could take points out of a sample that counts
+    only whole.
+    """
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
-        message = f'"{sampled[0].name}" is such a sample already: a study has one of saltelli or morris'
+        message = (
+            f'"{sampled[0].name}" is such a sample already: a study has one of saltelli'
+            " or morris"
+        )
         raise root.document.error(("sweep", other.name), message)
     for whole in sampled:
         if "require" in root.value:
-            message = f'require could reject points of "{whole.name}": a {whole.sampler} sample counts only whole'
+            message = (
+                f'require could reject points of "{whole.name}": a {whole.sampler}'
+                " sample counts only whole"
+            )
             raise root.document.error(("require",), message)
         for axis in axes:
             if axis.when and axis.when.names & whole.columns.keys():
-                message = f'when cannot use fields of "{whole.name}": a {whole.sampler} sample counts only whole'
+                message = (
+                    f'when cannot use fields of "{whole.name}": a {whole.sampler}'
+                    " sample counts only whole"
+                )
                 raise root.document.error(("sweep", axis.name, "when"), message)
 
 
-def read_require(entry: Entry | None, known: dict[str, Field]) -> tuple[Expression, ...]:
+def read_require(
+    entry: Entry | None, known: dict[str, Field]
+) -> tuple[Expression, ...]:
     """The conditions under `require`."""
-    return tuple(read_expression(child, known, CONDITION) for child in entry.entries()) if entry else ()
+    return (
+        tuple(read_expression(child, known, CONDITION) for child in entry.entries())
+        if entry
+        else ()
+    )

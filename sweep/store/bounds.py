@@ -2,8 +2,8 @@
 
 A parquet file of a megabyte can hold billions of equal rows. Plans, and the trials of a
 part, have an id in each row, of 24 hexadecimal digits of a hash. No compression brings
-those below 12 bytes. So the size of the file bounds the number of its rows, whatever the
-size of the study. Series, heatmaps and trajectories of quiet swarms may be small by
+those below 12 bytes. So the size of the file bounds the number of its rows, whatever
+the size of the study. Series, heatmaps and trajectories of quiet swarms may be small by
 right: they are bounded by the memory of this machine, which could not hold more anyway.
 """
 
@@ -45,7 +45,9 @@ def _groups(metadata: Any) -> list[Any]:
 
 
 def _rows(metadata: Any) -> int:
-    return max(int(metadata.num_rows), sum(int(group.num_rows) for group in _groups(metadata)))
+    return max(
+        int(metadata.num_rows), sum(int(group.num_rows) for group in _groups(metadata))
+    )
 
 
 def _memory() -> int:

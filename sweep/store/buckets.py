@@ -1,19 +1,24 @@
-"""A study in an object store: nothing is renamed there, so a part is there when its manifest is.
+"""A study in an object store: nothing is renamed there, so a part is there when its
+manifest is.
 
     <study>/parts/<part id>/trials.parquet, ...   uploaded first, in any state
     <study>/parts/<part id>/manifest.json         uploaded last: without it there is no part
     <study>/damaged/<part id>/                    copies of a part that could not be read
 
-What is asked of the server: an upload replaces an object whole or not at all, and who reads or lists after it has ended
-sees it (Amazon since 2020, MinIO, Ceph). Then a crash between any two requests costs nothing. Before the manifest is
-there, the tables are nobody's, and their trials count as not run. A merged part comes to be with its manifest, and with
-the list of those that it replaces, uploaded before that; from then on these are ignored, so it is all one whether they
-are deleted. To delete a part, its manifest goes first: what remains is nobody's again. A part set aside is copied first
-and deleted then. A manifest whose upload was not confirmed may be there all the same: then its trials are stored twice,
-and the later part counts. Tables that are nobody's are deleted by whoever has the whole study, an hour after they were
-uploaded by the clock of the server: nobody can be about to upload their manifest.
+What is asked of the server: an upload replaces an object whole or not at all, and who
+reads or lists after it has ended sees it (Amazon since 2020, MinIO, Ceph). Then a crash
+between any two requests costs nothing. Before the manifest is there, the tables are
+nobody's, and their trials count as not run. A merged part comes to be with its
+manifest, and with the list of those that it replaces, uploaded before that; from then
+on these are ignored, so it is all one whether they are deleted. To delete a part, its
+manifest goes first: what remains is nobody's again. A part set aside is copied first
+and deleted then. A manifest whose upload was not confirmed may be there all the same:
+then its trials are stored twice, and the later part counts. Tables that are nobody's
+are deleted by whoever has the whole study, an hour after they were uploaded by the
+clock of the server: nobody can be about to upload their manifest.
 
-Parts are made up in a folder of this machine's own, and small things are replaced whole by one upload.
+Parts are made up in a folder of this machine's own, and small things are replaced whole
+by one upload.
 """
 
 import tempfile
@@ -47,22 +52,38 @@ class Bucket:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder on this machine that is gone afterwards; failing to write is a StoreError."""
+        """A new folder on this machine that is gone afterwards; failing to write is a
+        StoreError.
+        """
         try:
-            with tempfile.TemporaryDirectory(prefix=f"boidsweep-{name}-", ignore_cleanup_errors=True) as folder:
+            with tempfile.TemporaryDirectory(
+                prefix=f"boidsweep-{name}-", ignore_cleanup_errors=True
+            ) as folder:
                 yield Path(folder)
         except OSError as error:
-            raise StoreError(f"{self.root}: cannot write ({error}); what was stored is intact") from error
+            raise StoreError(
+                f"{self.root}: cannot write ({error}); what was stored is intact"
+            ) from error
 
     def parts(self) -> list[Location]:
-        """All parts, that is those with a manifest, oldest first, with what they consist of; it takes one request."""
+        """All parts, that is those with a manifest, oldest first, with what they
+        consist of; it takes one request.
+        """
         listed = patiently(self._parts.listed)
-        parts = [part for part in listed.iterdir() if PART_NAME.fullmatch(part.name) and (part / MANIFEST).exists()]
+        parts = [
+            part
+            for part in listed.iterdir()
+            if PART_NAME.fullmatch(part.name) and (part / MANIFEST).exists()
+        ]
         return [*sorted(parts, key=lambda part: part.name)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Upload a folder in staging as a part, its manifest last, and return its place."""
-        files = sorted(staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name))
+        """Upload a folder in staging as a part, its manifest last, and return its
+        place.
+        """
+        files = sorted(
+            staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name)
+        )
         for file in files:
             _upload(file, self._parts / name / file.name)
         now = time.time_ns()
@@ -88,13 +109,17 @@ class Bucket:
             yield [folder / part.name for part in parts]
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once, with its manifest, and its tables follow."""
+        """Delete a part; it is gone at once, with its
+        manifest, and its tables follow.
+        """
         place = self._parts / part.name
         _delete(place / MANIFEST)
         _delete_below(place)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Copy a part below damaged/, delete it, and say where it is now; None where it has gone meanwhile."""
+        """Copy a part below damaged/, delete it, and say where it is now; None where it
+        has gone meanwhile.
+        """
         place = self.root / DAMAGED / part.name
         sources: list[Location] = [*part.iterdir()]
         # Whoever deletes the part begins with its manifest: then nothing is copied.
@@ -108,7 +133,9 @@ class Bucket:
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete tables without a manifest, and the graves of claims, that are old; not while others write some too."""
+        """Delete tables without a manifest, and the graves of claims, that are old; not
+        while others write some too.
+        """
         if not whole:
             return
         study = patiently(self.root.listed)
@@ -124,9 +151,11 @@ class Bucket:
 
 
 class LockObjects:
-    """Claims as objects. Nothing can be changed there only if it exists, so who takes one away leaves a grave first.
+    """Claims as objects. Nothing can be changed there only if it exists, so who takes
+    one away leaves a grave first.
 
-    A claim with a grave is void for everybody, however it came back; its owner looks after each change of its own.
+    A claim with a grave is void for everybody, however it came back; its owner looks
+    after each change of its own.
     """
 
     def __init__(self, folder: ObjectPath) -> None:
@@ -141,8 +170,12 @@ class LockObjects:
     def _listed(self) -> tuple[set[str], set[str]]:
         """The tokens of claims, and those with a grave."""
         names = [path.name for path in self._folder.iterdir()]
-        claims = {name.removesuffix(".json") for name in names if name.endswith(".json")}
-        return claims, {name.removesuffix(GRAVE) for name in names if name.endswith(GRAVE)}
+        claims = {
+            name.removesuffix(".json") for name in names if name.endswith(".json")
+        }
+        return claims, {
+            name.removesuffix(GRAVE) for name in names if name.endswith(GRAVE)
+        }
 
     def tokens(self) -> list[str]:
         """Those without a grave, in the order of their tokens."""
@@ -154,7 +187,9 @@ class LockObjects:
         return claim_text(self._folder / f"{token}.json")
 
     def update(self, token: str, text: str) -> bool:
-        """Written first, looked for a grave then: who dug one before that will not go on without our knowing."""
+        """Written first, looked for a grave then: who dug one before that will not go
+        on without our knowing.
+        """
         self.create(token, text)
         return token not in self._listed()[1]
 
@@ -186,7 +221,9 @@ class LockObjects:
 
 def _age(found: Mapping[str, Found] | None, now: int) -> float:
     """Seconds since the youngest of the objects was written."""
-    return (now - max((one.st_mtime_ns for one in (found or {}).values()), default=now)) / 1e9
+    return (
+        now - max((one.st_mtime_ns for one in (found or {}).values()), default=now)
+    ) / 1e9
 
 
 def _upload(file: Path, path: ObjectPath) -> None:
@@ -206,15 +243,24 @@ def _write(path: ObjectPath, data: Any) -> None:
 def _download(path: ObjectPath | Path, file: Path) -> None:
     assert isinstance(path, ObjectPath)
     size = path.stat().st_size
-    content = patiently(lambda: path.server.ask(path, lambda files: _read(files.open_input_stream(path.key), size + 1)))
+    content = patiently(
+        lambda: path.server.ask(
+            path, lambda files: _read(files.open_input_stream(path.key), size + 1)
+        )
+    )
     if len(content) != size:
-        raise StoreError(f"{path}: not the object of {size:,} bytes that was listed; nothing of it is used")
+        raise StoreError(
+            f"{path}: not the object of {size:,} bytes that was listed; nothing of it"
+            " is used"
+        )
     with create(file) as new:
         new.write(content)
 
 
 def _read(stream: Any, most: int) -> bytes:
-    """What comes, and no more than `most` bytes of it; memory is taken as they come, whatever was promised."""
+    """What comes, and no more than `most` bytes of it; memory is taken as they come,
+    whatever was promised.
+    """
     content = bytearray()
     while block := stream.read(min(BLOCK_BYTES, most - len(content))):
         content += block
@@ -224,14 +270,22 @@ def _read(stream: Any, most: int) -> bytes:
 def _copy(path: Location, target: ObjectPath) -> None:
     assert isinstance(path, ObjectPath)
     key = path.key
-    patiently(lambda: target.server.ask(target, lambda files: files.copy_file(key, target.key)))
+    patiently(
+        lambda: target.server.ask(
+            target, lambda files: files.copy_file(key, target.key)
+        )
+    )
 
 
 def _delete(path: ObjectPath) -> None:
     with suppress(FileNotFoundError):
-        patiently(lambda: path.server.ask(path, lambda files: files.delete_file(path.key)))
+        patiently(
+            lambda: path.server.ask(path, lambda files: files.delete_file(path.key))
+        )
 
 
 def _delete_below(path: ObjectPath) -> None:
     with suppress(FileNotFoundError):
-        patiently(lambda: path.server.ask(path, lambda files: files.delete_dir(path.key)))
+        patiently(
+            lambda: path.server.ask(path, lambda files: files.delete_dir(path.key))
+        )

@@ -1,4 +1,6 @@
-"""A store in the hands of one launch: others are kept out, and what is damaged is set aside before anything runs."""
+"""A store in the hands of one launch: others are kept out, and what is damaged is set
+aside before anything runs.
+"""
 
 import logging
 from collections.abc import Iterator
@@ -16,12 +18,14 @@ LOG = logging.getLogger("sweep")
 
 @contextmanager
 def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
-    """Inside, this process alone launches the study of `store`, or its `share` of it, and its parts are sound.
+    """Inside, this process alone launches the study of `store`, or its `share` of it,
+    and its parts are sound.
 
-    With a share others write the same study: then the store merges only parts of its own, and deletes nothing that may
-    be somebody's. A lock taken over, and each part set aside, are said on the log, which goes to stderr. SIGTERM and
-    SIGHUP end what is inside like Ctrl-C. Raises StoreError where somebody else is launching the study, or the share,
-    and where the store cannot be written.
+    With a share others write the same study: then the store merges only parts of its
+    own, and deletes nothing that may be somebody's. A lock taken over, and each part
+    set aside, are said on the log, which goes to stderr. SIGTERM and SIGHUP end what is
+    inside like Ctrl-C. Raises StoreError where somebody else is launching the study, or
+    the share, and where the store cannot be written.
     """
     with ended_like_ctrl_c(), Lock(store.place, share) as lock:
         store.shared = share is not None
@@ -31,7 +35,8 @@ def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
 
 
 def set_aside_damaged(store: Store) -> None:
-    """Move the parts that are damaged below damaged, so that what they held counts as not run.
+    """Move the parts that are damaged below damaged, so that what they held counts as
+    not run.
 
     One that has gone meanwhile was merged, or set aside, by a launch of another share.
     """
@@ -43,6 +48,16 @@ def set_aside_damaged(store: Store) -> None:
         place = store.place.set_aside(part)
         if place is None:
             continue
-        held = "how many trials it held is not known; those" if trials is None else f"its {trials:,} trials"
-        again = "run again" if not store.shared else "run again with the shares that they belong to"
-        LOG.warning("%s: damaged: %s; set aside as %s, %s %s", part, what, place, held, again)
+        held = (
+            "how many trials it held is not known; those"
+            if trials is None
+            else f"its {trials:,} trials"
+        )
+        again = (
+            "run again"
+            if not store.shared
+            else "run again with the shares that they belong to"
+        )
+        LOG.warning(
+            "%s: damaged: %s; set aside as %s, %s %s", part, what, place, held, again
+        )

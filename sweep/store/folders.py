@@ -1,13 +1,14 @@
-"""A study in a folder of a file system: what is new is written beside its place, flushed to the disk and renamed.
+"""A study in a folder of a file system: what is new is written beside its place,
+flushed to the disk and renamed.
 
     <study>/parts/<part id>/                a part
     <study>/writing/<here>~<pid>~<name>/    what a process is writing, or left behind
     <study>/damaged/<part id>/              a part that could not be read
 
-A rename within a file system happens or does not, whatever crashes; flushed before and after, it holds when the power
-fails. Below the results, the folder that the user has named, nothing is written through
-symbolic links. That is looked at before each write: it does not help against somebody who
-may change these folders at the same moment.
+A rename within a file system happens or does not, whatever crashes; flushed before and
+after, it holds when the power fails. Below the results, the folder that the user has
+named, nothing is written through symbolic links. That is looked at before each write:
+it does not help against somebody who may change these folders at the same moment.
 """
 
 import os
@@ -27,7 +28,9 @@ from sweep.store.processes import here, started
 
 STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
 LEFTOVER_SECONDS = 3600.0
-"""After this time, by the clock of the place, nobody can be about to go on with what is unfinished."""
+"""After this time, by the clock of the place, nobody can be about to go on with what is
+unfinished.
+"""
 
 
 class Folder:
@@ -44,7 +47,9 @@ class Folder:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder under writing/ that is gone afterwards; failing to write is a StoreError."""
+        """A new folder under writing/ that is gone afterwards; failing to write is a
+        StoreError.
+        """
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root, self._results)
         try:
@@ -64,10 +69,14 @@ class Folder:
             raise self._unwritable(error) from error
 
     def _unwritable(self, error: OSError) -> StoreError:
-        return StoreError(f"{self.root}: cannot write ({error}); what was stored is intact")
+        return StoreError(
+            f"{self.root}: cannot write ({error}); what was stored is intact"
+        )
 
     def parts(self) -> list[Location]:
-        """The folders of all parts, oldest first. Raises StoreError where a link leads to them."""
+        """The folders of all parts, oldest first. Raises StoreError where a link leads
+        to them.
+        """
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
@@ -85,7 +94,9 @@ class Folder:
         try:
             (self.root / name).unlink(missing_ok=True)
         except OSError as error:
-            raise StoreError(f"{self.root / name}: cannot be deleted ({error.strerror})") from error
+            raise StoreError(
+                f"{self.root / name}: cannot be deleted ({error.strerror})"
+            ) from error
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
@@ -94,11 +105,16 @@ class Folder:
 
     def discard(self, part: Location) -> None:
         """Delete a part; it is gone at once and whole."""
-        with self.staging(f"{part.name}-discarded") as staging, suppress(FileNotFoundError):
+        with (
+            self.staging(f"{part.name}-discarded") as staging,
+            suppress(FileNotFoundError),
+        ):
             (self._parts / part.name).rename(staging / part.name)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged/, and say where it is now; None where it has gone meanwhile."""
+        """Move a part below damaged/, and say where it is now; None where it has gone
+        meanwhile.
+        """
         refuse_links(self.root, self._results)
         source, place = self._parts / part.name, self.root / DAMAGED / part.name
         try:
@@ -107,27 +123,37 @@ class Folder:
         except OSError as error:
             if not source.exists():
                 return None
-            raise StoreError(f"{part}: is damaged, and cannot be set aside as {place} ({error})") from error
+            raise StoreError(
+                f"{part}: is damaged, and cannot be set aside as {place} ({error})"
+            ) from error
         self._flush(place.parent)
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes were writing, and make sure of what they had stored.
+        """Delete what dead processes were writing, and make sure of what they had
+        stored.
 
-        On this machine the process decides. What another machine left, or this one before it was started again, goes
-        after LEFTOVER_SECONDS, and only while nobody else is at work on the study. A process may have died before it
-        flushed the last part that it had stored: that is done now.
+        On this machine the process decides. What another machine left, or this one
+        before it was started again, goes after LEFTOVER_SECONDS, and only while nobody
+        else is at work on the study. A process may have died before it flushed the last
+        part that it had stored: that is done now.
         """
         if self._parts.is_dir():
             self._flush(self._parts)
         for folder in _folders(self._writing, STAGED_NAME):
             owner, process = folder.name.split("~")[:2]
-            dead = started(int(process)) is None if owner == here() else whole and self._is_old(folder)
+            dead = (
+                started(int(process)) is None
+                if owner == here()
+                else whole and self._is_old(folder)
+            )
             if dead:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _is_old(self, folder: Path) -> bool:
-        """Whether nothing has appeared in a folder for LEFTOVER_SECONDS, by the clock of the place."""
+        """Whether nothing has appeared in a folder for LEFTOVER_SECONDS, by the clock
+        of the place.
+        """
         with self.staging("clock") as fresh:
             try:
                 return fresh.stat().st_mtime - folder.stat().st_mtime > LEFTOVER_SECONDS
@@ -140,19 +166,30 @@ def refuse_links(folder: Path, results: Path) -> None:
 
     That holds for the folders between it and `results` too, and not for `results`.
     """
-    way = (results / Path(*names) for names in accumulate(zip(folder.relative_to(results).parts)))
+    way = (
+        results / Path(*names)
+        for names in accumulate(zip(folder.relative_to(results).parts))
+    )
     for path in (*way, *(folder / name for name in STORED)):
         if path.is_symlink():
             raise _not_followed(path)
 
 
 def _not_followed(path: Path) -> StoreError:
-    way_out = "put the folder itself there, or link the whole results folder and name that by --results"
-    return StoreError(f"{path}: is a symbolic link; nothing is read or written outside of the results: {way_out}")
+    way_out = (
+        "put the folder itself there, or link the whole results folder and name that by"
+        " --results"
+    )
+    return StoreError(
+        f"{path}: is a symbolic link; nothing is read or written outside of the"
+        f" results: {way_out}"
+    )
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Our own sub-folders, by name; whatever else lies there is left alone. Raises StoreError for a link."""
+    """Our own sub-folders, by name; whatever else lies there is left alone. Raises
+    StoreError for a link.
+    """
     if folder.is_symlink():
         raise _not_followed(folder)
     if not folder.is_dir():

@@ -1,9 +1,12 @@
-"""Where results lie: a folder, or a prefix of an object store, which is read through the same few calls as a path.
+"""Where results lie: a folder, or a prefix of an object store, which is read through
+the same few calls as a path.
 
-An object store is `s3://bucket/prefix`: that of Amazon, or any other with its interface, such as MinIO and Ceph.
-Credentials and region are those of the usual variables and files (AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY,
-AWS_REGION, AWS_ENDPOINT_URL, ~/.aws); what follows a question mark wins, as in
-`s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module loads nothing heavy before it is needed.
+An object store is `s3://bucket/prefix`: that of Amazon, or any other with its
+interface, such as MinIO and Ceph. Credentials and region are those of the usual
+variables and files (AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION,
+AWS_ENDPOINT_URL, ~/.aws); what follows a question mark wins, as in
+`s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module loads
+nothing heavy before it is needed.
 """
 
 import logging
@@ -26,15 +29,20 @@ T = TypeVar("T")
 
 LOG = logging.getLogger("sweep")
 OPTIONS = ("endpoint_override", "scheme", "region")
-ALLOWED = "a folder, or s3://bucket/prefix[?region=...&endpoint_override=...&scheme=...]"
+ALLOWED = (
+    "a folder, or s3://bucket/prefix[?region=...&endpoint_override=...&scheme=...]"
+)
 URL = re.compile(r"(?P<scheme>[A-Za-z][A-Za-z0-9+.-]+):/+(?P<rest>.*)", re.DOTALL)
 AWAY = re.compile(
-    r"AWS Error (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN|THROTTLING|REQUEST_TIMEOUT"
+    r"AWS Error"
+    r" (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN|THROTTLING|REQUEST_TIMEOUT"
     r"|REQUEST_EXPIRED|UNKNOWN \(HTTP status (5\d\d|429)\))"
 )
 GONE = re.compile("AWS Error (NO_SUCH_KEY|RESOURCE_NOT_FOUND)")
 SAID = re.compile(
-    r"AWS Error (?P<code>[A-Z_]+( \(HTTP status \d+\))?).*?operation: (curlCode: \d+, )?(?P<words>[^;\n]*)", re.DOTALL
+    r"AWS Error (?P<code>[A-Z_]+( \(HTTP status \d+\))?).*?operation: (curlCode: \d+,"
+    r" )?(?P<words>[^;\n]*)",
+    re.DOTALL,
 )
 ATTEMPTS = 3
 PATIENCE_SECONDS = 180.0
@@ -43,14 +51,18 @@ LONGEST_PAUSE = 10.0
 
 
 class Found(NamedTuple):
-    """An object as it was listed: its size in bytes, and when it was written, in ns by the clock of the server."""
+    """An object as it was listed: its size in bytes, and when it was written, in ns by
+    the clock of the server.
+    """
 
     st_size: int
     st_mtime_ns: int
 
 
 class Server:
-    """An object store; `known` where it has answered, so that one which is away may be waited for."""
+    """An object store; `known` where it has answered, so that one which is away may be
+    waited for.
+    """
 
     def __init__(self, **options: str) -> None:
         self.options = options
@@ -58,14 +70,21 @@ class Server:
 
     @cached_property
     def files(self) -> Any:
-        """pyarrow's file system. It repeats what fails for a second or two, and writes small objects by one request."""
+        """pyarrow's file system. It repeats what fails for a second or two, and writes
+        small objects by one request.
+        """
         from pyarrow import fs
 
         options = self.options
-        given = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
+        given = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get(
+            "AWS_ENDPOINT_URL"
+        )
         if given and "endpoint_override" not in options:
             scheme, _, place = given.rpartition("://")
-            options = {"endpoint_override": place, "scheme": scheme or "https"} | options
+            options = {
+                "endpoint_override": place,
+                "scheme": scheme or "https",
+            } | options
         retrying = fs.AwsStandardS3RetryStrategy(max_attempts=ATTEMPTS)
         return fs.S3FileSystem(
             **options,
@@ -75,10 +94,11 @@ class Server:
         )
 
     def ask(self, path: "ObjectPath", call: Callable[[Any], T]) -> T:
-        """What `call` of the file system says, once it is known that the bucket is there.
+        """What `call` of the file system says, once it is known that the bucket is
+        there.
 
-        Raises FileNotFoundError where there is no such object, UnreachableError where the server does not answer, and
-        StoreError where it refuses.
+        Raises FileNotFoundError where there is no such object, UnreachableError where
+        the server does not answer, and StoreError where it refuses.
         """
         try:
             if not self.known:
@@ -88,7 +108,9 @@ class Server:
         except FileNotFoundError:
             raise
         except OSError as error:
-            if GONE.search(str(error)):  # deleted between two requests that pyarrow makes
+            if GONE.search(
+                str(error)
+            ):  # deleted between two requests that pyarrow makes
                 raise FileNotFoundError(str(path)) from error
             raise self.trouble(path, error) from error
 
@@ -97,14 +119,24 @@ class Server:
 
         bucket = path.key.partition("/")[0]
         if self.files.get_file_info(bucket).type == fs.FileType.NotFound:
-            raise StoreError(f"s3://{bucket}: there is no such bucket; make it first, or mend the name or the region")
+            raise StoreError(
+                f"s3://{bucket}: there is no such bucket; make it first, or mend the"
+                " name or the region"
+            )
 
     def trouble(self, path: "ObjectPath", error: OSError) -> StoreError:
         """What went wrong, in one sentence."""
         said = SAID.search(str(error))
-        words = f"{said['words'].strip()} [{said['code']}]" if said else " ".join(str(error).split())
+        words = (
+            f"{said['words'].strip()} [{said['code']}]"
+            if said
+            else " ".join(str(error).split())
+        )
         if AWAY.search(str(error)):
-            message = f"{path}: the object store does not answer ({words}); what was stored is intact"
+            message = (
+                f"{path}: the object store does not answer ({words}); what was stored"
+                " is intact"
+            )
             return UnreachableError(message, self)
         variables = "are AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION right?"
         return StoreError(f"{path}: the object store refuses ({words}); {variables}")
@@ -112,10 +144,12 @@ class Server:
 
 @dataclass(frozen=True)
 class ObjectPath:
-    """An object, or a prefix, of an object store: what of pathlib.Path the reader of a store needs.
+    """An object, or a prefix, of an object store: what of pathlib.Path the reader of a
+    store needs.
 
-    `key` begins with the bucket. `found` are the objects below it by the rest of their keys, where they have been
-    listed already: then nothing is asked again. It is for what never changes once it is there, as a part.
+    `key` begins with the bucket. `found` are the objects below it by the rest of their
+    keys, where they have been listed already: then nothing is asked again. It is for
+    what never changes once it is there, as a part.
     """
 
     server: Server = field(compare=False, repr=False)
@@ -164,32 +198,46 @@ class ObjectPath:
         return True
 
     def listed(self) -> "ObjectPath":
-        """The same with all objects below it, asked for now by one request for each thousand."""
+        """The same with all objects below it, asked for now by one request for each
+        thousand.
+        """
         from pyarrow import fs
 
         selector = fs.FileSelector(self.key, recursive=True, allow_not_found=True)
         about = self.server.ask(self, lambda files: files.get_file_info(selector))
         start = len(self.key) + 1
         return replace(
-            self, found={one.path[start:]: Found(max(one.size, 0), one.mtime_ns) for one in about if one.is_file}
+            self,
+            found={
+                one.path[start:]: Found(max(one.size, 0), one.mtime_ns)
+                for one in about
+                if one.is_file
+            },
         )
 
     def iterdir(self) -> Iterator["ObjectPath"]:
         """The objects and prefixes directly below this one."""
         here = self if self.found is not None else self.listed()
         below = _below(here.found or {})
-        return (ObjectPath(self.server, f"{self.key}/{name}", found) for name, found in below.items())
+        return (
+            ObjectPath(self.server, f"{self.key}/{name}", found)
+            for name, found in below.items()
+        )
 
     def glob(self, pattern: str) -> Iterator["ObjectPath"]:
         """Those whose name matches."""
         return (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
 
     def open(self, _mode: str = "rb") -> Any:
-        """The object for reading, whole or in pieces. Raises FileNotFoundError where it is not there."""
+        """The object for reading, whole or in pieces. Raises FileNotFoundError where it
+        is not there.
+        """
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
     def head(self, size: int) -> bytes:
-        """The first `size` bytes. Raises FileNotFoundError where there is no such object."""
+        """The first `size` bytes. Raises FileNotFoundError where there is no such
+        object.
+        """
 
         def read(files: Any) -> bytes:
             content: bytes = files.open_input_stream(self.key).read(size)
@@ -199,7 +247,9 @@ class ObjectPath:
 
 
 def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:
-    """What was found, by the first name in its key; "" is the object of that name itself."""
+    """What was found, by the first name in its key; "" is the object of that name
+    itself.
+    """
     names = defaultdict[str, dict[str, Found]](dict)
     for key, one in found.items():
         name, _, rest = key.partition("/")
@@ -211,7 +261,9 @@ Location = Path | ObjectPath
 
 
 def location(given: Location | str) -> Location:
-    """The place that a user has named. Raises StoreError for what is neither a folder nor an object store."""
+    """The place that a user has named. Raises StoreError for what is neither a folder
+    nor an object store.
+    """
     if isinstance(given, ObjectPath):
         return given
     found = URL.fullmatch(str(given))
@@ -219,7 +271,10 @@ def location(given: Location | str) -> Location:
         return in_unicode(Path(given))
     scheme, (rest, _, query) = found["scheme"].lower(), found["rest"].partition("?")
     if scheme != "s3":
-        raise StoreError(f"{given}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a folder")
+        raise StoreError(
+            f"{given}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a"
+            " folder"
+        )
     options = dict(parse_qsl(query, keep_blank_values=True))
     for name in options:
         if name not in OPTIONS:
@@ -227,31 +282,42 @@ def location(given: Location | str) -> Location:
     key = "/".join(filter(None, rest.split("/")))
     if not key or "@" in key.partition("/")[0]:
         place = key.rpartition("@")[2]
-        raise StoreError(f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never here")
+        raise StoreError(
+            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never"
+            " here"
+        )
     return ObjectPath(Server(**options), key)
 
 
 def in_unicode(path: Path) -> Path:
-    """The path. Raises StoreError where its name is no UTF-8, by which libraries ask for their files."""
+    """The path. Raises StoreError where its name is no UTF-8, by which libraries ask
+    for their files.
+    """
     try:
         str(path).encode()
     except UnicodeEncodeError:
-        raise StoreError(f"{path}: the name is not UTF-8; choose another, or rename the folder") from None
+        raise StoreError(
+            f"{path}: the name is not UTF-8; choose another, or rename the folder"
+        ) from None
     return path
 
 
 def local_folder(place: Location, what: str) -> Path:
-    """The place, where it is a folder. Raises StoreError where it is none, as `what` needs one."""
+    """The place, where it is a folder. Raises StoreError where it is none, as `what`
+    needs one.
+    """
     if isinstance(place, Path):
         return place
     raise StoreError(f"{place}: {what} a folder on this machine, not an object store")
 
 
 def patiently(call: Callable[[], T]) -> T:
-    """What `call` returns, tried again with growing pauses for PATIENCE_SECONDS while the object store is away.
+    """What `call` returns, tried again with growing pauses for PATIENCE_SECONDS while
+    the object store is away.
 
-    Only one that has answered before is waited for. Raises UnreachableError in the end, after which it counts as one
-    that has not: so what is still to be stored does not wait once more.
+    Only one that has answered before is waited for. Raises UnreachableError in the end,
+    after which it counts as one that has not: so what is still to be stored does not
+    wait once more.
     """
     end, pause, said = time.monotonic() + PATIENCE_SECONDS, FIRST_PAUSE, False
     while True:

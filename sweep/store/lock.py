@@ -1,21 +1,26 @@
-"""One launch of a study at a time, or one for each share of it: claims that say whose they are, not trusted for ever.
+"""One launch of a study at a time, or one for each share of it: claims that say whose
+they are, not trusted for ever.
 
     <study>/lock/<token>.json     the owner, the share, and whether it asks or holds; touched as a sign of life
 
-Whoever wants a study, or a share of it, writes a claim that asks, and then lists all claims. The whole excludes
-everything; a share excludes itself and the shares of any other division. If a claim that is in the way holds, one
-withdraws and is refused. If it asks too, the one with the larger token withdraws, and tries again later; the smaller
+Whoever wants a study, or a share of it, writes a claim that asks, and then lists all
+claims. The whole excludes everything; a share excludes itself and the shares of any
+other division. If a claim that is in the way holds, one withdraws and is refused. If it
+asks too, the one with the larger token withdraws, and tries again later; the smaller
 waits until the other is gone or holds. With nothing in the way the claim holds.
 
-Of two that exclude each other at most one comes to hold: each is written before its owner lists, so the later one to be
-written is listed by an owner who sees the other, and who goes on only when that is gone. And one does: that with the
-smallest token waits for nobody who waits for it. All that is asked of the place is that a listing shows what was
-written before it began.
+Of two that exclude each other at most one comes to hold: each is written before its
+owner lists, so the later one to be written is listed by an owner who sees the other,
+and who goes on only when that is gone. And one does: that with the smallest token waits
+for nobody who waits for it. All that is asked of the place is that a listing shows what
+was written before it began.
 
-Who is dead is out of the way: its claim is taken away by its own name. On one machine the process decides whether an
-owner lives. Elsewhere it does while the time of its claim moves on, or is at most STALE_SECONDS old by the clock of the
-place. A clock that jumps is no death: a claim that looks too old, or comes from the future, is watched for a while
-before it is believed. An owner who has slept through all that finds its claim gone, and stops.
+Who is dead is out of the way: its claim is taken away by its own name. On one machine
+the process decides whether an owner lives. Elsewhere it does while the time of its
+claim moves on, or is at most STALE_SECONDS old by the clock of the place. A clock that
+jumps is no death: a claim that looks too old, or comes from the future, is watched for
+a while before it is believed. An owner who has slept through all that finds its claim
+gone, and stops.
 """
 
 import getpass
@@ -42,10 +47,15 @@ POLL_SECONDS = 0.05
 YIELD_SECONDS = 5.0
 CLAIM_BYTES = 1000
 ASKING, HELD = "asking", "held"
-SILENCE = f"; of another machine, or one restarted since, it counts as ended after {STALE_SECONDS:.0f} s of silence"
+SILENCE = (
+    "; of another machine, or one restarted since, it counts as ended after"
+    f" {STALE_SECONDS:.0f} s of silence"
+)
 LOG = logging.getLogger("sweep")
 GIVEN_BACK: set[str] = set()
-"""Claims of this process that it holds no more, although a place that did not answer may have kept one."""
+"""Claims of this process that it holds no more, although a place that did not answer
+may have kept one.
+"""
 
 
 class Claim(NamedTuple):
@@ -63,14 +73,17 @@ class Claim(NamedTuple):
         """Whether who has this cannot let others have `share`; "" is the whole."""
         if not self.share or not share:
             return True
-        return self.share == share or self.share.partition("/")[2] != share.partition("/")[2]
+        return (
+            self.share == share
+            or self.share.partition("/")[2] != share.partition("/")[2]
+        )
 
 
 class Lock:
     """Holds the study in a place, or one share of it, while the context lasts.
 
-    Entering raises StoreError where somebody else holds what is asked for. That it was taken over from somebody dead is
-    said on the log.
+    Entering raises StoreError where somebody else holds what is asked for. That it was
+    taken over from somebody dead is said on the log.
     """
 
     def __init__(self, place: Place, share: Share | None = None) -> None:
@@ -89,7 +102,9 @@ class Lock:
                 time.sleep(POLL_SECONDS)
         except OSError as error:
             self._give_back()
-            raise StoreError(f"{self.path}: cannot write ({error}); what was stored is intact") from error
+            raise StoreError(
+                f"{self.path}: cannot write ({error}); what was stored is intact"
+            ) from error
         except BaseException:
             self._give_back()
             raise
@@ -97,16 +112,24 @@ class Lock:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self._over.set()
         self._thread.join()
         self._give_back()
 
     def check(self) -> None:
-        """Raise StoreError where somebody has taken the lock over, as after this machine has slept."""
+        """Raise StoreError where somebody has taken the lock over, as after this
+        machine has slept.
+        """
         if self.lost:
-            raise StoreError(f"{self.path}: another launch has taken this study over; what is done is stored")
+            raise StoreError(
+                f"{self.path}: another launch has taken this study over; what is done"
+                " is stored"
+            )
 
     def _ask(self) -> None:
         """With a new token, as the old one may have been taken away."""
@@ -119,28 +142,44 @@ class Lock:
 
     def _text(self, state: str) -> str:
         """The claim in always as many bytes."""
-        return json.dumps(_owner() | {"share": self.share, "state": state}).ljust(CLAIM_BYTES)
+        return json.dumps(_owner() | {"share": self.share, "state": state}).ljust(
+            CLAIM_BYTES
+        )
 
     def _granted(self) -> bool:
-        """Whether nobody is in the way, and so the claim holds. Raises StoreError where somebody is, and holds."""
+        """Whether nobody is in the way, and so the claim holds. Raises StoreError where
+        somebody is, and holds.
+        """
         rivals = self._rivals()
         for rival in rivals:
             if rival.state == HELD:
-                what = f"share {rival.share} of this study" if rival.share else "this study"
-                way_out = "wait for it, or end it" + ("" if rival.machine == machine() else SILENCE)
-                raise StoreError(f"{self.path}: {what} is being launched by {rival.who}; {way_out}")
+                what = (
+                    f"share {rival.share} of this study"
+                    if rival.share
+                    else "this study"
+                )
+                way_out = "wait for it, or end it" + (
+                    "" if rival.machine == machine() else SILENCE
+                )
+                raise StoreError(
+                    f"{self.path}: {what} is being launched by {rival.who}; {way_out}"
+                )
         if not rivals:
             if self._claims.update(self.token, self._text(HELD)):
                 return True
             self._ask()
         elif rivals[0].token < self.token:
             self._give_back()
-            self._let_pass([rival.token for rival in rivals if rival.token < self.token])
+            self._let_pass(
+                [rival.token for rival in rivals if rival.token < self.token]
+            )
             self._ask()
         return False
 
     def _rivals(self) -> list[Claim]:
-        """The claims of the living that are in the way, by token; those of the dead that are, are taken away."""
+        """The claims of the living that are in the way, by token; those of the dead
+        that are, are taken away.
+        """
         rivals = []
         for token in self._claims.tokens():
             claim = None if token == self.token else self._read(token)
@@ -157,7 +196,9 @@ class Lock:
         return rivals
 
     def _read(self, token: str) -> Claim | None:
-        """A claim, None where it is gone; what the disk has lost after a power cut is nobody's."""
+        """A claim, None where it is gone; what the disk has lost after a power cut is
+        nobody's.
+        """
         text = self._claims.text(token)
         if text is None:
             return None
@@ -172,7 +213,9 @@ class Lock:
         return Claim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
-        """Wait until those who go first hold, or are gone; not for ever, as they may die of it."""
+        """Wait until those who go first hold, or are gone; not for ever, as they may
+        die of it.
+        """
         end = time.monotonic() + YIELD_SECONDS
         while time.monotonic() < end:
             claims = [self._read(token) for token in tokens]
@@ -185,7 +228,11 @@ class Lock:
         if claim.token in GIVEN_BACK:
             return "that launch is over"
         if claim.machine == machine():
-            return "" if started(int(claim.process)) == claim.started else "that process is gone"
+            return (
+                ""
+                if started(int(claim.process)) == claim.started
+                else "that process is gone"
+            )
         self._claims.touch(self.token)
         now, then = self._claims.touched(self.token), self._claims.touched(claim.token)
         if now is None or then is None:
@@ -193,13 +240,20 @@ class Lock:
         age = (now - then) / 1e9
         if abs(age) <= STALE_SECONDS or _is_touched(self._claims, claim.token):
             return ""
-        return f"without a sign of life for {age:.0f} s" if age > 0 else "without a sign of life"
+        return (
+            f"without a sign of life for {age:.0f} s"
+            if age > 0
+            else "without a sign of life"
+        )
 
     def _beat(self) -> None:
         while not self.lost and not self._over.wait(BEAT_SECONDS):
             try:
                 self.lost = not self._claims.touch(self.token)
-            except (OSError, StoreError):  # a server that does not answer now may do so at the next beat
+            except (
+                OSError,
+                StoreError,
+            ):  # a server that does not answer now may do so at the next beat
                 continue
 
 

@@ -1,4 +1,6 @@
-"""Where claims on a study stand: each in a file that its owner alone writes, and touches as a sign of life."""
+"""Where claims on a study stand: each in a file that its owner alone writes, and
+touches as a sign of life.
+"""
 
 import os
 from collections.abc import Callable
@@ -15,7 +17,9 @@ MOST_CLAIM = 100_000
 
 
 class Claims(Protocol):
-    """What `lock.py` asks of a place, with claims by their token. Raises OSError or StoreError if that fails."""
+    """What `lock.py` asks of a place, with claims by their token. Raises OSError or
+    StoreError if that fails.
+    """
 
     def create(self, token: str, text: str) -> None:
         """Put a claim there, whole; whoever lists the claims from now on sees it."""
@@ -27,13 +31,19 @@ class Claims(Protocol):
         """What a claim says; None where it is gone."""
 
     def update(self, token: str, text: str) -> bool:
-        """Change what one's own claim says, to a text as long; False where somebody has taken it away."""
+        """Change what one's own claim says, to a text as long; False where somebody has
+        taken it away.
+        """
 
     def touch(self, token: str) -> bool:
-        """Give one's own claim the time of now; False where somebody has taken it away."""
+        """Give one's own claim the time of now; False where
+        somebody has taken it away.
+        """
 
     def touched(self, token: str) -> int | None:
-        """When a claim was last touched, in ns by the clock of the place; None where it is gone."""
+        """When a claim was last touched, in ns by the clock of the place; None where it
+        is gone.
+        """
 
     def evict(self, token: str) -> None:
         """Take a dead owner's claim away."""
@@ -53,9 +63,13 @@ def claim_text(path: Location) -> str | None:
 
 
 class LockFiles:
-    """Claims as files of a folder. One is never made again by its owner once it was deleted."""
+    """Claims as files of a folder. One is never made again by its owner once it was
+    deleted.
+    """
 
-    def __init__(self, folder: Path, staging: Callable[[str], AbstractContextManager[Path]]) -> None:
+    def __init__(
+        self, folder: Path, staging: Callable[[str], AbstractContextManager[Path]]
+    ) -> None:
         self._folder = folder
         self._staging = staging
 
@@ -70,13 +84,17 @@ class LockFiles:
                 file.write(text.encode())
             while new.exists():
                 self._folder.mkdir(exist_ok=True)
-                with suppress(FileNotFoundError):  # whoever was the last to leave has just removed the folder
+                with suppress(
+                    FileNotFoundError
+                ):  # whoever was the last to leave has just removed the folder
                     new.rename(self._file(token))
 
     def tokens(self) -> list[str]:
         """In the order of their tokens."""
         try:
-            return sorted(file.stem for file in self._folder.iterdir() if file.suffix == ".json")
+            return sorted(
+                file.stem for file in self._folder.iterdir() if file.suffix == ".json"
+            )
         except FileNotFoundError:
             return []
 
@@ -85,7 +103,9 @@ class LockFiles:
         return claim_text(self._file(token))
 
     def update(self, token: str, text: str) -> bool:
-        """Written into the file as it is: a rename could bring back one that has been deleted."""
+        """Written into the file as it is: a rename could bring back one that has been
+        deleted.
+        """
         try:
             with open_regular(self._file(token), os.O_RDWR) as file:
                 file.write(text.encode())
@@ -102,7 +122,9 @@ class LockFiles:
         return True
 
     def touched(self, token: str) -> int | None:
-        """The file is opened for that, as network file systems remember old times else."""
+        """The file is opened for that, as network file
+        systems remember old times else.
+        """
         try:
             with open_regular(self._file(token)) as file:
                 return os.fstat(file.fileno()).st_mtime_ns

@@ -1,12 +1,15 @@
-"""What a part consists of, written with it: a part that lost a file, or a bit of one, is known by its manifest.
+"""What a part consists of, written with it: a part that lost a file, or a bit of one,
+is known by its manifest.
 
     manifest.json     {"trials": 12, "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}}
 
-Parquet's own checksums cover the pages of a file and not its footer; those here cover every byte, and are checked ten
-times as fast as the file is decoded. Parts of version 0.2.0 have none: they are decoded.
+Parquet's own checksums cover the pages of a file and not its footer; those here cover
+every byte, and are checked ten times as fast as the file is decoded. Parts of version
+0.2.0 have none: they are decoded.
 
-An object store keeps what it was given, with checksums of its own, so there only sizes are compared, as they are
-listed; the bytes of an object are fetched and compared where it was written over after its manifest.
+An object store keeps what it was given, with checksums of its own, so there only sizes
+are compared, as they are listed; the bytes of an object are fetched and compared where
+it was written over after its manifest.
 """
 
 import errno
@@ -57,7 +60,8 @@ def seal(folder: Path) -> None:
 
 
 def damage(part: Location) -> str:
-    """What is wrong with a part, in a few words; empty where every byte is as it was written.
+    """What is wrong with a part, in a few words; empty where every byte is as it was
+    written.
 
     Raises StoreError where it cannot be read here and now, which is no damage.
     """
@@ -84,7 +88,9 @@ def damage(part: Location) -> str:
 
 
 def _what_damages(file: Location, error: OSError) -> str:
-    """In a few words what is wrong with a file, where it is the file. Raises StoreError where it is not."""
+    """In a few words what is wrong with a file, where it is the file. Raises StoreError
+    where it is not.
+    """
     if isinstance(error, ForeignError) or error.errno == errno.EIO:
         return f"{file.name} cannot be read ({error})"
     way_out = "nothing was set aside: mend that, or move the part away"
@@ -92,7 +98,9 @@ def _what_damages(file: Location, error: OSError) -> str:
 
 
 def trials_of(part: Location) -> int | None:
-    """How many trials a part holds, or held before it was damaged; None where that cannot be known."""
+    """How many trials a part holds, or held before it was damaged; None where that
+    cannot be known.
+    """
     try:
         return _read(part)["trials"]
     except (OSError, ValueError):
@@ -114,8 +122,12 @@ def table_names(part: Location) -> list[str]:
     except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
         files = _listed(part)
     except (OSError, ValueError) as error:
-        raise StoreError(f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}") from error
-    return sorted(name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name))
+        raise StoreError(
+            f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}"
+        ) from error
+    return sorted(
+        name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name)
+    )
 
 
 def _listed(part: Location) -> list[str]:
@@ -135,7 +147,9 @@ def replaced_by(part: Location) -> list[str]:
     except FileNotFoundError:
         raise
     except (OSError, ValueError) as error:
-        raise StoreError(f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}") from error
+        raise StoreError(
+            f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}"
+        ) from error
     return names
 
 

@@ -1,8 +1,11 @@
-"""Which small parts are merged into larger ones, and which rows of a part do not count any more.
+"""Which small parts are merged into larger ones, and which rows of a part do not count
+any more.
 
-At the end of a launch all small parts are looked at. While it runs, those that it appends are gathered by how often
-they have been merged: MOST_GATHERED of one level, or 100,000 trials, become one part of the next. So a trial is written
-again once a level, however many there are, and a launch of a million leaves a few hundred parts at any time.
+At the end of a launch all small parts are looked at. While it runs, those that it
+appends are gathered by how often they have been merged: MOST_GATHERED of one level, or
+100,000 trials, become one part of the next. So a trial is written again once a level,
+however many there are, and a launch of a million leaves a few hundred parts at any
+time.
 """
 
 from collections import defaultdict
@@ -36,7 +39,9 @@ class Gathered(NamedTuple):
 class Gathering:
     """Small parts of one launch, oldest first, by how often they have been merged."""
 
-    levels: defaultdict[int, list[Gathered]] = field(default_factory=lambda: defaultdict(list))
+    levels: defaultdict[int, list[Gathered]] = field(
+        default_factory=lambda: defaultdict(list)
+    )
 
     def add(self, one: Gathered, level: int = 0) -> None:
         """Note a new part, unless it is large enough to stay."""
@@ -46,7 +51,10 @@ class Gathering:
     def due(self) -> tuple[int, list[Gathered]] | None:
         """The parts of a level that are to be merged now, if there are such."""
         for level, held in self.levels.items():
-            full = sum(one.rows for one in held) >= MERGED_ROWS or sum(one.size for one in held) >= MAX_MERGED_BYTES
+            full = (
+                sum(one.rows for one in held) >= MERGED_ROWS
+                or sum(one.size for one in held) >= MAX_MERGED_BYTES
+            )
             if len(held) >= MOST_GATHERED or (full and len(held) > 1):
                 return level, held
         return None
@@ -58,7 +66,10 @@ class Gathering:
 
     def parts(self) -> list[Location]:
         """All that are held, oldest first."""
-        return sorted((one.part for held in self.levels.values() for one in held), key=lambda part: part.name)
+        return sorted(
+            (one.part for held in self.levels.values() for one in held),
+            key=lambda part: part.name,
+        )
 
 
 def _ids(part: Location) -> pa.ChunkedArray:
@@ -66,11 +77,17 @@ def _ids(part: Location) -> pa.ChunkedArray:
 
 
 def _are_distinct(parts: Sequence[Location]) -> bool:
-    """Whether certainly no trial is in two parts, as nearly always: 8 bytes a trial tell, where a join takes 200."""
+    """Whether certainly no trial is in two parts, as nearly always: 8 bytes a trial
+    tell, where a join takes 200.
+    """
 
     def hashes(part: Location) -> NDArray[np.int64]:
         ids = _ids(part)
-        return np.fromiter((hash(trial) for chunk in ids.chunks for trial in chunk.to_pylist()), np.int64, len(ids))
+        return np.fromiter(
+            (hash(trial) for chunk in ids.chunks for trial in chunk.to_pylist()),
+            np.int64,
+            len(ids),
+        )
 
     found = np.sort(np.concatenate([np.empty(0, np.int64), *each(parts, hashes)]))
     return not (found[1:] == found[:-1]).any()
@@ -81,13 +98,19 @@ def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
     if _are_distinct(parts):
         return {}
     ids = each(parts, _ids)
-    chunks = pa.chunked_array([chunk for column in ids for chunk in column.chunks], pa.string())
+    chunks = pa.chunked_array(
+        [chunk for column in ids for chunk in column.chunks], pa.string()
+    )
     position = np.repeat(np.arange(len(parts)), [len(column) for column in ids])
     rows = pa.table({"trial_id": chunks, "part": position})
     latest = rows.group_by("trial_id").aggregate([("part", "max")])
-    stale = rows.join(latest, "trial_id").filter(pc.field("part") < pc.field("part_max"))
+    stale = rows.join(latest, "trial_id").filter(
+        pc.field("part") < pc.field("part_max")
+    )
     return {
-        parts[index]: stale.filter(pc.field("part") == index)["trial_id"].combine_chunks()
+        parts[index]: stale.filter(pc.field("part") == index)[
+            "trial_id"
+        ].combine_chunks()
         for index in pc.unique(stale["part"]).to_pylist()
     }
 
@@ -100,7 +123,9 @@ def without(table: pa.Table, trial_ids: pa.Array | None) -> pa.Table:
 
 
 def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
-    """Groups of two or more parts of fewer than `rows` trials, oldest first, with the same tables and schemas."""
+    """Groups of two or more parts of fewer than `rows` trials, oldest first, with the
+    same tables and schemas.
+    """
     groups = dict[bytes, tuple[list[Location], int, int]]()
     for part, (kind, size, size_bytes) in zip(parts, each(parts, _kind), strict=True):
         if size >= rows:
@@ -115,9 +140,14 @@ def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
 
 
 def _kind(part: Location) -> tuple[bytes, int, int]:
-    """What tells apart parts that cannot be merged, the number of trials, and the bytes."""
+    """What tells apart parts that cannot be merged, the number of trials, and the
+    bytes.
+    """
     files = [part / f"{name}.parquet" for name in table_names(part)]
     with opened(part / "trials.parquet") as file:
         rows = file.metadata.num_rows
-    kind = b"".join(file.stem.encode() + stored_schema(file).serialize().to_pybytes() for file in files)
+    kind = b"".join(
+        file.stem.encode() + stored_schema(file).serialize().to_pybytes()
+        for file in files
+    )
     return kind, rows, sum(file.stat().st_size for file in files)

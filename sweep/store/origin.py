@@ -47,21 +47,29 @@ def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
-    """Where a plan comes from. It has the columns that it speaks of. Raises StoreError."""
+    """Where a plan comes from. It has the columns that it
+    speaks of. Raises StoreError.
+    """
     about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
     later = LATER if LATER.keys() & about.keys() else {}
     alone = {name: shape for name, shape in ALONE.items() if name in about}
     if not fits(about, later | alone):
         raise _unknown(file, LAUNCH_AGAIN)
-    fields = [name for axis in about.get("axes", {}).values() for name in axis["fields"]]
+    fields = [
+        name for axis in about.get("axes", {}).values() for name in axis["fields"]
+    ]
     for name in ("trial_id", "point", *about["varied"], *fields):
         if name not in plan.column_names:
             raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
     return about
 
 
-def metadata(schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str) -> dict[str, Any]:
-    """What the metadata of a table say under `key`, of that shape. Raises StoreError."""
+def metadata(
+    schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
+) -> dict[str, Any]:
+    """What the metadata of a table say under `key`, of
+    that shape. Raises StoreError.
+    """
     try:
         about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:
@@ -70,4 +78,6 @@ def metadata(schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Locatio
 
 
 def _unknown(file: Location, remedy: str) -> StoreError:
-    return StoreError(f"{file}: does not say, or not rightly, where it comes from; {remedy}")
+    return StoreError(
+        f"{file}: does not say, or not rightly, where it comes from; {remedy}"
+    )

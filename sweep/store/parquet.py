@@ -1,4 +1,6 @@
-"""Parquet files as the store writes and reads them: checksummed, and clear about damage."""
+"""Parquet files as the store writes and reads them: checksummed, and clear about
+damage.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -23,10 +25,18 @@ REQUESTS_AT_ONCE = 16
 def remedy_for(part: Location) -> str:
     """What to do about a part that cannot be read."""
     if isinstance(part, Path) and not part.exists():
-        return "it has been removed: launch the study again, which runs its trials again"
+        return (
+            "it has been removed: launch the study again, which runs its trials again"
+        )
     if isinstance(part, Path):
-        return f"launch the study again: that sets {part.name} aside, below damaged, and runs its trials again"
-    return f"delete {part}/manifest.json and launch the study again: that runs its trials again"
+        return (
+            f"launch the study again: that sets {part.name} aside, below damaged, and"
+            " runs its trials again"
+        )
+    return (
+        f"delete {part}/manifest.json and launch the study again: that runs its trials"
+        " again"
+    )
 
 
 @contextmanager
@@ -34,24 +44,34 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
     """A parquet file open for reading; what cannot be read in it is a StoreError."""
     local = isinstance(path, Path)
     try:
-        # Arrow opens a local file itself: a thread of its pool that lets go of an object of
-        # Python's while the interpreter ends aborts the process.
+        # Arrow opens a local file itself: a thread of its pool that lets go of an
+        # object of Python's while the interpreter ends aborts the process.
         size = regular_size(path) if isinstance(path, Path) else path.stat().st_size
         source = path if isinstance(path, Path) else path.open()
-        with pq.ParquetFile(source, page_checksum_verification=True, pre_buffer=not local) as file:
+        with pq.ParquetFile(
+            source, page_checksum_verification=True, pre_buffer=not local
+        ) as file:
             if why := excess_rows(path.name, file.metadata, size):
                 raise OSError(why)
             if why := excess_bytes(file.metadata):
                 raise TooLargeError(f"{path}: {why}; use a machine with more memory")
             yield file
     except (pa.ArrowException, OSError) as error:
-        if not isinstance(path, Path) and "AWS Error" in str(error) and not GONE.search(str(error)):
+        if (
+            not isinstance(path, Path)
+            and "AWS Error" in str(error)
+            and not GONE.search(str(error))
+        ):
             raise path.server.trouble(path, OSError(str(error))) from error
-        raise StoreError(f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}") from error
+        raise StoreError(
+            f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}"
+        ) from error
 
 
 def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
-    """What `look` sees in each part, in their order; where each look is a request or two, some at once."""
+    """What `look` sees in each part, in their order; where each look is a request or
+    two, some at once.
+    """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [look(part) for part in parts]
     with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
@@ -61,7 +81,10 @@ def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
 def check_part(tables: Mapping[str, pa.Table]) -> None:
     """Raise ValueError for tables that are no part: see `Store.append`."""
     for name, table in tables.items():
-        if "trial_id" not in table.column_names or table.schema.field("trial_id").type != pa.string():
+        if (
+            "trial_id" not in table.column_names
+            or table.schema.field("trial_id").type != pa.string()
+        ):
             raise ValueError(f"a part's {name} need a `trial_id` column of strings")
     if "trials" not in tables or tables["trials"].num_rows == 0:
         raise ValueError("a part needs a `trials` table with at least one row")
@@ -70,24 +93,33 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
         raise ValueError("a part cannot hold the same trial_id twice")
     for name, table in tables.items():
         if not pc.all(pc.is_in(table["trial_id"], value_set=ids), min_count=0).as_py():
-            raise ValueError(f"a part cannot hold {name} of trials that are not in its `trials`")
+            raise ValueError(
+                f"a part cannot hold {name} of trials that are not in its `trials`"
+            )
 
 
 def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
-    """A table of a part, or some of its columns. Raises StoreError for a damaged file."""
+    """A table of a part, or some of its columns. Raises
+    StoreError for a damaged file.
+    """
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 
 
 def pieces(part: Location, name: str) -> Iterator[pa.Table]:
-    """A table of a part as it was written, row group after row group. Raises StoreError for a damaged file."""
+    """A table of a part as it was written, row group after row group. Raises StoreError
+    for a damaged file.
+    """
     with opened(part / f"{name}.parquet") as file:
         for group in range(file.num_row_groups):
             yield file.read_row_group(group)
 
 
-def load_trials(part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None) -> pa.Table:
-    """The rows of some trials (None: of all) in a table of a part, whose content is not read where it has none of them.
+def load_trials(
+    part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
+) -> pa.Table:
+    """The rows of some trials (None: of all) in a table of a part, whose content is not
+    read where it has none of them.
 
     Raises StoreError for a damaged file.
     """
@@ -98,7 +130,9 @@ def load_trials(part: Location, name: str, columns: list[str] | None, trial_ids:
         table = load_table(part, name, columns)
         return table.filter(pc.is_in(table["trial_id"], value_set=trial_ids))
     schema = stored_schema(part / f"{name}.parquet")
-    return schema.empty_table().select([column for column in schema.names if columns is None or column in columns])
+    return schema.empty_table().select(
+        [column for column in schema.names if columns is None or column in columns]
+    )
 
 
 def stored_schema(path: Location) -> pa.Schema:
@@ -116,8 +150,12 @@ def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
         file,
         schema,
         compression="zstd",
-        use_dictionary=[name for field in schema for name in _leaves(field, pa.types.is_string)],
-        use_byte_stream_split=[name for field in schema for name in _leaves(field, pa.types.is_floating)],
+        use_dictionary=[
+            name for field in schema for name in _leaves(field, pa.types.is_string)
+        ],
+        use_byte_stream_split=[
+            name for field in schema for name in _leaves(field, pa.types.is_floating)
+        ],
         use_compliant_nested_type=False,
         write_page_checksum=True,
     )

@@ -1,7 +1,9 @@
-"""What a store asks of the place where a study lives, be it a folder or below a prefix of an object store.
+"""What a store asks of the place where a study lives, be it a folder or below a prefix
+of an object store.
 
-Either keeps the same promises: a part is there whole or not at all, a small file is the old one or the new one, and
-whoever is killed between any two steps has lost and doubled nothing. `folders.py` and `buckets.py` say how.
+Either keeps the same promises: a part is there whole or not at all, a small file is the
+old one or the new one, and whoever is killed between any two steps has lost and doubled
+nothing. `folders.py` and `buckets.py` say how.
 """
 
 from contextlib import AbstractContextManager
@@ -26,7 +28,9 @@ class Place(Protocol):
         """Who is launching the study."""
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder on this machine, gone afterwards, in which a part or a file is made up."""
+        """A new folder on this machine, gone afterwards, in which a part or a file is
+        made up.
+        """
 
     def parts(self) -> list[Location]:
         """All parts, oldest first."""
@@ -47,10 +51,14 @@ class Place(Protocol):
         """Delete a part; it is gone at once and whole."""
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged, and say where it is now; None where it has gone meanwhile."""
+        """Move a part below damaged, and say where it is now; None where it has gone
+        meanwhile.
+        """
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes were writing; with `whole`, nobody else is at work on the study."""
+        """Delete what dead processes were writing; with `whole`, nobody else is at work
+        on the study.
+        """
 
 
 def place_of(root: Location, results: Location) -> Place:

@@ -13,7 +13,9 @@ def host() -> str:
 
 
 def machine() -> str:
-    """What tells apart those places in which a process id means the same: on Linux the boot and the id namespace."""
+    """What tells apart those places in which a process id means the same: on Linux the
+    boot and the id namespace.
+    """
     if sys.platform != "linux":
         return host()
     boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
@@ -22,21 +24,27 @@ def machine() -> str:
 
 @cache
 def here() -> str:
-    """The name of this machine and eight signs that stand for `machine()`, for names of folders.
+    """The name of this machine and eight signs that stand for `machine()`, for names of
+    folders.
 
-    Two containers may share a host name; a process id of one means nothing in the other.
+    Two containers may share a host name; a process id of one means nothing in the
+    other.
     """
     return f"{host()}-{sha256(machine().encode()).hexdigest()[:8]}"
 
 
 def started(process: int) -> str | None:
-    """When a process here began, as text that no jump of the clock changes on Linux; None where there is none.
+    """When a process here began, as text that no jump of the clock changes on Linux;
+    None where there is none.
 
-    Together with its id this names a process for good. One that has ended and waits to be noticed is none.
+    Together with its id this names a process for good. One that has ended and waits to
+    be noticed is none.
     """
     if sys.platform == "linux":
         try:
-            state, *numbers = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+            state, *numbers = (
+                Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+            )
         except (FileNotFoundError, ProcessLookupError):
             return None
         return None if state in "ZX" else numbers[18]

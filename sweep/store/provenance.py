@@ -1,4 +1,6 @@
-"""Where results come from: the spec as launched, the code, the versions and the machine."""
+"""Where results come from: the spec as launched, the code, the versions and the
+machine.
+"""
 
 import hashlib
 import os
@@ -13,7 +15,18 @@ from typing import Any
 from kernels import KERNELS_SHA
 from sweep.spec.study import Study
 
-PACKAGES = ("boidsweep", "numpy", "numba", "llvmlite", "scipy", "pandas", "pyarrow", "joblib", "pillow", "SALib")
+PACKAGES = (
+    "boidsweep",
+    "numpy",
+    "numba",
+    "llvmlite",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "joblib",
+    "pillow",
+    "SALib",
+)
 MOST_DIFF = 200_000
 QUIETLY = ("--no-pager", "-c", "core.fsmonitor=false", "-c", "core.hooksPath=/dev/null")
 OURSELVES = ("--no-ext-diff", "--no-textconv", "--ignore-submodules=all")
@@ -41,7 +54,8 @@ def provenance(study: Study) -> dict[str, Any]:
 def machine() -> dict[str, Any]:
     """What bits may depend on beside the code: versions, system and processor."""
     return {
-        "versions": {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()}
+        | {name: _version(name) for name in PACKAGES},
         "platform": platform.platform(),
         "cpu": cpu_name(),
         "cores": os.cpu_count(),
@@ -50,25 +64,33 @@ def machine() -> dict[str, Any]:
 
 @cache
 def installed() -> tuple[str, ...]:
-    """All distributions in reach of this process, as `name==version` in the order of names.
+    """All distributions in reach of this process, as `name==version` in the order of
+    names.
 
-    The names of their metadata's folders say it, for which importlib.metadata takes a hundred times as long.
+    The names of their metadata's folders say it, for which importlib.metadata takes a
+    hundred times as long.
     """
-    folders = {path.stem for place in sys.path for path in Path(place).glob("*.dist-info")}
+    folders = {
+        path.stem for place in sys.path for path in Path(place).glob("*.dist-info")
+    }
     return tuple(sorted("==".join(folder.split("-", 1)) for folder in folders))
 
 
 def git_state(folder: Path) -> dict[str, Any]:
-    """What the working tree that `folder` is in says of the code; empty where the code is not kept in one.
+    """What the working tree that `folder` is in says of the code; empty where the code
+    is not kept in one.
 
-    The code is what is below `folder` and in `kernels` beside it: `commit`; its `diff` to it, of which `cut` characters
-    beyond MOST_DIFF are left out; and of the files that are `untracked` the name and the sha256 of each.
+    The code is what is below `folder` and in `kernels` beside it: `commit`; its `diff`
+    to it, of which `cut` characters beyond MOST_DIFF are left out; and of the files
+    that are `untracked` the name and the sha256 of each.
     """
     root, code = folder.parent, ("--", folder.name, "kernels")
     commit = _git(root, "rev-parse", "HEAD")
     if not commit or not _git(root, "ls-files", "--", folder.name):
         return {}
-    diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(errors="replace")
+    diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(
+        errors="replace"
+    )
     return {
         "commit": commit.strip(),
         "diff": diff[:MOST_DIFF],
@@ -78,28 +100,44 @@ def git_state(folder: Path) -> dict[str, Any]:
 
 
 def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
-    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", *code).split("\0")
+    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", *code).split(
+        "\0"
+    )
     paths = {name: root / name for name in names if name and (root / name).is_file()}
-    return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(paths.items())}
+    return {
+        name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for name, path in sorted(paths.items())
+    }
 
 
 def _git(root: Path, *arguments: str) -> str:
-    """What git says. It runs none of the commands that the settings of a repository may name.
+    """What git says. It runs none of the commands that the settings of a repository may
+    name.
 
     The code may be installed within somebody else's repository. Filters of files have
     names of their own, and are switched off by them.
     """
-    names = _run(root, "config", "--name-only", "-z", "--get-regexp", r"^filter\.").split("\0")
+    names = _run(
+        root, "config", "--name-only", "-z", "--get-regexp", r"^filter\."
+    ).split("\0")
     if any("=" in name for name in names):  # no option can name it
         return ""
-    off = [f"{name}={'false' if name.endswith('.required') else ''}" for name in names if name]
-    return _run(root, *(word for setting in off for word in ("-c", setting)), *arguments)
+    off = [
+        f"{name}={'false' if name.endswith('.required') else ''}"
+        for name in names
+        if name
+    ]
+    return _run(
+        root, *(word for setting in off for word in ("-c", setting)), *arguments
+    )
 
 
 def _run(root: Path, *arguments: str) -> str:
     command = ["git", "-C", str(root), *QUIETLY, *arguments]
     try:
-        done = subprocess.run(command, env=os.environ | APART, capture_output=True, timeout=20)
+        done = subprocess.run(
+            command, env=os.environ | APART, capture_output=True, timeout=20
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return os.fsdecode(done.stdout) if done.returncode == 0 else ""
@@ -111,7 +149,11 @@ def cpu_name() -> str:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
         return platform.processor()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    names = [
+        line.partition(":")[2].strip()
+        for line in lines
+        if line.startswith("model name")
+    ]
     return names[0] if names else platform.processor()
 
 

@@ -43,7 +43,9 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
 
 
 def regular_size(path: Path) -> int:
-    """The bytes of an ordinary file, for those who open it by its path. Raises OSError for anything else."""
+    """The bytes of an ordinary file, for those who open it by its path. Raises OSError
+    for anything else.
+    """
     about = path.lstat()
     if stat.S_ISLNK(about.st_mode):
         raise _link()
@@ -53,7 +55,9 @@ def regular_size(path: Path) -> int:
 
 
 def _link() -> OSError:
-    return OSError("is a symbolic link, which is not followed: put the file itself there")
+    return OSError(
+        "is a symbolic link, which is not followed: put the file itself there"
+    )
 
 
 def open_stored(path: Location) -> Any:
@@ -106,4 +110,6 @@ def fits(value: object, shape: Any) -> bool:
         return False
     if str in shape:
         return all(fits(one, shape[str]) for one in value.values())
-    return all(name in value and fits(value[name], inner) for name, inner in shape.items())
+    return all(
+        name in value and fits(value[name], inner) for name, inner in shape.items()
+    )

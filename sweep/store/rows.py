@@ -1,4 +1,6 @@
-"""From results to the tables of a part, with units in the columns' metadata and provenance in the file's."""
+"""From results to the tables of a part, with units in the columns' metadata and
+provenance in the file's.
+"""
 
 import json
 from collections.abc import Sequence
@@ -16,18 +18,43 @@ from sweep.store.origin import PROVENANCE
 from sweep.trial.result import Result
 
 BODIES = pa.list_(pa.float64())
-ARROW = {"float": pa.float64(), "int": pa.int64(), "bool": pa.bool_(), "choice": pa.string()}
+ARROW = {
+    "float": pa.float64(),
+    "int": pa.int64(),
+    "bool": pa.bool_(),
+    "choice": pa.string(),
+}
 
 ABOUT_TRIAL = (
-    ("trial_id", pa.string(), "", "hash of all that determines the trial and of what it records"),
-    ("point", pa.string(), "", "hash of the model, the preset and the settings that differ from it"),
+    (
+        "trial_id",
+        pa.string(),
+        "",
+        "hash of all that determines the trial and of what it records",
+    ),
+    (
+        "point",
+        pa.string(),
+        "",
+        "hash of the model, the preset and the settings that differ from it",
+    ),
     ("replicate", pa.int64(), "", "number of the trial among those of its point"),
     ("seed", pa.int64(), "", "seed of the study, or the listed seed"),
-    ("seed_listed", pa.bool_(), "", "whether the seed is a listed one, which stands for the replicate too"),
+    (
+        "seed_listed",
+        pa.bool_(),
+        "",
+        "whether the seed is a listed one, which stands for the replicate too",
+    ),
     ("streams", pa.string(), "", "which random streams are common to all points"),
     ("model", pa.string(), "", "model"),
     ("preset", pa.string(), "", "preset that gives the settings not named in the spec"),
-    ("every", pa.int64(), "step", "steps between recorded frames, over which means are taken"),
+    (
+        "every",
+        pa.int64(),
+        "step",
+        "steps between recorded frames, over which means are taken",
+    ),
     ("status", pa.string(), "", "done, failed, diverged or timeout"),
     ("error", pa.string(), "", "what went wrong"),
     ("replay", pa.string(), "", "command that runs the trial again"),
@@ -37,13 +64,17 @@ ABOUT_TRIAL = (
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: what it is, every setting by name, every metric at the last frame and as `<metric>_mean`."""
+    """One row a trial: what it is, every setting by name, every metric at the last
+    frame and as `<metric>_mean`.
+    """
     columns = [_column(*about) for about in ABOUT_TRIAL]
     columns += [_setting(field) for field in fields(study.model).values()]
     for name in study.record.metrics:
         metric = METRICS[name]
         unit = spelled(metric.unit, study.model)
-        columns.append(_column(name, pa.float64(), unit, f"{metric.text}, at the last frame"))
+        columns.append(
+            _column(name, pa.float64(), unit, f"{metric.text}, at the last frame")
+        )
         mean = f"{metric.text}, mean over the frames of the last half"
         columns.append(_column(f"{name}_mean", pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
@@ -67,13 +98,20 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
         _column("trial_id", pa.string(), "", "trial"),
         _column("rows", pa.int32(), "px", "height of the map"),
         _column("columns", pa.int32(), "px", "width of the map"),
-        _column("visits", pa.list_(pa.int32()), "", "visits a pixel, row after row, -1 in obstacles"),
+        _column(
+            "visits",
+            pa.list_(pa.int32()),
+            "",
+            "visits a pixel, row after row, -1 in obstacles",
+        ),
     ]
     return pa.schema(columns, _metadata(provenance))
 
 
 def trajectories_schema(model: str, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all boids in the order of theirs."""
+    """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all
+    boids in the order of theirs.
+    """
     length, speed = spelled("length", model), spelled("length/time", model)
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
@@ -97,37 +135,56 @@ class Tables:
         self.trajectories = trajectories_schema(study.model, provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records them."""
+        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records
+        them.
+        """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
-            tables["series"] = self._series([result for result in results if result.frames is not None])
+            tables["series"] = self._series(
+                [result for result in results if result.frames is not None]
+            )
         if self.study.record.heatmaps:
-            tables["heatmaps"] = self._heatmaps([result for result in results if result.heatmap is not None])
+            tables["heatmaps"] = self._heatmaps(
+                [result for result in results if result.heatmap is not None]
+            )
         if self.study.record.trajectories:
-            tables["trajectories"] = self._trajectories([one for one in results if one.trajectory is not None])
+            tables["trajectories"] = self._trajectories(
+                [one for one in results if one.trajectory is not None]
+            )
         return tables
 
     def _trials(self, results: Sequence[Result]) -> pa.Table:
         nulls, cells = dict.fromkeys(self.trials.names), itemgetter(*self.trials.names)
         rows = (cells(nulls | trial_row(self.study.name, result)) for result in results)
         columns = [
-            pa.array(column, kind) for column, kind in zip(zip(*rows, strict=True), self.trials.types, strict=True)
+            pa.array(column, kind)
+            for column, kind in zip(
+                zip(*rows, strict=True), self.trials.types, strict=True
+            )
         ]
         return pa.Table.from_arrays(columns, schema=self.trials)
 
     def _series(self, results: Sequence[Result]) -> pa.Table:
         columns = _ids_and_frames(results)
         for name in self.study.record.series:
-            columns.append(_joined([result.series[name] for result in results], pa.float64()))
+            columns.append(
+                _joined([result.series[name] for result in results], pa.float64())
+            )
         return pa.Table.from_arrays(columns, schema=self.series)
 
     def _trajectories(self, results: Sequence[Result]) -> pa.Table:
-        flights = [result.trajectory for result in results if result.trajectory is not None]
-        sizes = np.concatenate([[0], *(np.full(len(flight), flight.shape[2]) for flight in flights)])
+        flights = [
+            result.trajectory for result in results if result.trajectory is not None
+        ]
+        sizes = np.concatenate(
+            [[0], *(np.full(len(flight), flight.shape[2]) for flight in flights)]
+        )
         offsets = pa.array(np.cumsum(sizes), pa.int32())
         columns = _ids_and_frames(results)
         for row in range(4):
-            numbers = _joined([flight[:, row].ravel() for flight in flights], pa.float64())
+            numbers = _joined(
+                [flight[:, row].ravel() for flight in flights], pa.float64()
+            )
             columns.append(pa.ListArray.from_arrays(offsets, numbers))
         return pa.Table.from_arrays(columns, schema=self.trajectories)
 

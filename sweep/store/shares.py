@@ -1,4 +1,6 @@
-"""Shares of a study: launches on several machines divide its trials by their ids, and need not know of each other."""
+"""Shares of a study: launches on several machines divide its trials by their ids, and
+need not know of each other.
+"""
 
 import re
 from collections.abc import Iterable
@@ -15,9 +17,11 @@ DIGITS = 8
 
 @dataclass(frozen=True)
 class Share:
-    """Part `number` of `of`, counted from 1. Which trials are in it follows from their ids and nothing else.
+    """Part `number` of `of`, counted from 1. Which trials are in it follows from their
+    ids and nothing else.
 
-    So every launch with the same `of` divides them alike, and a trial added to the study changes no other's share.
+    So every launch with the same `of` divides them alike, and a trial added to the
+    study changes no other's share.
     """
 
     number: int
@@ -34,9 +38,17 @@ class Share:
             raise ChoiceError(f'share "{text}" is not of the form 3/16')
         number, of = map(int, found.groups())
         if not 1 <= number <= of:
-            raise ChoiceError(f"there is no share {text}: they count from 1/{of} to {of}/{of}")
+            raise ChoiceError(
+                f"there is no share {text}: they count from 1/{of} to {of}/{of}"
+            )
         return cls(number, of)
 
     def has(self, trial_ids: Iterable[str]) -> NDArray[np.bool_]:
         """Which of the trials are in this share."""
-        return np.array([int(trial[:DIGITS], 16) % self.of == self.number - 1 for trial in trial_ids], np.bool_)
+        return np.array(
+            [
+                int(trial[:DIGITS], 16) % self.of == self.number - 1
+                for trial in trial_ids
+            ],
+            np.bool_,
+        )

@@ -1,15 +1,18 @@
-"""The parquet store of one study: results appear whole or not at all, and what is present is the ledger.
+"""The parquet store of one study: results appear whole or not at all, and what is
+present is the ledger.
 
     <study>/parts/<part id>/trials.parquet, series.parquet, ...   the tables of the same trials
     <study>/plan.parquet                                          the trials of the spec as last launched
     <study>/asked.parquet                                         of a search: which candidate had which of them
     <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
 
-A study lives in a folder or below a prefix of an object store: how a part comes to be there at once is told in
-`places.py`. Part ids sort by age, and a trial stored in several parts counts from the latest one only, in every
-table. A merged part names in a file the parts it replaces; as soon as it is there they are ignored, so that being
-killed before they are deleted loses and doubles nothing. Schemas, with their metadata, are the caller's and are kept as
-given. Launches of different shares may append to one study at the same time: their trials are different ones.
+A study lives in a folder or below a prefix of an object store: how a part comes to be
+there at once is told in `places.py`. Part ids sort by age, and a trial stored in
+several parts counts from the latest one only, in every table. A merged part names in a
+file the parts it replaces; as soon as it is there they are ignored, so that being
+killed before they are deleted loses and doubles nothing. Schemas, with their metadata,
+are the caller's and are kept as given. Launches of different shares may append to one
+study at the same time: their trials are different ones.
 """
 
 import json
@@ -26,7 +29,14 @@ from sweep.errors import StoreError
 from sweep.spec.layout import ASKED, PLAN, SPEC
 from sweep.store.locations import Location, patiently
 from sweep.store.manifest import MERGED_MARK, REPLACES, replaced_by, seal, table_names
-from sweep.store.merging import MERGED_ROWS, Gathered, Gathering, mergeable, superseded_rows, without
+from sweep.store.merging import (
+    MERGED_ROWS,
+    Gathered,
+    Gathering,
+    mergeable,
+    superseded_rows,
+    without,
+)
 from sweep.store.new_files import create
 from sweep.store.parquet import (
     check_part,
@@ -49,10 +59,11 @@ LAST_ID = 10**19
 class Store:
     """The parts of one study, in `folder`, which need not exist before the first write.
 
-    `results` is the folder that the user has named, by default that in which `folder` lies:
-    below it nothing is written through links.
+    `results` is the folder that the user has named, by default that in which `folder`
+    lies: below it nothing is written through links.
 
-    While `shared`, others append parts of their own: then only what this one has appended is merged.
+    While `shared`, others append parts of their own: then only what this one has
+    appended is merged.
     """
 
     def __init__(self, folder: Location, results: Location | None = None) -> None:
@@ -66,10 +77,12 @@ class Store:
         self._replaced = dict[str, list[str]]()
 
     def append(self, tables: Mapping[str, pa.Table]) -> Location:
-        """Store one part and return its place; after a StoreError nothing of it is visible.
+        """Store one part and return its place; after a StoreError nothing of it is
+        visible.
 
-        `trials` has at least one row, each with its own `trial_id` and a `status` (both strings); the other
-        tables have a `trial_id` of those. Raises ValueError where that does not hold.
+        `trials` has at least one row, each with its own `trial_id` and a `status` (both
+        strings); the other tables have a `trial_id` of those. Raises ValueError where
+        that does not hold.
         """
         check_part(tables)
         name = self._next_id()
@@ -83,7 +96,9 @@ class Store:
         return part
 
     def gather(self) -> None:
-        """Merge what this store has appended, where many small parts have come together."""
+        """Merge what this store has appended, where many small parts have come
+        together.
+        """
         while due := self._gathering.due():
             level, held = due
             parts = [one.part for one in held]
@@ -95,36 +110,55 @@ class Store:
         """The status of every stored trial by its id."""
 
         def statuses(parts: list[Location]) -> dict[str, str]:
-            tables = each(parts, lambda part: load_table(part, "trials", ["trial_id", "status"]))
+            tables = each(
+                parts, lambda part: load_table(part, "trials", ["trial_id", "status"])
+            )
             return {
                 trial_id: status
                 for table in tables
-                for trial_id, status in zip(*(column.to_pylist() for column in table.columns), strict=True)
+                for trial_id, status in zip(
+                    *(column.to_pylist() for column in table.columns), strict=True
+                )
             }
 
         return self.steadily(statuses)
 
-    def read(self, table: str, *, trial_ids: pa.Array | None = None, columns: Sequence[str] | None = None) -> pa.Table:
-        """All current rows of a table, oldest part first, optionally only some trials and some columns.
+    def read(
+        self,
+        table: str,
+        *,
+        trial_ids: pa.Array | None = None,
+        columns: Sequence[str] | None = None,
+    ) -> pa.Table:
+        """All current rows of a table, oldest part first, optionally only some trials
+        and some columns.
 
-        Columns are united by name and filled with nulls, types widened; metadata is the newest part's. A
-        table that no part has comes back with no rows. Raises StoreError for a damaged part and for a
-        column that the table has in no part.
+        Columns are united by name and filled with nulls, types widened; metadata is the
+        newest part's. A table that no part has comes back with no rows. Raises
+        StoreError for a damaged part and for a column that the table has in no part.
         """
-        wanted = None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
-        union = self.steadily(lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted))
+        wanted = (
+            None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
+        )
+        union = self.steadily(
+            lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted)
+        )
         if columns is None:
             return union
         if unknown := set(columns) - set(union.column_names):
-            raise StoreError(f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}")
+            raise StoreError(
+                f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}"
+            )
         return union.select(columns)
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
-        """Merge parts of fewer than `rows` trials, where their tables and schemas are the same.
+        """Merge parts of fewer than `rows` trials, where their tables and schemas are
+        the same.
 
-        Merged parts have about `rows` trials, or MAX_MERGED_BYTES. Superseded rows are dropped. Provenance
-        is schema metadata, so rows of different provenance stay apart. While the store is shared, only parts that it
-        has appended itself are merged.
+        Merged parts have about `rows` trials, or MAX_MERGED_BYTES. Superseded rows are
+        dropped. Provenance is schema metadata, so rows of different provenance stay
+        apart. While the store is shared, only parts that it has appended itself are
+        merged.
         """
         self.tidy()
         parts = self._gathering.parts() if self.shared else self.current_parts()
@@ -134,9 +168,11 @@ class Store:
         self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete the parts that a merged part names, and what dead processes left behind unfinished.
+        """Delete the parts that a merged part names, and what dead processes left
+        behind unfinished.
 
-        Only a name is a reason to delete: what one listing lacks may have been stored since it was made.
+        Only a name is a reason to delete: what one listing lacks may have been stored
+        since it was made.
         """
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
@@ -146,7 +182,9 @@ class Store:
         self.place.tidy(whole=not self.shared)
 
     def write_plan(self, plan: pa.Table, asked: pa.Table | None = None) -> None:
-        """Replace the plan, and what a search has asked for, each with its schema metadata and in one step."""
+        """Replace the plan, and what a search has asked for, each with its schema
+        metadata and in one step.
+        """
         for name, table in ((self._plan.name, plan), (self.asked.name, asked)):
             if table is None:
                 self.place.remove(name)
@@ -164,17 +202,26 @@ class Store:
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""
-        plan = patiently(lambda: _read_if_there(self._plan, "delete it and launch the study again"))
+        plan = patiently(
+            lambda: _read_if_there(self._plan, "delete it and launch the study again")
+        )
         if plan is None and self.all_parts():
             lost = "trials are stored here, but there is no plan.parquet"
-            raise StoreError(f"{self.folder}: {lost}; run the study again, which writes it anew")
+            raise StoreError(
+                f"{self.folder}: {lost}; run the study again, which writes it anew"
+            )
         if plan is None:
-            raise StoreError(f"{self.folder}: no study has been launched here (there is no plan.parquet)")
+            raise StoreError(
+                f"{self.folder}: no study has been launched here (there is no"
+                " plan.parquet)"
+            )
         return plan
 
     def read_asked(self) -> pa.Table | None:
         """What a search has asked for; None where the study is no search."""
-        return patiently(lambda: _read_if_there(self.asked, "delete it and search again"))
+        return patiently(
+            lambda: _read_if_there(self.asked, "delete it and search again")
+        )
 
     def current_parts(self) -> list[Location]:
         """The parts that count, oldest first."""
@@ -187,7 +234,9 @@ class Store:
         return self.place.parts()
 
     def steadily(self, look: Callable[[list[Location]], T]) -> T:
-        """What `look` sees in the current parts; again if parts were merged, or taken away, elsewhere meanwhile."""
+        """What `look` sees in the current parts; again if parts were merged, or taken
+        away, elsewhere meanwhile.
+        """
         while True:
             parts = self.current_parts()
             try:
@@ -200,29 +249,45 @@ class Store:
                 return seen
 
     def _next_id(self) -> str:
-        """An id that sorts after every present one, even if the clock has been set back."""
+        """An id that sorts after every present one, even if the clock has been set
+        back.
+        """
         if self._newest < 0:
-            self._newest = max((int(part.name[:20]) for part in self.all_parts()), default=0)
+            self._newest = max(
+                (int(part.name[:20]) for part in self.all_parts()), default=0
+            )
         self._newest = max(time.time_ns(), self._newest + 1)
         if self._newest >= LAST_ID:
-            why = "has a part of the year 2286; nothing can be stored after it: delete it"
+            why = (
+                "has a part of the year 2286; nothing can be stored after it: delete it"
+            )
             raise StoreError(f"{self.folder}: {why}")
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder of this machine that is gone afterwards; failing to write is a StoreError."""
+        """A new folder of this machine that is gone afterwards; failing to write is a
+        StoreError.
+        """
         return self.place.staging(name)
 
-    def merge(self, group: Sequence[Location], superseded: Mapping[Location, pa.Array]) -> Location:
-        """Replace parts with the same tables and schemas, oldest first, by one, less some trials of each."""
-        # Named after its newest source, so that a part stored elsewhere meanwhile is still the later one.
+    def merge(
+        self, group: Sequence[Location], superseded: Mapping[Location, pa.Array]
+    ) -> Location:
+        """Replace parts with the same tables and schemas, oldest first, by one, less
+        some trials of each.
+        """
+        # Named after its newest source, so that a part stored elsewhere meanwhile is
+        # still the later one.
         newest = group[-1].name.partition(MERGED_MARK)[0]
         name = f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
         with self.place.fetched([*group]) as sources, self.staging(name) as staging:
             for kind in table_names(sources[0]):
                 file_name = f"{kind}.parquet"
                 schema = stored_schema(sources[0] / file_name)
-                with create(staging / file_name) as file, table_writer(file, schema) as writer:
+                with (
+                    create(staging / file_name) as file,
+                    table_writer(file, schema) as writer,
+                ):
                     for part, here in zip(group, sources, strict=True):
                         for table in pieces(here, kind):
                             writer.write_table(without(table, superseded.get(part)))
@@ -241,13 +306,19 @@ class Store:
     def _replaced_in(self, parts: list[Location]) -> set[str]:
         """The names of the parts that merged ones of `parts` replace."""
         merged = [part for part in parts if MERGED_MARK in part.name]
-        return {name for names in patiently(lambda: each(merged, self._replaced_by)) for name in names}
+        return {
+            name
+            for names in patiently(lambda: each(merged, self._replaced_by))
+            for name in names
+        }
 
     def _replaced_by(self, part: Location) -> list[str]:
         if part.name not in self._replaced:
             try:
                 self._replaced[part.name] = replaced_by(part)
-            except FileNotFoundError:  # being deleted elsewhere, so all that it replaced is gone already
+            except (
+                FileNotFoundError
+            ):  # being deleted elsewhere, so all that it replaced is gone already
                 return []
         return self._replaced[part.name]
 
@@ -265,26 +336,41 @@ def _read_if_there(path: Location, remedy: str) -> pa.Table | None:
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:
-    """Whether parts seen before are still there, and no merged one is new: a listing may have missed what it has."""
+    """Whether parts seen before are still there, and no merged one is new: a listing
+    may have missed what it has.
+    """
     before, names = {part.name for part in parts}, {part.name for part in now}
     return before <= names and not any(MERGED_MARK in name for name in names - before)
 
 
-def _current(parts: list[Location], name: str, columns: list[str] | None, only: pa.Array | None) -> list[pa.Table]:
-    """The current rows of one table, optionally only some trials, for each of the parts that have it."""
+def _current(
+    parts: list[Location], name: str, columns: list[str] | None, only: pa.Array | None
+) -> list[pa.Table]:
+    """The current rows of one table, optionally only some trials, for each of the parts
+    that have it.
+    """
     superseded = superseded_rows(parts)
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
     tables = each(holders, lambda part: load_trials(part, name, columns, only))
-    return [without(table, superseded.get(part)) for part, table in zip(holders, tables, strict=True)]
+    return [
+        without(table, superseded.get(part))
+        for part, table in zip(holders, tables, strict=True)
+    ]
 
 
 def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:
-    """Rows in the order given, metadata of the last table; `columns` are those of no table."""
+    """Rows in the order given, metadata of the last table; `columns` are those of no
+    table.
+    """
     if not tables:
         empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}
         return pa.schema(empty).empty_table()
     newest = tables[-1].schema
     if all(table.schema.equals(newest, check_metadata=True) for table in tables):
         return pa.concat_tables(tables)
-    schema = pa.unify_schemas([table.schema for table in reversed(tables)], promote_options="permissive")
-    return pa.concat_tables([schema.empty_table(), *tables], promote_options="permissive")
+    schema = pa.unify_schemas(
+        [table.schema for table in reversed(tables)], promote_options="permissive"
+    )
+    return pa.concat_tables(
+        [schema.empty_table(), *tables], promote_options="permissive"
+    )

@@ -1,4 +1,6 @@
-"""Between the drive loop and the store: results are held for a moment, then stored together."""
+"""Between the drive loop and the store: results are held for a moment, then stored
+together.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -16,12 +18,15 @@ MOST_BYTES = 256 * 2**20
 
 
 class Writer(Generic[R]):
-    """Collects the drive loop's results and stores a part now and then; a context manager.
+    """Collects the drive loop's results and stores a part now and then; a context
+    manager.
 
-    A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are held, when `seconds` have passed
-    since the last one, and on leaving the context, for whatever reason. Results stay held until their part is stored;
-    how many could not be is said with the error. Where many small parts have come together they are merged.
-    `build` makes the tables of a non-empty list of results; `stored` is told of those whose part the disk holds.
+    A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are
+    held, when `seconds` have passed since the last one, and on leaving the context, for
+    whatever reason. Results stay held until their part is stored; how many could not be
+    is said with the error. Where many small parts have come together they are merged.
+    `build` makes the tables of a non-empty list of results; `stored` is told of those
+    whose part the disk holds.
     """
 
     def __init__(
@@ -50,14 +55,20 @@ class Writer(Generic[R]):
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.flush()
 
     def add(self, results: Iterable[R]) -> None:
         """Hold results, storing a part if it is time."""
         self._held.extend(results)
-        full = len(self._held) >= self._rows or sum(map(self._size, self._held)) >= MOST_BYTES
+        full = (
+            len(self._held) >= self._rows
+            or sum(map(self._size, self._held)) >= MOST_BYTES
+        )
         if full or self._clock() - self._flushed >= self._seconds:
             self.flush()
 
@@ -67,7 +78,10 @@ class Writer(Generic[R]):
             try:
                 self._store.append(self._build(self._held))
             except StoreError as error:
-                lost = f"results that could not be stored: {len(self._held):,}; launch again to run them"
+                lost = (
+                    f"results that could not be stored: {len(self._held):,}; launch"
+                    " again to run them"
+                )
                 raise StoreError(f"{error}; {lost}") from error
             self._stored(self._held)
             self._held = []

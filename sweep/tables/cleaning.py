@@ -1,7 +1,9 @@
-"""Giving room back: trials that nobody asks for any more, checkpoints, and many small parts.
+"""Giving room back: trials that nobody asks for any more, checkpoints, and many small
+parts.
 
-A part that loses some of its trials is replaced by a merged one, which names it; a part that loses all of them is
-deleted whole. So being killed at any moment loses no trial that stays.
+A part that loses some of its trials is replaced by a merged one, which names it; a part
+that loses all of them is deleted whole. So being killed at any moment loses no trial
+that stays.
 """
 
 from collections import Counter
@@ -23,13 +25,15 @@ from sweep.workers.checkpoint_folder import Checkpoints
 
 @dataclass
 class Waste:
-    """What could go: by part of the store the ids of the trials whose rows go (`rows`), and how many stay (`kept`).
+    """What could go: by part of the store the ids of the trials whose rows go (`rows`),
+    and how many stay (`kept`).
 
-    `trials` counts trials by the kernels that computed them, `size_bytes` the bytes that their files hold of them:
-    `exact` where parts go whole, else in proportion to their trials. `repeated` counts rows of trials that a later part
-    has too. `unlisted` trials stay although the plan lacks them: they were stored under its very spec and kernels, as
-    those of a run that has not come to its end. `checkpoints` are the trials whose
-    checkpoints nobody will ask for.
+    `trials` counts trials by the kernels that computed them, `size_bytes` the bytes
+    that their files hold of them: `exact` where parts go whole, else in proportion to
+    their trials. `repeated` counts rows of trials that a later part has too. `unlisted`
+    trials stay although the plan lacks them: they were stored under its very spec and
+    kernels, as those of a run that has not come to its end. `checkpoints` are the
+    trials whose checkpoints nobody will ask for.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
@@ -46,25 +50,42 @@ class Waste:
         own, about = study.provenance["kernels_sha"], "" if self.exact else "about "
         lines = [
             f"study      {study.name}",
-            f"stay       those of the {study.plan.num_rows:,} trials of the spec as last launched that are stored",
+            (
+                f"stay       those of the {study.plan.num_rows:,} trials of the spec as"
+                " last launched that are stored"
+            ),
         ]
         for kernels, count in self.trials.most_common():
-            why = "have left the spec" if kernels == own else f"were computed by other kernels, {kernels[:16]}"
-            lines.append(f"go         {count:,} trials that {why}: {about}{size(self.size_bytes[kernels])}")
+            why = (
+                "have left the spec"
+                if kernels == own
+                else f"were computed by other kernels, {kernels[:16]}"
+            )
+            lines.append(
+                f"go         {count:,} trials that {why}:"
+                f" {about}{size(self.size_bytes[kernels])}"
+            )
         if self.repeated:
-            lines.append(f"go         {self.repeated:,} repeated rows, of trials that were run again since")
+            lines.append(
+                f"go         {self.repeated:,} repeated rows, of trials that were run"
+                " again since"
+            )
         if self.checkpoints:
             count = len(self.checkpoints)
             why = "of trials that are stored, or that nobody will ask for"
             lines.append(f"go         {count:,} checkpoints {why}")
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
-            lines.append(f"stay       {self.unlisted:,} trials stored under this very spec that its plan lacks: {why}")
+            lines.append(
+                f"stay       {self.unlisted:,} trials stored under this very spec that"
+                f" its plan lacks: {why}"
+            )
         if not self.rows and not self.checkpoints:
             lines.append("go         nothing; small parts are merged")
         if self.trials and _grows(study):
             lines.append(
-                "note       the plan of this study grows as it runs: run it to its end first, or it may need them again"
+                "note       the plan of this study grows as it runs: run it to its end"
+                " first, or it may need them again"
             )
         return "\n".join(lines)
 
@@ -75,14 +96,18 @@ def _grows(study: StoredStudy) -> bool:
 
 
 def find_waste(study: StoredStudy) -> Waste:
-    """What could go from the store of `study`; changes nothing. Raises StoreError for a damaged part."""
+    """What could go from the store of `study`; changes nothing. Raises StoreError for a
+    damaged part.
+    """
     waste = study.store.steadily(lambda parts: _waste(study, parts))
     waste.checkpoints = _idle(study)
     return waste
 
 
 def _idle(study: StoredStudy) -> set[str]:
-    """Trials with a checkpoint that are stored, or that no launch of the plan asks for."""
+    """Trials with a checkpoint that are stored, or that no
+    launch of the plan asks for.
+    """
     there = Checkpoints.of(study.store.folder).trials()
     if not there:
         return there
@@ -96,40 +121,58 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     listed = study.plan["trial_id"].combine_chunks()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, trials in zip(parts, tables, strict=True):
-        ids, about = trials["trial_id"], part_provenance(trials.schema, part / "trials.parquet")
+        ids, about = (
+            trials["trial_id"],
+            part_provenance(trials.schema, part / "trials.parquet"),
+        )
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
-        if (about["spec"], about["kernels_sha"]) == (study.spec, study.provenance["kernels_sha"]):
+        if (about["spec"], about["kernels_sha"]) == (
+            study.spec,
+            study.provenance["kernels_sha"],
+        ):
             waste.unlisted += _count(left)
             left = pc.and_(left, False)
         going = pc.or_(left, stale)
         if _count(going):
-            waste.rows[part], waste.kept[part] = ids.filter(going), len(ids) - _count(going)
+            waste.rows[part], waste.kept[part] = (
+                ids.filter(going),
+                len(ids) - _count(going),
+            )
             waste.repeated += _count(stale)
             waste.trials[about["kernels_sha"]] += _count(left)
-            waste.size_bytes[about["kernels_sha"]] += round(_bytes(part) * _count(left) / len(ids))
+            waste.size_bytes[about["kernels_sha"]] += round(
+                _bytes(part) * _count(left) / len(ids)
+            )
             waste.exact &= waste.kept[part] == 0
     waste.trials = +waste.trials
     return waste
 
 
 def clean(study: StoredStudy, waste: Waste) -> int:
-    """Remove `waste`, merge small parts, and return by how many bytes the store has become smaller.
+    """Remove `waste`, merge small parts, and return by how many bytes the store has
+    become smaller.
 
-    Raises StoreError where the study is being launched, or was since the waste was found, and where the store cannot be
-    read or written; whatever is raised, and if the process is killed, no trial that stays is lost.
+    Raises StoreError where the study is being launched, or was since the waste was
+    found, and where the store cannot be read or written; whatever is raised, and if the
+    process is killed, no trial that stays is lost.
     """
     store = study.store
     checkpoints = Checkpoints.of(store.folder)
     with custody(store) as lock:
         before = sum(map(_bytes, store.current_parts())) + checkpoints.size()
         if not store.read_plan().equals(study.plan, check_metadata=True):
-            raise StoreError(f"study {study.name} was launched meanwhile: nothing was removed; look again")
+            raise StoreError(
+                f"study {study.name} was launched meanwhile: nothing was removed; look"
+                " again"
+            )
         checkpoints.keep_only(checkpoints.trials() - _idle(study))
         for part, trial_ids in waste.rows.items():
             lock.check()
             if part not in store.current_parts():
-                raise StoreError(f"study {study.name}: its store was changed meanwhile; look again")
+                raise StoreError(
+                    f"study {study.name}: its store was changed meanwhile; look again"
+                )
             if waste.kept[part]:
                 store.merge([part], {part: trial_ids.combine_chunks()})
             else:

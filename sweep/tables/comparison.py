@@ -1,7 +1,9 @@
-"""What differs between two sides: studies, presets or values of a setting. `sweep compare A B`.
+"""What differs between two sides: studies, presets or values of a setting. `sweep
+compare A B`.
 
-Every matched point and metric is one contrast, B minus A: paired where the trials of both sides share random numbers,
-else between independent samples. All of a table are one family, so that its verdicts can be read together.
+Every matched point and metric is one contrast, B minus A: paired where the trials of
+both sides share random numbers, else between independent samples. All of a table are
+one family, so that its verdicts can be read together.
 """
 
 from collections import Counter
@@ -53,7 +55,9 @@ VERDICTS = (
 
 
 class Method(NamedTuple):
-    """How contrasts are judged; `margin` is half the range within which a difference does not matter, or None."""
+    """How contrasts are judged; `margin` is half the range within which a difference
+    does not matter, or None.
+    """
 
     confidence: float = CONFIDENCE
     together: Together = "holm"
@@ -64,11 +68,13 @@ class Method(NamedTuple):
 class Comparison:
     """Two sides, their matched points, and `rows`: metric by metric, one row a point.
 
-    Columns: the settings matched on; metric and unit; a and b, the means of the values that count; difference, b - a,
-    with low and high, which hold together; p, adjusted; paired; n_a and n_b, the values that count, of pairs the
-    same; variance_reduction, how many times as many independent trials would be needed; hedges_g with its own
-    interval, for itself alone; with a margin p_equivalent, adjusted too; the verdict, of B; and trials_a, trials_b,
-    not_done_a and not_done_b. `streams` are the random streams that both sides have in common.
+    Columns: the settings matched on; metric and unit; a and b, the means of the values
+    that count; difference, b - a, with low and high, which hold together; p, adjusted;
+    paired; n_a and n_b, the values that count, of pairs the same; variance_reduction,
+    how many times as many independent trials would be needed; hedges_g with its own
+    interval, for itself alone; with a margin p_equivalent, adjusted too; the verdict,
+    of B; and trials_a, trials_b, not_done_a and not_done_b. `streams` are the random
+    streams that both sides have in common.
     """
 
     one: Side
@@ -91,21 +97,31 @@ class Comparison:
 
 
 def compare_sides(
-    one: Side, other: Side, metrics: Sequence[str] = (), *, half: bool = False, method: Method | None = None
+    one: Side,
+    other: Side,
+    metrics: Sequence[str] = (),
+    *,
+    half: bool = False,
+    method: Method | None = None,
 ) -> Comparison:
-    """`other` against `one` at the points that `match` finds; `half` takes means over the last half of a trial.
+    """`other` against `one` at the points that `match` finds; `half` takes means over
+    the last half of a trial.
 
-    Trials are paired that have the same seed and replicate, where both sides take one of the streams start, world
-    and noise in common. Nothing else is needed: whole pairs are independent of each other whatever the two trials
-    do with the same numbers, and trials that share them are not (coverage of aziel_chen2025 at n = 50 and 100:
-    correlations from -0.03 to 0.19). Only the gain depends on what else is alike. Where fewer
-    than half of the trials of the smaller side have a partner, the samples are compared as independent ones, without
-    the trials of B that have one. A margin is in the unit of the one metric that then must be named.
+    Trials are paired that have the same seed and replicate, where both sides take one
+    of the streams start, world and noise in common. Nothing else is needed: whole pairs
+    are independent of each other whatever the two trials do with the same numbers, and
+    trials that share them are not (coverage of aziel_chen2025 at n = 50 and 100:
+    correlations from -0.03 to 0.19). Only the gain depends on what else is alike. Where
+    fewer than half of the trials of the smaller side have a partner, the samples are
+    compared as independent ones, without the trials of B that have one. A margin is in
+    the unit of the one metric that then must be named.
 
-    Intervals and p-values hold together, see `sweep.analysis.jointly`; Student's, for differences that are about
-    normal. Equivalence is by two one-sided tests, whose p-values are adjusted for each other (by Holm for "max_t").
-    So with "holm" the chance of a wrong word is at most 1 - `confidence` for differences and for equivalence each,
-    and with "bonferroni" for both. Raises StoreError for what cannot be compared.
+    Intervals and p-values hold together, see `sweep.analysis.jointly`; Student's, for
+    differences that are about normal. Equivalence is by two one-sided tests, whose
+    p-values are adjusted for each other (by Holm for "max_t"). So with "holm" the
+    chance of a wrong word is at most 1 - `confidence` for differences and for
+    equivalence each, and with "bonferroni" for both. Raises StoreError for what cannot
+    be compared.
     """
     method = method or Method()
     names = _metrics(one, other, metrics)
@@ -114,10 +130,17 @@ def compare_sides(
     streams = _streams(one, other)
     places = _places(one, other, matching, bool(streams))
     columns = {f"{name}_mean" if half else name: _unit(one, name) for name in names}
-    contrasts = [contrast for column in columns for contrast in _contrasts(one, other, column, places)]
+    contrasts = [
+        contrast
+        for column in columns
+        for contrast in _contrasts(one, other, column, places)
+    ]
     pairs = len(matching.settings)
     rows = pd.concat([matching.settings] * len(columns), ignore_index=True)
-    rows["metric"], rows["unit"] = np.repeat(list(columns), pairs), np.repeat(list(columns.values()), pairs)
+    rows["metric"], rows["unit"] = (
+        np.repeat(list(columns), pairs),
+        np.repeat(list(columns.values()), pairs),
+    )
     counts = pd.DataFrame([place.counts for place in places] * len(columns))
     rows = pd.concat([rows, judge(contrasts, method), counts], axis="columns")
     return Comparison(one, other, matching, method, half, streams, rows)
@@ -133,7 +156,9 @@ class _Counts(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Which rows of the trials of either side are compared at a point, by what pairs them, and whether they pair."""
+    """Which rows of the trials of either side are compared at a point, by what pairs
+    them, and whether they pair.
+    """
 
     first: "pd.Series[int]"
     second: "pd.Series[int]"
@@ -142,20 +167,32 @@ class _Place(NamedTuple):
 
 
 def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
-    """The metrics to compare. Raises StoreError where a side has not recorded one, or in another unit."""
+    """The metrics to compare. Raises StoreError where a side has not recorded one, or
+    in another unit.
+    """
     for name in asked:
         for side in (one, other):
             if name not in side.study.metrics:
-                raise StoreError(f"study {side.study.name}: {unknown('metric', name, side.study.metrics)}")
+                raise StoreError(
+                    f"study {side.study.name}:"
+                    f" {unknown('metric', name, side.study.metrics)}"
+                )
         if _unit(one, name) != _unit(other, name):
-            units = f"{_unit(one, name)} in {one.model} and {_unit(other, name)} in {other.model}"
+            units = (
+                f"{_unit(one, name)} in {one.model} and {_unit(other, name)} in"
+                f" {other.model}"
+            )
             raise StoreError(f"metric {name} cannot be compared: it is in {units}")
     shared = [name for name in one.study.metrics if name in other.study.metrics]
-    names = [name for name in dict.fromkeys(asked or shared) if _unit(one, name) == _unit(other, name)]
+    names = [
+        name
+        for name in dict.fromkeys(asked or shared)
+        if _unit(one, name) == _unit(other, name)
+    ]
     if not names:
         raise StoreError(
-            f"no metric in common: {one.study.name} has {', '.join(one.study.metrics)}; "
-            f"{other.study.name} has {', '.join(other.study.metrics)}"
+            f"no metric in common: {one.study.name} has {', '.join(one.study.metrics)};"
+            f" {other.study.name} has {', '.join(other.study.metrics)}"
         )
     return names
 
@@ -167,35 +204,59 @@ def _unit(side: Side, metric: str) -> str:
 def _check(method: Method, metrics: Sequence[str]) -> None:
     """Raise StoreError for a confidence or a margin that cannot be."""
     if not 0.5 <= method.confidence < 1.0:
-        raise StoreError(f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, as 0.95")
+        raise StoreError(
+            f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, as 0.95"
+        )
     if method.margin is None:
         return
     if not 0.0 < method.margin < np.inf:
-        raise StoreError(f"margin: {method.margin:g}; allowed: a number above 0, in the unit of the metric")
+        raise StoreError(
+            f"margin: {method.margin:g}; allowed: a number above 0, in the unit of the"
+            " metric"
+        )
     if len(metrics) > 1:
-        raise StoreError(f"a margin is in the unit of one metric: name it, one of {', '.join(metrics)}")
+        raise StoreError(
+            "a margin is in the unit of one metric: name it, one of"
+            f" {', '.join(metrics)}"
+        )
 
 
 def _streams(one: Side, other: Side) -> tuple[str, ...]:
-    """The random streams that both sides take in common; that of worlds where worlds are drawn."""
+    """The random streams that both sides take in common; that of worlds where worlds
+    are drawn.
+    """
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
-        any(name in MAPS and MAPS[name].random for name in side.trials["map"].unique()) for side in (one, other)
+        any(name in MAPS and MAPS[name].random for name in side.trials["map"].unique())
+        for side in (one, other)
     )
-    return tuple(name for name in ("start", "world", "noise") if name in common and (name != "world" or drawn))
+    return tuple(
+        name
+        for name in ("start", "world", "noise")
+        if name in common and (name != "world" or drawn)
+    )
 
 
 def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_Place]:
-    """What is compared with what at each pair of points; `sharing` says that streams are common to all points."""
+    """What is compared with what at each pair of points; `sharing` says that streams
+    are common to all points.
+    """
     codes = _codes(one.trials, other.trials)
     rows = [side.trials.groupby("point", sort=False).indices for side in (one, other)]
     lost = [(side.trials["status"] != "done").to_numpy() for side in (one, other)]
     places = []
     for points in matching.points:
         found = [each[point] for each, point in zip(rows, points, strict=True)]
-        counts = _Counts(*map(len, found), *(int(each[where].sum()) for each, where in zip(lost, found, strict=True)))
-        first, second = (pd.Series(where, index=code[where]) for code, where in zip(codes, found, strict=True))
-        # The same point has the same random numbers, whatever streams are common to others.
+        counts = _Counts(
+            *map(len, found),
+            *(int(each[where].sum()) for each, where in zip(lost, found, strict=True)),
+        )
+        first, second = (
+            pd.Series(where, index=code[where])
+            for code, where in zip(codes, found, strict=True)
+        )
+        # The same point has the same random numbers, whatever streams are common to
+        # others.
         if sharing or points[0] == points[1]:
             pairs = first.index.isin(second.index)
             if paired := 2 * int(pairs.sum()) >= min(len(first), len(second)):
@@ -207,34 +268,55 @@ def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_
     return places
 
 
-def _codes(first: pd.DataFrame, second: pd.DataFrame) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """A number for each trial of two tables, the same where the random numbers in common are."""
+def _codes(
+    first: pd.DataFrame, second: pd.DataFrame
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """A number for each trial of two tables, the same where the random numbers in
+    common are.
+    """
     codes, _ = replicates(first).append(replicates(second)).factorize(sort=True)
     return codes[: len(first)], codes[len(first) :]
 
 
 def _values(side: Side, column: str) -> Floats:
-    return side.trials[column].where(side.trials["status"] == "done").to_numpy(np.float64)
+    return (
+        side.trials[column].where(side.trials["status"] == "done").to_numpy(np.float64)
+    )
 
 
-def _contrasts(one: Side, other: Side, column: str, places: Sequence[_Place]) -> Iterator[Contrast]:
+def _contrasts(
+    one: Side, other: Side, column: str, places: Sequence[_Place]
+) -> Iterator[Contrast]:
     """B minus A in a column of the trials at each pair of points."""
     values = [_values(side, column) for side in (one, other)]
     for first, second, paired, _ in places:
         before, after = values[0][first.to_numpy()], values[1][second.to_numpy()]
         if paired:
-            yield paired_contrast(pd.Series(after, index=second.index), pd.Series(before, index=first.index))
+            yield paired_contrast(
+                pd.Series(after, index=second.index),
+                pd.Series(before, index=first.index),
+            )
         else:
-            yield independent_contrast(after[~np.isnan(after)], before[~np.isnan(before)])
+            yield independent_contrast(
+                after[~np.isnan(after)], before[~np.isnan(before)]
+            )
 
 
 def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
-    """The contrasts with simultaneous intervals. Raises StoreError where max_t cannot have them."""
+    """The contrasts with simultaneous intervals. Raises StoreError where max_t cannot
+    have them.
+    """
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
-            raise StoreError("max_t resamples pairs of trials, and not all trials share random numbers; use holm")
+            raise StoreError(
+                "max_t resamples pairs of trials, and not all trials share random"
+                " numbers; use holm"
+            )
         if len(contrasts) > MOST_RESAMPLED:
-            raise StoreError(f"max_t: {len(contrasts):,} comparisons; allowed: {MOST_RESAMPLED:,}; use holm")
+            raise StoreError(
+                f"max_t: {len(contrasts):,} comparisons; allowed: {MOST_RESAMPLED:,};"
+                " use holm"
+            )
     try:
         return jointly(contrasts, method.confidence, method.together)
     except ValueError as error:
@@ -242,14 +324,18 @@ def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
 
 
 def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
-    """The columns of a comparison from a to the verdict, of contrasts that are one family.
+    """The columns of a comparison from a to the verdict, of contrasts that are one
+    family.
 
     Raises StoreError where max_t cannot judge them.
     """
     family = _family(contrasts, method)
     sides = family.contrasts
     level = 1.0 - method.confidence
-    sizes = [hedges_g(side.first, side.second, method.confidence, paired=side.paired) for side in sides]
+    sizes = [
+        hedges_g(side.first, side.second, method.confidence, paired=side.paired)
+        for side in sides
+    ]
     columns: dict[str, object] = {
         "a": [mean_estimate(side.second).value for side in sides],
         "b": [mean_estimate(side.first).value for side in sides],
@@ -267,17 +353,24 @@ def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
     }
     within = np.full(len(sides), np.nan)
     if method.margin is not None:
-        tests = [equivalence(side.estimate, -method.margin, method.margin, level).p for side in sides]
-        within = adjusted(tests, "bonferroni" if method.together == "bonferroni" else "holm")
+        tests = [
+            equivalence(side.estimate, -method.margin, method.margin, level).p
+            for side in sides
+        ]
+        within = adjusted(
+            tests, "bonferroni" if method.together == "bonferroni" else "holm"
+        )
         columns["p_equivalent"] = within
     judged = zip((side.value for side in sides), family.p, within, strict=True)
-    return pd.DataFrame(columns | {"verdict": [_verdict(*one, level) for one in judged]})
+    return pd.DataFrame(
+        columns | {"verdict": [_verdict(*one, level) for one in judged]}
+    )
 
 
 def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> str:
     """One of VERDICTS, of B."""
     if np.isnan(p):
         return "too few values"
-    words = [("higher" if difference > 0.0 else "lower")] if p < level else []
+    words = ["higher" if difference > 0.0 else "lower"] if p < level else []
     words += ["equivalent"] if p_equivalent < level else []
     return ", ".join(words) or "no difference shown"

@@ -1,4 +1,6 @@
-"""What a change of a spec does: points and trials that it adds, keeps and drops, exactly, without running any."""
+"""What a change of a spec does: points and trials that it adds, keeps and drops,
+exactly, without running any.
+"""
 
 import json
 from collections.abc import Iterator
@@ -23,9 +25,11 @@ MOST_SHOWN = 60
 
 
 class Side(NamedTuple):
-    """One of the two that are compared: its spec as plain values, its kernels, its trials and points.
+    """One of the two that are compared: its spec as plain values, its kernels, its
+    trials and points.
 
-    `at_most` where it has so many trials at most, as it adds them until an interval is narrow.
+    `at_most` where it has so many trials at most, as it adds them until an interval is
+    narrow.
     """
 
     label: str
@@ -39,7 +43,9 @@ class Side(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """A key of the spec, as `fixed.steps`, with its value before and after; None where it has none."""
+    """A key of the spec, as `fixed.steps`, with its value before and after; None where
+    it has none.
+    """
 
     key: str
     before: Any
@@ -57,7 +63,9 @@ class Overlap:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What turns `first` into `second`; `stored` counts the trials of the second that are stored already."""
+    """What turns `first` into `second`; `stored` counts the trials of the second that
+    are stored already.
+    """
 
     first: str
     second: str
@@ -76,14 +84,24 @@ class Comparison:
         """The comparison for a reader."""
         lines = [f"from       {self.first}", f"to         {self.second}"]
         for what, overlap in (("points", self.points), ("trials", self.trials)):
-            lines.append(f"{what:10} {overlap.added:,} added, {overlap.kept:,} kept, {overlap.dropped:,} dropped")
-        lines.append(f"stored     {self.stored:,} of the trials it would have, {self.to_run:,} to run")
-        lines += [f"changed    {one.key}: {_brief(one.before)} -> {_brief(one.after)}" for one in self.changes]
+            lines.append(
+                f"{what:10} {overlap.added:,} added, {overlap.kept:,} kept,"
+                f" {overlap.dropped:,} dropped"
+            )
+        lines.append(
+            f"stored     {self.stored:,} of the trials it would have, {self.to_run:,}"
+            " to run"
+        )
+        lines += [
+            f"changed    {one.key}: {_brief(one.before)} -> {_brief(one.after)}"
+            for one in self.changes
+        ]
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
 
 def compare(first: Study | StoredStudy, second: Study, results: Location) -> Comparison:
-    """What a launch of `second` into `results` would change, where `first` is another spec or a stored study.
+    """What a launch of `second` into `results` would change, where `first` is another
+    spec or a stored study.
 
     Raises SpecError for a design that cannot be, and StoreError for a damaged store.
     """
@@ -105,16 +123,35 @@ def compare(first: Study | StoredStudy, second: Study, results: Location) -> Com
 def _side(one: Study | StoredStudy) -> Side:
     if isinstance(one, StoredStudy):
         spec = parse_document(one.spec, Path("stored spec")).value
-        trials, points = (one.plan[name].combine_chunks() for name in ("trial_id", "point"))
+        trials, points = (
+            one.plan[name].combine_chunks() for name in ("trial_id", "point")
+        )
         return Side(
-            f"{one.name}, as last launched", one.name, False, spec, one.provenance["kernels_sha"], trials, points
+            f"{one.name}, as last launched",
+            one.name,
+            False,
+            spec,
+            one.provenance["kernels_sha"],
+            trials,
+            points,
         )
     if one.search:
-        message = "a search asks for its trials as it goes: what it would add is not known before"
+        message = (
+            "a search asks for its trials as it goes: what it would add is not known"
+            " before"
+        )
         raise one.document.error(("search",), message)
     table = Jobs(one, expand(one), KERNELS_SHA).table()
     trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
-    return Side(str(one.path), one.name, one.until is not None, _values(one.document), KERNELS_SHA, trials, points)
+    return Side(
+        str(one.path),
+        one.name,
+        one.until is not None,
+        _values(one.document),
+        KERNELS_SHA,
+        trials,
+        points,
+    )
 
 
 def _values(document: Document) -> dict[str, Any]:
@@ -144,21 +181,35 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
 def _notes(before: Side, after: Side) -> Iterator[str]:
     same = before.kernels == after.kernels
     if not same:
-        yield f"the kernels have changed ({before.kernels[:16]} -> {after.kernels[:16]}): every trial is another one"
+        yield (
+            f"the kernels have changed ({before.kernels[:16]} -> {after.kernels[:16]}):"
+            " every trial is another one"
+        )
     if before.name != after.name:
-        yield f"these are two studies: {after.name} has a folder of its own and takes no trial from {before.name}"
+        yield (
+            f"these are two studies: {after.name} has a folder of its own and takes no"
+            f" trial from {before.name}"
+        )
     for side in (before, after):
         if side.at_most:
-            yield f"{side.label}: its trials are counted at their most; it stops before, where an interval is narrow"
+            yield (
+                f"{side.label}: its trials are counted at their most; it stops before,"
+                " where an interval is narrow"
+            )
     if (
         same
         and not after.at_most
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)
     ):
-        yield "the specs are the same: a table or an image has changed, or the first was not run to its end"
+        yield (
+            "the specs are the same: a table or an image has changed, or the first was"
+            " not run to its end"
+        )
 
 
 def _brief(value: Any) -> str:
-    text = "-" if value is None else value if isinstance(value, str) else json.dumps(value)
+    text = (
+        "-" if value is None else value if isinstance(value, str) else json.dumps(value)
+    )
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]} ..."

@@ -1,4 +1,6 @@
-"""One table of a study as one file for other programs, with its units, where it comes from, and a checksum."""
+"""One table of a study as one file for other programs, with its units, where it comes
+from, and a checksum.
+"""
 
 import json
 from collections.abc import Callable, Iterator
@@ -28,20 +30,27 @@ BESIDE = ".json"
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the rows of the table, the sha256 of the file, and all files."""
+    """What was written: the rows of the table, the sha256
+    of the file, and all files.
+    """
 
     rows: int
     sha256: str
     files: tuple[Path, ...]
 
 
-def export(study: StoredStudy, path: Path, table: str = "trials", *, force: bool = False) -> Exported:
-    """Write a table of `study`, the trials of its spec in their order, to `path`, in the format that its name ends in.
+def export(
+    study: StoredStudy, path: Path, table: str = "trials", *, force: bool = False
+) -> Exported:
+    """Write a table of `study`, the trials of its spec in their order, to `path`, in
+    the format that its name ends in.
 
-    Parquet and Arrow files have the table as it is stored; CSV files have one row a boid or pixel where a stored row
-    has many; netCDF files have arrays by trial, see sweep.tables.netcdf. Values come back with the same bits from all.
-    The checksum stands in `<path>.sha256`. Raises StoreError, before any work where it can be known, for an unknown
-    table or ending, for a file that exists without `force`, and where there is nothing to export.
+    Parquet and Arrow files have the table as it is stored; CSV files have one row a
+    boid or pixel where a stored row has many; netCDF files have arrays by trial, see
+    sweep.tables.netcdf. Values come back with the same bits from all. The checksum
+    stands in `<path>.sha256`. Raises StoreError, before any work where it can be known,
+    for an unknown table or ending, for a file that exists without `force`, and where
+    there is nothing to export.
     """
     if table not in TABLES:
         raise StoreError(f"study {study.name}: {unknown('table', table, TABLES)}")
@@ -62,32 +71,58 @@ def export(study: StoredStudy, path: Path, table: str = "trials", *, force: bool
 
 
 def _rows(study: StoredStudy, name: str) -> pa.Table:
-    """A table of the spec's trials in the order of the plan, with the provenance of the study and of its parts."""
+    """A table of the spec's trials in the order of the plan, with the provenance of the
+    study and of its parts.
+    """
     listed = study.plan["trial_id"].combine_chunks()
     table = study.read(name, listed)
     if table.num_rows == 0:
-        asked = "" if name == "trials" else f"; record: {{{name}: ...}} in the spec keeps some"
+        asked = (
+            ""
+            if name == "trials"
+            else f"; record: {{{name}: ...}} in the spec keeps some"
+        )
         raise StoreError(f"study {study.name}: no {name} of it are stored{asked}")
-    order = np.argsort(pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable")
-    about = study.provenance | {"table": name, "origins": list(_origins(study, listed.to_pylist()))}
-    return table.take(pa.array(order)).replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True)})
+    order = np.argsort(
+        pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable"
+    )
+    about = study.provenance | {
+        "table": name,
+        "origins": list(_origins(study, listed.to_pylist())),
+    }
+    return table.take(pa.array(order)).replace_schema_metadata(
+        {PROVENANCE: json.dumps(about, sort_keys=True)}
+    )
 
 
 def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any]]:
-    """What the trials come from, launch by launch; of a changed working tree only that it was changed."""
+    """What the trials come from, launch by launch; of a changed working tree only that
+    it was changed.
+    """
     for about, count in origins(study.store, trial_ids):
-        machine = {name: about[name] for name in ("kernels_sha", "versions", "platform", "cpu")}
-        git = {"commit": about["git"].get("commit", ""), "modified": bool(about["git"].get("diff"))}
+        machine = {
+            name: about[name] for name in ("kernels_sha", "versions", "platform", "cpu")
+        }
+        git = {
+            "commit": about["git"].get("commit", ""),
+            "modified": bool(about["git"].get("diff")),
+        }
         yield {"trials": count, "git": git, **machine}
 
 
 def _about(table: pa.Table) -> dict[str, Any]:
     """The units and the provenance of a table, ready for JSON."""
     columns = {
-        field.name: {_decoded(key): _decoded(text) for key, text in (field.metadata or {}).items()}
+        field.name: {
+            _decoded(key): _decoded(text)
+            for key, text in (field.metadata or {}).items()
+        }
         for field in table.schema
     }
-    return {"columns": columns, "provenance": json.loads(table.schema.metadata[PROVENANCE])}
+    return {
+        "columns": columns,
+        "provenance": json.loads(table.schema.metadata[PROVENANCE]),
+    }
 
 
 def _decoded(text: bytes) -> str:
@@ -118,22 +153,37 @@ def _flat(table: pa.Table) -> pa.Table:
 
 
 def _long(table: pa.Table) -> pa.Table:
-    """The table without lists: one row a boid of trajectories, one a pixel of heatmaps."""
+    """The table without lists: one row a boid of
+    trajectories, one a pixel of heatmaps.
+    """
     lists = [field.name for field in table.schema if pa.types.is_list(field.type)]
     if not lists:
         return table
     lengths = pc.list_value_length(table[lists[0]]).to_numpy()
-    repeated = table.drop_columns(lists).take(pa.array(np.repeat(np.arange(len(lengths)), lengths)))
+    repeated = table.drop_columns(lists).take(
+        pa.array(np.repeat(np.arange(len(lengths)), lengths))
+    )
     starts = np.cumsum(lengths) - lengths
-    repeated = repeated.append_column("index", pa.array(np.arange(lengths.sum()) - np.repeat(starts, lengths)))
+    repeated = repeated.append_column(
+        "index", pa.array(np.arange(lengths.sum()) - np.repeat(starts, lengths))
+    )
     for name in lists:
         repeated = repeated.append_column(name, pc.list_flatten(table[name]))
-    return _pixels(repeated) if "rows" in table.column_names else repeated.rename_columns({"index": "boid"})
+    return (
+        _pixels(repeated)
+        if "rows" in table.column_names
+        else repeated.rename_columns({"index": "boid"})
+    )
 
 
 def _pixels(table: pa.Table) -> pa.Table:
     row, column = np.divmod(table["index"].to_numpy(), table["columns"].to_numpy())
-    names = {"trial_id": table["trial_id"], "row": row, "column": column, "visits": table["visits"]}
+    names = {
+        "trial_id": table["trial_id"],
+        "row": row,
+        "column": column,
+        "visits": table["visits"],
+    }
     return pa.table(names)
 
 

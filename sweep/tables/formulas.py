@@ -1,9 +1,9 @@
 """CSV files that a spreadsheet opens: a text in them never becomes a formula.
 
-A spreadsheet takes a cell that begins with = + - or @ for a formula, whether it is quoted or
-not (OWASP, CSV injection). So such a text gets an apostrophe before it, and so does a text
-that has one there already: whoever takes one leading apostrophe away has every text as it
-was. Numbers are written as they are.
+A spreadsheet takes a cell that begins with = + - or @ for a formula, whether it is
+quoted or not (OWASP, CSV injection). So such a text gets an apostrophe before it, and
+so does a text that has one there already: whoever takes one leading apostrophe away has
+every text as it was. Numbers are written as they are.
 """
 
 import re
@@ -13,7 +13,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 FORMULA = "^(['\" \\t\\r\\n]*[=+\\-@\uff1d\uff0b\uff0d\uff20]|['\\t\\r\\n])"
-"""How a text begins that needs an apostrophe; the wide signs count in some languages."""
+"""How a text begins that needs an apostrophe; the wide signs count in some languages.
+"""
 
 
 def without_formulas(table: pa.Table) -> pa.Table:

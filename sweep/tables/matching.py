@@ -1,4 +1,6 @@
-"""Which points of the two sides of a comparison belong together, and in what else they differ."""
+"""Which points of the two sides of a comparison belong together, and in what else they
+differ.
+"""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -27,9 +29,10 @@ Two = tuple[pd.DataFrame, pd.DataFrame]
 class Matching:
     """Points of two sides that agree in the settings `names`.
 
-    `settings` has the values of those, a row a pair, and `points` (pairs, 2) the ids. `alone` has the settings of the
-    points of either side that have no partner, and `same` counts the pairs that are left out because both are the
-    same trials. `differ` holds the values on either side of all else in which the points of some pair differ.
+    `settings` has the values of those, a row a pair, and `points` (pairs, 2) the ids.
+    `alone` has the settings of the points of either side that have no partner, and
+    `same` counts the pairs that are left out because both are the same trials. `differ`
+    holds the values on either side of all else in which the points of some pair differ.
     """
 
     names: list[str]
@@ -41,25 +44,46 @@ class Matching:
 
 
 def match(one: Side, other: Side) -> Matching:
-    """The points of two sides, matched on the settings that vary on either and have a value in common.
+    """The points of two sides, matched on the settings that vary on either and have a
+    value in common.
 
-    Settings that both sides name are not matched on. Raises StoreError where several points of a side agree in all
-    that is matched on, where no point has a partner, and where the two sides are the same trials.
+    Settings that both sides name are not matched on. Raises StoreError where several
+    points of a side agree in all that is matched on, where no point has a partner, and
+    where the two sides are the same trials.
     """
     tables = _points(one), _points(other)
     settings = _settings(one, other)
-    names = [name for name in settings if name not in one.named & other.named and _is_matched_on(name, *tables)]
+    names = [
+        name
+        for name in settings
+        if name not in one.named & other.named and _is_matched_on(name, *tables)
+    ]
     keyed = [table.set_axis(_keys(table[names]), axis="index") for table in tables]
-    for side, partner, table in ((one, keyed[1], keyed[0]), (other, keyed[0], keyed[1])):
+    for side, partner, table in (
+        (one, keyed[1], keyed[0]),
+        (other, keyed[0], keyed[1]),
+    ):
         _check_single(side, table, partner, names)
     common = [key for key in keyed[0].index if key in keyed[1].index]
     if not common:
-        raise StoreError(f"no point of {one.text} agrees with one of {other.text} in {', '.join(names)}")
+        raise StoreError(
+            f"no point of {one.text} agrees with one of {other.text} in"
+            f" {', '.join(names)}"
+        )
     first, second = (table.loc[common] for table in keyed)
-    same = ((first["point"] == second["point"]) & first["point"].isin(_shared_points(one, other))).to_numpy()
+    same = (
+        (first["point"] == second["point"])
+        & first["point"].isin(_shared_points(one, other))
+    ).to_numpy()
     if same.all():
-        only = "are the same trials" if len(common) == len(keyed[0]) else "agree only where both are the same trials"
-        raise StoreError(f"{one.text} and {other.text} {only}: there is nothing to compare")
+        only = (
+            "are the same trials"
+            if len(common) == len(keyed[0])
+            else "agree only where both are the same trials"
+        )
+        raise StoreError(
+            f"{one.text} and {other.text} {only}: there is nothing to compare"
+        )
     first, second = first[~same], second[~same]
     return Matching(
         names,
@@ -67,7 +91,9 @@ def match(one: Side, other: Side) -> Matching:
         np.column_stack([first["point"], second["point"]]),
         (keyed[0].drop(common)[names], keyed[1].drop(common)[names]),
         int(same.sum()),
-        _differences(first, second, [*ABOUT, *(name for name in settings if name not in names)]),
+        _differences(
+            first, second, [*ABOUT, *(name for name in settings if name not in names)]
+        ),
     )
 
 
@@ -76,13 +102,18 @@ def telling(settings: pd.DataFrame) -> list[str]:
     chosen: list[str] = []
     groups = 1
     for name in settings.columns:
-        if groups < len(settings) and (finer := settings.groupby([*chosen, name]).ngroups) > groups:
+        if (
+            groups < len(settings)
+            and (finer := settings.groupby([*chosen, name]).ngroups) > groups
+        ):
             chosen, groups = [*chosen, name], finer
     return chosen
 
 
 def _settings(one: Side, other: Side) -> list[str]:
-    """The settings that both sides have, those first that vary, in the order of the specs."""
+    """The settings that both sides have, those first that vary, in the order of the
+    specs.
+    """
     names = dict.fromkeys([*one.study.varied, *other.study.varied, *fields(one.model)])
     known = [set(fields(side.model)) & set(side.trials) for side in (one, other)]
     return [name for name in names if name in known[0] & known[1]]
@@ -91,9 +122,15 @@ def _settings(one: Side, other: Side) -> list[str]:
 def _points(side: Side) -> pd.DataFrame:
     """One row a point: its id, its settings, and what else it is."""
     points = side.trials.drop_duplicates("point")
-    own = {name: json.dumps(about) for name, about in side.study.provenance.get("maps", {}).items()}
+    own = {
+        name: json.dumps(about)
+        for name, about in side.study.provenance.get("maps", {}).items()
+    }
     return points.assign(
-        **{"kernels": side.kernels, "shapes of the map": [own.get(str(name), "") for name in points["map"]]}
+        **{
+            "kernels": side.kernels,
+            "shapes of the map": [own.get(str(name), "") for name in points["map"]],
+        }
     )
 
 
@@ -104,27 +141,48 @@ def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool
 
 
 def _values(column: "pd.Series[Any]") -> list[Any]:
-    """The values of a column, numbers that differ in their last digits only made equal."""
+    """The values of a column, numbers that differ in their
+    last digits only made equal.
+    """
     values = column.tolist()
-    return [float(f"{value:.{DIGITS}g}") for value in values] if column.dtype.kind in "if" else values
+    return (
+        [float(f"{value:.{DIGITS}g}") for value in values]
+        if column.dtype.kind in "if"
+        else values
+    )
 
 
 def _keys(table: pd.DataFrame) -> list[str]:
     """One text a row that is the same where all values are."""
     columns = [_values(table[name]) for name in table]
-    return [repr(row) for row in zip(*columns, strict=True)] if columns else [""] * len(table)
+    return (
+        [repr(row) for row in zip(*columns, strict=True)]
+        if columns
+        else [""] * len(table)
+    )
 
 
-def _check_single(side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]) -> None:
-    """Raise StoreError where a point has several partners, saying in what these differ."""
-    several = table[table.index.isin(partner.index) & table.index.duplicated(keep=False)]
+def _check_single(
+    side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
+) -> None:
+    """Raise StoreError where a point has several partners,
+    saying in what these differ.
+    """
+    several = table[
+        table.index.isin(partner.index) & table.index.duplicated(keep=False)
+    ]
     if several.empty:
         return
     group = several.loc[[several.index[0]]]
-    free = [name for name in fields(side.model) if name in group and group[name].nunique() > 1]
+    free = [
+        name
+        for name in fields(side.model)
+        if name in group and group[name].nunique() > 1
+    ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
     raise StoreError(
-        f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could be compared with one point of "
+        f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could"
+        " be compared with one point of "
         f"the other side; they differ in {', '.join(free)}: choose one, as in "
         f"{side.text}{',' if ':' in side.text else ':'}{free[0]}={group[free[0]].iloc[0]}"
     )
@@ -135,15 +193,26 @@ def _shared_points(one: Side, other: Side) -> set[str]:
 
     def keys(side: Side, points: set[str]) -> set[tuple[Any, ...]]:
         trials = side.trials[side.trials["point"].isin(points)]
-        return set(zip(trials["point"], trials["streams"], replicates(trials), strict=True))
+        return set(
+            zip(trials["point"], trials["streams"], replicates(trials), strict=True)
+        )
 
-    points = set(one.trials["point"]) & set(other.trials["point"]) if one.kernels == other.kernels else set()
+    points = (
+        set(one.trials["point"]) & set(other.trials["point"])
+        if one.kernels == other.kernels
+        else set()
+    )
     return {point for point, *_ in keys(one, points) & keys(other, points)}
 
 
 def _differences(
     first: pd.DataFrame, second: pd.DataFrame, names: Sequence[str]
 ) -> dict[str, tuple[list[Any], list[Any]]]:
-    """Of those of `names` in which two rows of the same place differ the values in either table."""
+    """Of those of `names` in which two rows of the same place differ the values in
+    either table.
+    """
     apart = [name for name in names if _values(first[name]) != _values(second[name])]
-    return {name: (list(dict.fromkeys(first[name])), list(dict.fromkeys(second[name]))) for name in apart}
+    return {
+        name: (list(dict.fromkeys(first[name])), list(dict.fromkeys(second[name])))
+        for name in apart
+    }

@@ -1,11 +1,13 @@
-"""Tables as netCDF: arrays by trial, frame, boid or pixel, with units, for xarray and whatever reads netCDF 4.
+"""Tables as netCDF: arrays by trial, frame, boid or pixel, with units, for xarray and
+whatever reads netCDF 4.
 
     trials        every column by `trial`
     series        every metric by `trial` and `frame`, NaN where a trial has no such frame
     trajectories  x, y, vx and vy by `trial`, `frame` and `boid`, NaN where a trial has no such frame or boid
     heatmaps      visits by `trial`, `row` and `column`, -1 in obstacles and -2 outside of a smaller map
 
-`trial` is the trial's id; its replicate, its seed and the settings that vary stand beside as coordinates.
+`trial` is the trial's id; its replicate, its seed and the settings that vary stand
+beside as coordinates.
 """
 
 import math
@@ -35,11 +37,16 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]
 def check_netcdf() -> None:
     """Raise StoreError where the packages that write netCDF are not installed."""
     if not (find_spec("xarray") and find_spec("netCDF4")):
-        raise StoreError(f"netCDF files are written by xarray and netCDF4, which are not installed: {INSTALL}")
+        raise StoreError(
+            "netCDF files are written by xarray and netCDF4, which are not installed:"
+            f" {INSTALL}"
+        )
 
 
 def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
-    """Write a table with its provenance (a text in the variable `provenance`); holds the arrays in memory."""
+    """Write a table with its provenance (a text in the variable `provenance`); holds
+    the arrays in memory.
+    """
     arrays = dataset(table, study)
     by_path(lambda path: arrays.to_netcdf(path, engine="netcdf4"), file)
 
@@ -49,37 +56,68 @@ def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":
     import xarray as xr
 
     ids = pc.unique(table["trial_id"])
-    coordinates: Variables = {"trial": (("trial",), _texts(ids), {})} | _coordinates(study, ids)
+    coordinates: Variables = {"trial": (("trial",), _texts(ids), {})} | _coordinates(
+        study, ids
+    )
     if "visits" in table.column_names:
         variables = _maps(table)
     elif "frame" in table.column_names:
-        coordinates["frame"] = (("frame",), np.unique(table["frame"].to_numpy()), _attributes(table, "frame"))
+        coordinates["frame"] = (
+            ("frame",),
+            np.unique(table["frame"].to_numpy()),
+            _attributes(table, "frame"),
+        )
         variables = _frames(table, ids)
     else:
-        names = [name for name in table.column_names if name != "trial_id" and name not in coordinates]
-        variables = {name: (("trial",), _values(table[name]), _attributes(table, name)) for name in names}
+        names = [
+            name
+            for name in table.column_names
+            if name != "trial_id" and name not in coordinates
+        ]
+        variables = {
+            name: (("trial",), _values(table[name]), _attributes(table, name))
+            for name in names
+        }
     provenance = table.schema.metadata[PROVENANCE].decode()
-    variables["provenance"] = ((), np.array(provenance, dtype=object), {"text": "where it comes from, as JSON"})
+    variables["provenance"] = (
+        (),
+        np.array(provenance, dtype=object),
+        {"text": "where it comes from, as JSON"},
+    )
     return xr.Dataset(variables, coordinates, {"title": f"boidsweep: {study.name}"})
 
 
 def _coordinates(study: StoredStudy, ids: pa.Array) -> Variables:
     names = ["point", "replicate", "seed", *study.varied]
     trials = study.store.read("trials", trial_ids=ids, columns=["trial_id", *names])
-    trials = trials.take(pc.index_in(ids, value_set=trials["trial_id"].combine_chunks()))
-    return {name: (("trial",), _values(trials[name]), _attributes(trials, name)) for name in names}
+    trials = trials.take(
+        pc.index_in(ids, value_set=trials["trial_id"].combine_chunks())
+    )
+    return {
+        name: (("trial",), _values(trials[name]), _attributes(trials, name))
+        for name in names
+    }
 
 
 def _frames(table: pa.Table, ids: pa.Array) -> Variables:
-    """Columns with one row a frame, put in their place by trial and frame; columns of lists by boid too."""
+    """Columns with one row a frame, put in their place by trial and frame; columns of
+    lists by boid too.
+    """
     steps = table["frame"].to_numpy()
-    place = pc.index_in(table["trial_id"], value_set=ids).to_numpy(), np.searchsorted(np.unique(steps), steps)
+    place = (
+        pc.index_in(table["trial_id"], value_set=ids).to_numpy(),
+        np.searchsorted(np.unique(steps), steps),
+    )
     shape = len(ids), len(np.unique(steps))
     variables: Variables = {}
     for name in table.column_names:
         column, about = table[name].combine_chunks(), _attributes(table, name)
         if pa.types.is_list(column.type):
-            variables[name] = (("trial", "frame", "boid"), _by_boid(column, place, shape), about)
+            variables[name] = (
+                ("trial", "frame", "boid"),
+                _by_boid(column, place, shape),
+                about,
+            )
         elif name not in ("trial_id", "frame"):
             values = _room(shape, np.nan, np.float64)
             values[place] = column.to_numpy(zero_copy_only=False)
@@ -87,38 +125,52 @@ def _frames(table: pa.Table, ids: pa.Array) -> Variables:
     return variables
 
 
-def _by_boid(column: pa.Array, place: tuple[NDArray[Any], ...], shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _by_boid(
+    column: pa.Array, place: tuple[NDArray[Any], ...], shape: tuple[int, ...]
+) -> NDArray[np.float64]:
     lengths = pc.list_value_length(column).to_numpy()
     starts = np.cumsum(lengths) - lengths
     boid = np.arange(lengths.sum()) - np.repeat(starts, lengths)
     values = _room((*shape, int(lengths.max())), np.nan, np.float64)
-    values[(*(np.repeat(index, lengths) for index in place), boid)] = pc.list_flatten(column).to_numpy()
+    values[(*(np.repeat(index, lengths) for index in place), boid)] = pc.list_flatten(
+        column
+    ).to_numpy()
     return values
 
 
 def _maps(table: pa.Table) -> Variables:
     rows, columns = (table[name].to_numpy() for name in ("rows", "columns"))
-    visits = _room((table.num_rows, int(rows.max()), int(columns.max())), OUTSIDE, np.int32)
+    visits = _room(
+        (table.num_rows, int(rows.max()), int(columns.max())), OUTSIDE, np.int32
+    )
     for index, flat in enumerate(table["visits"]):
         size = int(rows[index]), int(columns[index])
         visits[index, : size[0], : size[1]] = flat.values.to_numpy().reshape(size)
-    about = _attributes(table, "visits") | {"text": "visits a pixel, -1 in obstacles, -2 outside of the map"}
+    about = _attributes(table, "visits") | {
+        "text": "visits a pixel, -1 in obstacles, -2 outside of the map"
+    }
     return {"visits": (("trial", "row", "column"), visits, about)}
 
 
 def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
-    """An array that has `value` everywhere. Raises StoreError where it would have too many places."""
+    """An array that has `value` everywhere. Raises StoreError where it would have too
+    many places.
+    """
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise StoreError(
-            f"netCDF: an array of all trials would have {size} places; at most {MOST_PLACES:,} are "
-            "allowed: write .parquet instead"
+            f"netCDF: an array of all trials would have {size} places; at most"
+            f" {MOST_PLACES:,} are allowed: write .parquet instead"
         )
     return np.full(shape, value, kind)
 
 
 def _values(column: pa.ChunkedArray) -> NDArray[Any]:
-    return _texts(column) if pa.types.is_string(column.type) else np.asarray(column.to_numpy())
+    return (
+        _texts(column)
+        if pa.types.is_string(column.type)
+        else np.asarray(column.to_numpy())
+    )
 
 
 def _texts(column: pa.ChunkedArray | pa.Array) -> NDArray[Any]:

@@ -1,4 +1,6 @@
-"""Files for the user: refused before any work where they cannot be, and whole or absent afterwards."""
+"""Files for the user: refused before any work where they cannot be, and whole or absent
+afterwards.
+"""
 
 import hashlib
 import shutil
@@ -15,7 +17,9 @@ from sweep.text import unknown
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
-    """Raise StoreError unless `path` ends as one of `endings`, lies in a folder, and is free or may be replaced."""
+    """Raise StoreError unless `path` ends as one of `endings`, lies in a folder, and is
+    free or may be replaced.
+    """
     in_unicode(path)
     if path.suffix not in endings:
         raise StoreError(f"{path}: {unknown('kind of file', path.suffix, endings)}")
@@ -37,7 +41,9 @@ def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
         with replacing(path, below) as file:
             yield file
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
+        raise StoreError(
+            f"{path}: cannot be written ({error.strerror or error})"
+        ) from error
 
 
 def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
@@ -59,7 +65,9 @@ def sha256(path: Path) -> str:
 
 
 def write_checksum(path: Path) -> str:
-    """Write the sha256 of a file to `<path>.sha256`, as `sha256sum -c` reads it, and return it."""
+    """Write the sha256 of a file to `<path>.sha256`, as `sha256sum -c` reads it, and
+    return it.
+    """
     digest = sha256(path)
     with unfinished(path.with_name(path.name + ".sha256")) as file:
         file.write(f"{digest}  {path.name}\n".encode())

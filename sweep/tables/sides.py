@@ -1,4 +1,6 @@
-"""The sides of a comparison as a command names them: `STUDY`, `STUDY:n=50,map=empty` or `STUDY:as_written`."""
+"""The sides of a comparison as a command names them: `STUDY`, `STUDY:n=50,map=empty` or
+`STUDY:as_written`.
+"""
 
 import os
 from contextlib import suppress
@@ -24,7 +26,9 @@ BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The trials of a study that `text` names, and the settings to which it gives a value, in `named`."""
+    """The trials of a study that `text` names, and the settings to which it gives a
+    value, in `named`.
+    """
 
     text: str
     study: StoredStudy
@@ -50,9 +54,10 @@ class Side:
 def read_side(text: str, results: Location) -> Side:
     """The trials that `text` names, in the order of their study.
 
-    After the study's name and a colon come settings, or presets where the study ablates one: with the study's own
-    nothing is changed, with the other all is. Raises StoreError for a study, setting, value or preset that is not
-    there, and where no trial is left.
+    After the study's name and a colon come settings, or presets where the study ablates
+    one: with the study's own nothing is changed, with the other all is. Raises
+    StoreError for a study, setting, value or preset that is not there, and where no
+    trial is left.
     """
     name, colon, rest = text.partition(":")
     study = _stored(name, results)
@@ -62,10 +67,15 @@ def read_side(text: str, results: Location) -> Side:
     for item in rest.split(",") if colon else ():
         what, equals, value = (part.strip() for part in item.partition("="))
         if not what or (equals and not value):
-            raise StoreError(f"{text}: what follows the colon is setting=value[,setting=value] or a preset")
+            raise StoreError(
+                f"{text}: what follows the colon is setting=value[,setting=value] or a"
+                " preset"
+            )
         if what in named:
             raise StoreError(f"{text}: {what} has a value already")
-        chosen, names = _with_setting(study, what, value) if equals else _with_preset(study, what)
+        chosen, names = (
+            _with_setting(study, what, value) if equals else _with_preset(study, what)
+        )
         trials, named = trials[chosen[trials.index]], named | names
     if trials.empty:
         raise StoreError(f"study {name}: no point has all of {rest}")
@@ -73,13 +83,18 @@ def read_side(text: str, results: Location) -> Side:
 
 
 def listed(name: str, column: "pd.Series[Any]", near: Value | None = None) -> str:
-    """The values of a setting in words: all where they are few, else some, of numbers those closest to `near`."""
+    """The values of a setting in words: all where they are few, else some, of numbers
+    those closest to `near`.
+    """
     values = list(dict.fromkeys(column.tolist()))
     if len(values) <= SHORT_LIST:
         return f"values of {name}: {', '.join(map(str, values))}"
     if isinstance(near, int | float):
         closest = sorted(values, key=lambda value: abs(value - near))
-        return f"the closest of {len(values):,} values: {', '.join(map(str, closest[:CLOSEST]))}"
+        return (
+            f"the closest of {len(values):,} values:"
+            f" {', '.join(map(str, closest[:CLOSEST]))}"
+        )
     return f"values of {name}: {', '.join(map(str, values[:SHORT_LIST]))}, ..."
 
 
@@ -93,34 +108,51 @@ def _stored(name: str, results: Location) -> StoredStudy:
 def _studies(results: Location) -> list[str]:
     """The names of the studies below a folder, or a prefix."""
     if not isinstance(results, Path):
-        return sorted(key.removesuffix(PLAN) for key in results.listed().found or () if key.endswith(PLAN))
+        return sorted(
+            key.removesuffix(PLAN)
+            for key in results.listed().found or ()
+            if key.endswith(PLAN)
+        )
     found = []
     for folder, inside, files in os.walk(results):
         inside[:] = sorted(set(inside) - INSIDE)
-        found += [Path(folder).relative_to(results).as_posix()] if "plan.parquet" in files else []
+        found += (
+            [Path(folder).relative_to(results).as_posix()]
+            if "plan.parquet" in files
+            else []
+        )
     return sorted(found)
 
 
-def _with_setting(study: StoredStudy, name: str, text: str) -> tuple["pd.Series[bool]", set[str]]:
+def _with_setting(
+    study: StoredStudy, name: str, text: str
+) -> tuple["pd.Series[bool]", set[str]]:
     """Which trials have the value that `text` writes, and the name of the setting."""
     trials = study.trials
     if name == DETAIL and study.provenance.get("ablated"):
         return _with_detail(study, text)
     known = study_fields(str(trials["model"].iloc[0]), study.provenance.get("maps", {}))
     if name not in known:
-        raise StoreError(f"study {study.name}: {unknown('setting', name, known)}{_varied(study)}")
+        raise StoreError(
+            f"study {study.name}: {unknown('setting', name, known)}{_varied(study)}"
+        )
     try:
         value = _parsed(text, known[name])
     except NotAllowedError as error:
         raise StoreError(f"study {study.name}: {error}") from None
     chosen = pd.Series(agrees(trials[name].to_numpy(), value), index=trials.index)
     if not chosen.any():
-        raise StoreError(f"study {study.name}: no point has {name} = {text}; {listed(name, trials[name], value)}")
+        raise StoreError(
+            f"study {study.name}: no point has {name} = {text};"
+            f" {listed(name, trials[name], value)}"
+        )
     return chosen, {name}
 
 
 def _parsed(text: str, field: Field) -> Value:
-    """The value of a setting from its text. Raises NotAllowedError where it cannot be one."""
+    """The value of a setting from its text. Raises NotAllowedError where it cannot be
+    one.
+    """
     given: Any = text
     if field.kind == "bool":
         given = BOOLEANS.get(text.lower(), text)
@@ -131,15 +163,30 @@ def _parsed(text: str, field: Field) -> Value:
 
 
 def _varied(study: StoredStudy) -> str:
-    return f" (the study varies {', '.join(study.varied)})" if study.varied else " (the study varies none)"
+    return (
+        f" (the study varies {', '.join(study.varied)})"
+        if study.varied
+        else " (the study varies none)"
+    )
 
 
 def _with_preset(study: StoredStudy, preset: str) -> tuple["pd.Series[bool]", set[str]]:
-    """Which trials have the settings of a preset, and the names of all that the study ablates."""
-    own, ablated = str(study.trials["preset"].iloc[0]), study.provenance.get("ablated", {})
+    """Which trials have the settings of a preset, and the names of all that the study
+    ablates.
+    """
+    own, ablated = (
+        str(study.trials["preset"].iloc[0]),
+        study.provenance.get("ablated", {}),
+    )
     if preset not in (own, *ablated):
-        why = "" if ablated else "; the study ablates no preset: name settings, as in n=50"
-        raise StoreError(f"study {study.name}: {unknown('preset', preset, [own, *ablated])}{why}")
+        why = (
+            ""
+            if ablated
+            else "; the study ablates no preset: name settings, as in n=50"
+        )
+        raise StoreError(
+            f"study {study.name}: {unknown('preset', preset, [own, *ablated])}{why}"
+        )
     if not ablated:
         return pd.Series(True, index=study.trials.index), set()
     groups = next(iter(ablated.values()))
@@ -148,9 +195,16 @@ def _with_preset(study: StoredStudy, preset: str) -> tuple["pd.Series[bool]", se
 
 
 def _with_detail(study: StoredStudy, detail: str) -> tuple["pd.Series[bool]", set[str]]:
-    """Which trials have that detail changed, as `details` names it, and the names of all that the study ablates."""
+    """Which trials have that detail changed, as `details` names it, and the names of
+    all that the study ablates.
+    """
     preset, groups = next(iter(study.provenance["ablated"].items()))
     labels = details(study, preset).to_numpy()
     if detail not in labels:
-        raise StoreError(f"study {study.name}: {unknown(DETAIL, detail, dict.fromkeys(filter(None, labels)))}")
-    return pd.Series(labels == detail, index=study.trials.index), {name for group in groups for name in group}
+        raise StoreError(
+            f"study {study.name}:"
+            f" {unknown(DETAIL, detail, dict.fromkeys(filter(None, labels)))}"
+        )
+    return pd.Series(labels == detail, index=study.trials.index), {
+        name for group in groups for name in group
+    }

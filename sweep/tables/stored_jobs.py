@@ -11,12 +11,13 @@ from sweep.tables.stored_trials import StoredTrial
 
 
 def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> Job:
-    """The job that runs a stored trial of `study` again; `maps` are those that its plan brings.
+    """The job that runs a stored trial of `study` again; `maps` are those that its plan
+    brings.
 
     Its point is that of the settings in the row.
 
-    Raises StoreError where the row is none that a launch can have written, see `accepted`, and
-    where the spec as last launched has another map of that name.
+    Raises StoreError where the row is none that a launch can have written, see
+    `accepted`, and where the spec as last launched has another map of that name.
     """
     row, name = stored.row, str(stored.row.get("map"))
     if name not in MAPS and name not in maps:
@@ -42,4 +43,7 @@ def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> J
 
 
 def _without_map(study: str, name: object) -> StoreError:
-    return StoreError(f"study {study}: the spec as last launched does not have the map {name} of this trial")
+    return StoreError(
+        f"study {study}: the spec as last launched does not have the map {name} of this"
+        " trial"
+    )

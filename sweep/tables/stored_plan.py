@@ -1,7 +1,8 @@
-"""What a stored plan says of its study is what a spec could have said: it may come from anyone.
+"""What a stored plan says of its study is what a spec could have said: it may come from
+anyone.
 
-Its shape has been checked where it was read (`storing/origin.py`); here it is what the names
-mean and which numbers go together.
+Its shape has been checked where it was read (`storing/origin.py`); here it is what the
+names mean and which numbers go together.
 """
 
 from collections.abc import Iterable
@@ -21,11 +22,15 @@ MOST_BEFORE = 10**9
 
 
 def check_plan(study: str, about: dict[str, Any]) -> None:
-    """Raise StoreError where `about`, the provenance of a plan, is not what a launch writes."""
+    """Raise StoreError where `about`, the provenance of a plan, is not what a launch
+    writes.
+    """
     try:
         _check(about)
     except ValueError as error:
-        raise StoreError(f"study {study}: its plan is not what a launch writes: {error}") from None
+        raise StoreError(
+            f"study {study}: its plan is not what a launch writes: {error}"
+        ) from None
 
 
 def _check(about: dict[str, Any]) -> None:
@@ -51,11 +56,18 @@ def _check(about: dict[str, Any]) -> None:
 
 
 def _settings(about: dict[str, Any]) -> set[str]:
-    """The names of all settings of the model, where a plan does not say which, of any."""
+    """The names of all settings of the model, where a plan
+    does not say which, of any.
+    """
     if "model" not in about:
         return {name for model in MODELS for name in fields(model)}
-    if about["model"] not in MODELS or about["preset"] not in MODELS[about["model"]].presets:
-        raise ValueError(f'there is no preset "{about["preset"]}" of "{about["model"]}"')
+    if (
+        about["model"] not in MODELS
+        or about["preset"] not in MODELS[about["model"]].presets
+    ):
+        raise ValueError(
+            f'there is no preset "{about["preset"]}" of "{about["model"]}"'
+        )
     return set(fields(about["model"]))
 
 
@@ -68,13 +80,19 @@ def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:
-    """A saltelli or morris sample is read in blocks, of which `rows` says where each point is."""
+    """A saltelli or morris sample is read in blocks, of which `rows` says where each
+    point is.
+    """
     count, size, levels = len(axis["fields"]), axis.get("size", 0), axis.get("levels")
     sizes = (count + 1,) if axis["sampler"] == "morris" else (count + 2, 2 * count + 2)
     rows = axis.get("rows", [])
-    whole = isinstance(rows, list) and all(type(row) is int and row >= 0 for row in rows)
+    whole = isinstance(rows, list) and all(
+        type(row) is int and row >= 0 for row in rows
+    )
     if size not in sizes or not whole or len(rows) % size:
-        raise ValueError(f'axis "{name}" has no blocks of the size of a {axis["sampler"]} sample')
+        raise ValueError(
+            f'axis "{name}" has no blocks of the size of a {axis["sampler"]} sample'
+        )
     if axis["sampler"] == "morris" and not (type(levels) is int and levels >= 2):
         raise ValueError(f'axis "{name}" has no levels')
 

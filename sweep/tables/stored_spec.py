@@ -1,5 +1,5 @@
-"""A stored trial, read as a spec: its row may come from anyone, so that it passes the same checks
-before a kernel meets it.
+"""A stored trial, read as a spec: its row may come from anyone, so that it passes the
+same checks before a kernel meets it.
 """
 
 from collections.abc import Mapping
@@ -27,12 +27,15 @@ class _Row(Document):
         return SpecError(message)
 
 
-def accepted(study: str, stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, dict[str, Value]]:
-    """The study of one point that launches a stored trial of `study`, and all settings of it.
+def accepted(
+    study: str, stored: StoredTrial, maps: Mapping[str, OwnMap]
+) -> tuple[Study, dict[str, Value]]:
+    """The study of one point that launches a stored trial of `study`, and all settings
+    of it.
 
-    `maps` are those that the plan brings. Values are those of the row, to the last bit. Raises
-    StoreError, which names the trial, the column, its value and what is allowed, for a row that
-    no launch can have written.
+    `maps` are those that the plan brings. Values are those of the row, to the last bit.
+    Raises StoreError, which names the trial, the column, its value and what is allowed,
+    for a row that no launch can have written.
     """
     try:
         return _accepted(stored, maps)
@@ -42,7 +45,9 @@ def accepted(study: str, stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tup
         raise StoreError(f"study {study}: trial {trial} {message}: {error}") from None
 
 
-def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, dict[str, Value]]:
+def _accepted(
+    stored: StoredTrial, maps: Mapping[str, OwnMap]
+) -> tuple[Study, dict[str, Value]]:
     row, document = stored.row, _Row(Path("trials.parquet"), "")
 
     def cell(name: str) -> Entry:
@@ -55,7 +60,9 @@ def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, d
         cell("error").text()
     study = read_study(Entry(document, (), _spec(stored, cell)))
     known = study_fields(study.model, maps)
-    settings = Entry(document, (), {name: row.get(name) for name in fields(study.model)})
+    settings = Entry(
+        document, (), {name: row.get(name) for name in fields(study.model)}
+    )
     study = replace(study, maps=dict(maps), fixed=read_fixed(settings, known))
     return study, expand(study).settings(0)
 
@@ -63,7 +70,10 @@ def _accepted(stored: StoredTrial, maps: Mapping[str, OwnMap]) -> tuple[Study, d
 def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
     """The spec of a row without its settings and maps."""
     seed = cell("seed").whole(0)
-    replicate, every = cell("replicate").whole(0, MOST_TRIALS - 1), cell("every").whole(1)
+    replicate, every = (
+        cell("replicate").whole(0, MOST_TRIALS - 1),
+        cell("every").whole(1),
+    )
     words = cell("streams").text().split()
     record = stored.record
     return {
@@ -71,7 +81,11 @@ def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
         "model": cell("model").text(),
         "preset": cell("preset").text(),
         "seed": seed,
-        **({"seeds": [seed]} if cell("seed_listed").truth() else {"replicates": replicate + 1}),
+        **(
+            {"seeds": [seed]}
+            if cell("seed_listed").truth()
+            else {"replicates": replicate + 1}
+        ),
         "streams": dict(word.partition("=")[::2] for word in words),
         "record": {
             "metrics": list(record.metrics),

@@ -30,19 +30,27 @@ if TYPE_CHECKING:
 
 
 class StoredStudy:
-    """The results of a study's spec as last launched; each table is read when first asked for.
+    """The results of a study's spec as last launched; each table is read when first
+    asked for.
 
-    `name` is the study's and `results` the folder or object store that holds it. Raises StoreError where there is none.
+    `name` is the study's and `results` the folder or object store that holds it. Raises
+    StoreError where there is none.
     """
 
     def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
-            raise StoreError(f'study "{name}" is not allowed: a name of folders below the results, joined by "/"')
+            raise StoreError(
+                f'study "{name}" is not allowed: a name of folders below the results,'
+                ' joined by "/"'
+            )
         self.name = name
         place = location(results)
         self.store = Store(place / name, place)
         if isinstance(place, Path) and not (place / name).is_dir():
-            raise StoreError(f"{place / name}: no study has been launched here{similar(name, _launched(place))}")
+            raise StoreError(
+                f"{place / name}: no study has been launched"
+                f" here{similar(name, _launched(place))}"
+            )
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
         check_plan(name, self.provenance)
@@ -57,11 +65,15 @@ class StoredStudy:
 
     @cached_property
     def maps(self) -> dict[str, OwnMap]:
-        """The maps that the spec brings, by name. Raises StoreError for what is stored and is none."""
+        """The maps that the spec brings, by name. Raises StoreError for what is stored
+        and is none.
+        """
         try:
             return maps_from_json(self.provenance.get("maps", {}))
         except ValueError as error:
-            raise StoreError(f"study {self.name}: the stored maps are not allowed: {error}") from None
+            raise StoreError(
+                f"study {self.name}: the stored maps are not allowed: {error}"
+            ) from None
 
     @property
     def varied(self) -> list[str]:
@@ -75,7 +87,8 @@ class StoredStudy:
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metric that decided how many trials a point has, with the confidence of its interval at each look.
+        """The metric that decided how many trials a point has, with the confidence of
+        its interval at each look.
 
         Empty where the number of trials is fixed. `by_point` takes it.
         """
@@ -84,55 +97,98 @@ class StoredStudy:
 
     @cached_property
     def stopping(self) -> pd.DataFrame:
-        """One row a point of a study that adds trials `until` an interval is narrow, in the order of the plan.
+        """One row a point of a study that adds trials `until` an interval is narrow, in
+        the order of the plan.
 
-        Columns: point; n, the number of its trials, which is its last look; values, how many of them have a value;
-        the half_width of the repeated interval, in the unit of the metric; reached, whether that is narrow enough
-        and final; and why no trials follow: "half width", "max" or "too few values", or "not yet" where some do. Raises
-        StoreError for a study with a fixed number of trials.
+        Columns: point; n, the number of its trials, which is its last look; values, how
+        many of them have a value; the half_width of the repeated interval, in the unit
+        of the metric; reached, whether that is narrow enough and final; and why no
+        trials follow: "half width", "max" or "too few values", or "not yet" where some
+        do. Raises StoreError for a study with a fixed number of trials.
         """
         if "until" not in self.provenance:
-            raise StoreError(f'study {self.name}: its number of trials is fixed; "replicates" has no "until"')
+            raise StoreError(
+                f'study {self.name}: its number of trials is fixed; "replicates" has no'
+                ' "until"'
+            )
         rule = self.provenance["until"]
-        until, stored = from_json(rule), self.trials.set_index("trial_id")[rule["metric"]]
+        until, stored = (
+            from_json(rule),
+            self.trials.set_index("trial_id")[rule["metric"]],
+        )
         ids = self.plan["trial_id"].to_pandas()
-        missing = (~ids.isin(stored.index)).groupby(self.plan["point"].to_pandas(), sort=False).sum()
-        trials = self.plan["point"].to_pandas().value_counts(sort=False)[missing.index].to_numpy(np.int64)
-        seen = look(until, rule["nominal_confidence"], trials, stored.reindex(ids).to_numpy(np.float64))
+        missing = (
+            (~ids.isin(stored.index))
+            .groupby(self.plan["point"].to_pandas(), sort=False)
+            .sum()
+        )
+        trials = (
+            self.plan["point"]
+            .to_pandas()
+            .value_counts(sort=False)[missing.index]
+            .to_numpy(np.int64)
+        )
+        seen = look(
+            until,
+            rule["nominal_confidence"],
+            trials,
+            stored.reindex(ids).to_numpy(np.float64),
+        )
         open_ = (missing.to_numpy() > 0) | (seen.further > trials)
         narrow = seen.half_width <= until.half_width
-        why = np.select([open_, narrow, seen.values < 2], ["not yet", "half width", "too few values"], "max")
-        columns = {"point": missing.index, "n": trials, "values": seen.values, "half_width": seen.half_width}
+        why = np.select(
+            [open_, narrow, seen.values < 2],
+            ["not yet", "half width", "too few values"],
+            "max",
+        )
+        columns = {
+            "point": missing.index,
+            "n": trials,
+            "values": seen.values,
+            "half_width": seen.half_width,
+        }
         return pd.DataFrame(columns | {"reached": why == "half width", "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:
-        """One row a stored trial of the spec, in its order: what it is, every setting, every metric."""
+        """One row a stored trial of the spec, in its order: what it is, every setting,
+        every metric.
+        """
         return self._in_order(self._table("trials", (*self.varied, *self.metrics)))
 
     @cached_property
     def series(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial: trial_id, frame and the series metrics."""
+        """One row a recorded frame of a trial: trial_id,
+        frame and the series metrics.
+        """
         return self._in_order(self._table("series"))
 
     @cached_property
     def heatmaps(self) -> pd.DataFrame:
-        """One row a trial: trial_id and `visits`, an array (rows, columns) of counts, -1 in obstacles."""
+        """One row a trial: trial_id and `visits`, an array (rows, columns) of counts,
+        -1 in obstacles.
+        """
         table = self._in_order(self._table("heatmaps"))
         if table.empty:
             return pd.DataFrame({"trial_id": [], "visits": []})
         shapes = zip(table.pop("rows"), table.pop("columns"), strict=True)
-        arrays = [np.asarray(flat).reshape(shape) for flat, shape in zip(table["visits"], shapes, strict=True)]
+        arrays = [
+            np.asarray(flat).reshape(shape)
+            for flat, shape in zip(table["visits"], shapes, strict=True)
+        ]
         table["visits"] = pd.Series(arrays, index=table.index, dtype=object)
         return table
 
     @cached_property
     def trajectories(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial: trial_id, frame, and x, y, vx, vy, arrays (N,) each."""
+        """One row a recorded frame of a trial: trial_id, frame, and x, y, vx, vy,
+        arrays (N,) each.
+        """
         return self._in_order(self._table("trajectories"))
 
     def trajectory(self, trial: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in them, shape (F, 4, N).
+        """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
+        them, shape (F, 4, N).
 
         Raises StoreError where there is no such trial, and where none are stored of it.
         """
@@ -140,16 +196,21 @@ class StoredStudy:
         if table.num_rows == 0:
             stored = self.store.trial_ids()
             if trial not in stored:
-                raise StoreError(f"study {self.name}: {unknown('trial', trial, stored)}")
+                raise StoreError(
+                    f"study {self.name}: {unknown('trial', trial, stored)}"
+                )
             raise StoreError(
-                f"study {self.name}: no trajectory of trial {trial} is stored; record: {{trajectories: true}} does that"
+                f"study {self.name}: no trajectory of trial {trial} is stored; record:"
+                " {trajectories: true} does that"
             )
         frame = table.to_pandas()
         bodies = [np.stack(frame[name].tolist()) for name in ("x", "y", "vx", "vy")]
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """A stored trial with its rows of all tables. Raises ChoiceError where there is none."""
+        """A stored trial with its rows of all tables. Raises ChoiceError where there is
+        none.
+        """
         found = stored_trials(self.store, [trial])
         if not found:
             known = self.plan["trial_id"].to_pylist()
@@ -165,7 +226,9 @@ class StoredStudy:
         return stored_job(self.name, self.maps, stored)
 
     def world(self, trial: str) -> "TrialWorld":
-        """The world of a stored trial, drawn again from its row. Raises as `trial` and `job`."""
+        """The world of a stored trial, drawn again from its row. Raises as `trial` and
+        `job`.
+        """
         from sweep.trial.world import world_of
 
         return world_of(self.job(self.trial(trial)))
@@ -174,50 +237,73 @@ class StoredStudy:
     def units(self) -> dict[str, str]:
         """The unit of every column of `trials` and `series` that has one."""
         tables = [self._table("trials").schema, self._table("series").schema]
-        metadata = {column.name: column.metadata or {} for schema in tables for column in schema}
-        return {name: about[b"unit"].decode(errors="replace") for name, about in metadata.items() if about.get(b"unit")}
+        metadata = {
+            column.name: column.metadata or {} for schema in tables for column in schema
+        }
+        return {
+            name: about[b"unit"].decode(errors="replace")
+            for name, about in metadata.items()
+            if about.get(b"unit")
+        }
 
     def statuses(self) -> Counter[str]:
         """How many trials of the spec have which status; `missing` are not stored."""
         stored = self.store.trial_ids()
-        return Counter(stored.get(trial, "missing") for trial in self.plan["trial_id"].to_pylist())
+        return Counter(
+            stored.get(trial, "missing") for trial in self.plan["trial_id"].to_pylist()
+        )
 
     def apart(self) -> int:
         """How many stored trials do not belong to the spec as last launched."""
-        return len(self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist()))
+        return len(
+            self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist())
+        )
 
-    def read(self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()) -> pa.Table:
+    def read(
+        self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()
+    ) -> pa.Table:
         """The rows of some trials in a stored table, which has at least these columns.
 
         Raises StoreError for what no launch writes.
         """
-        return checked(self.name, name, self.store.read(name, trial_ids=trial_ids), columns)
+        return checked(
+            self.name, name, self.store.read(name, trial_ids=trial_ids), columns
+        )
 
     def _table(self, name: str, columns: Iterable[str] = ()) -> pa.Table:
         return self.read(name, self.plan["trial_id"].combine_chunks(), columns)
 
     def _in_order(self, table: pa.Table) -> pd.DataFrame:
         """Rows in the order of the plan, those of one trial as stored."""
-        place = pd.Series(np.arange(self.plan.num_rows), index=self.plan["trial_id"].to_pandas())
+        place = pd.Series(
+            np.arange(self.plan.num_rows), index=self.plan["trial_id"].to_pandas()
+        )
         frame: pd.DataFrame = table.to_pandas()
         order = np.argsort(place.loc[frame["trial_id"]].to_numpy(), kind="stable")
         return frame.iloc[order].reset_index(drop=True)
 
 
 def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
-    """What the axis that ablates `preset` has changed in each trial, in the order of `study.trials`, by trial_id.
+    """What the axis that ablates `preset` has changed in each trial, in the order of
+    `study.trials`, by trial_id.
 
-    It is "" where no setting of the axis differs from the study's preset, the name of the setting where one detail
-    does ("map" where the world does), "all" where all do, and else the names of all that do, joined by " + ". Raises
-    StoreError where no axis of the study ablates that preset.
+    It is "" where no setting of the axis differs from the study's preset, the name of
+    the setting where one detail does ("map" where the world does), "all" where all do,
+    and else the names of all that do, joined by " + ". Raises StoreError where no axis
+    of the study ablates that preset.
     """
     ablated: dict[str, list[list[str]]] = study.provenance.get("ablated", {})
     if preset not in ablated:
-        raise StoreError(f"study {study.name}: {unknown('ablated preset', preset, ablated)}")
+        raise StoreError(
+            f"study {study.name}: {unknown('ablated preset', preset, ablated)}"
+        )
     trials = study.trials
     before = fitted_preset(study.provenance["model"], study.provenance["preset"])
     changed = pd.DataFrame(
-        {names[0]: (trials[names] != [before[name] for name in names]).any(axis=1) for names in ablated[preset]}
+        {
+            names[0]: (trials[names] != [before[name] for name in names]).any(axis=1)
+            for names in ablated[preset]
+        }
     )
     labels = [_label(row, list(changed.columns)) for row in changed.to_numpy()]
     return pd.Series(labels, index=trials["trial_id"], name="detail", dtype=object)
@@ -225,7 +311,9 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
 
 def _launched(results: Path) -> list[str]:
     """The studies in a folder of results, which lie at most three folders deep."""
-    plans = (plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN))
+    plans = (
+        plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN)
+    )
     return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
 
 

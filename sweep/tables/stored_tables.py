@@ -1,7 +1,8 @@
-"""Stored tables hold what a launch writes into them, or they are refused: they may come from anyone.
+"""Stored tables hold what a launch writes into them, or they are refused: they may come
+from anyone.
 
-What is checked is what arrays are made of: the types of columns, that no cell is empty where none
-ever is, and that lists are as long as they say.
+What is checked is what arrays are made of: the types of columns, that no cell is empty
+where none ever is, and that lists are as long as they say.
 """
 
 import re
@@ -31,35 +32,55 @@ FULL = {
 """Columns that each table has, and in which no cell is empty."""
 
 
-def checked(study: str, name: str, table: pa.Table, columns: Iterable[str] = ()) -> pa.Table:
-    """`table`, the rows of one or more parts in a table of `study`, which has these columns too.
+def checked(
+    study: str, name: str, table: pa.Table, columns: Iterable[str] = ()
+) -> pa.Table:
+    """`table`, the rows of one or more parts in a table of `study`, which has these
+    columns too.
 
-    Raises StoreError, which names the study, the table and the column, where no launch writes it.
+    Raises StoreError, which names the study, the table and the column, where no launch
+    writes it.
     """
     if table.num_rows == 0:
         return table
     for column in (*FULL[name], *columns):
         if column not in table.column_names:
-            raise StoreError(f"study {study}: its stored {name} have no column {column}; launch it again")
+            raise StoreError(
+                f"study {study}: its stored {name} have no column {column}; launch it"
+                " again"
+            )
     try:
         _check_names(table)
         _check_full(table, FULL[name])
         CHECKS[name](table)
     except ValueError as error:
-        raise StoreError(f"study {study}: the stored {name} are not what a launch writes: {error}") from None
+        raise StoreError(
+            f"study {study}: the stored {name} are not what a launch writes: {error}"
+        ) from None
     return table
 
 
-def checked_numbers(folder: Location, table: pa.Table, columns: Iterable[str]) -> pa.Table:
-    """`table`, trials of whichever launches into `folder`: ids and statuses are texts, `columns` numbers.
+def checked_numbers(
+    folder: Location, table: pa.Table, columns: Iterable[str]
+) -> pa.Table:
+    """`table`, trials of whichever launches into `folder`: ids and statuses are texts,
+    `columns` numbers.
 
     Raises StoreError where they are not.
     """
-    kinds = dict.fromkeys(columns, pa.float64()) | {"trial_id": pa.string(), "status": pa.string()}
+    kinds = dict.fromkeys(columns, pa.float64()) | {
+        "trial_id": pa.string(),
+        "status": pa.string(),
+    }
     try:
-        _check_types(table, {name: kind for name, kind in kinds.items() if name in table.column_names})
+        _check_types(
+            table,
+            {name: kind for name, kind in kinds.items() if name in table.column_names},
+        )
     except ValueError as error:
-        raise StoreError(f"{folder}: the stored trials are not what a launch writes: {error}") from None
+        raise StoreError(
+            f"{folder}: the stored trials are not what a launch writes: {error}"
+        ) from None
     return table
 
 
@@ -73,12 +94,17 @@ def _check_names(table: pa.Table) -> None:
 
 
 def _check_trials(table: pa.Table) -> None:
-    _check_types(table, {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names})
+    _check_types(
+        table,
+        {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names},
+    )
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in MODELS:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
     known = fields(models[0])
-    settings = {name: ARROW[known[name].kind] for name in known if name in table.column_names}
+    settings = {
+        name: ARROW[known[name].kind] for name in known if name in table.column_names
+    }
     _check_types(table, settings)
     named = {"trial_id", *(name for name, *_ in ABOUT_TRIAL), *known}
     _check_numbers(table, set(table.column_names) - named)
@@ -90,23 +116,38 @@ def _check_series(table: pa.Table) -> None:
 
 
 def _check_heatmaps(table: pa.Table) -> None:
-    _check_types(table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()})
-    found, rows, columns = _lengths(table, "visits", pa.int32()), *map(_whole(table), ("rows", "columns"))
-    if not ((rows > 0) & (columns > 0) & (rows * columns == found) & (found <= MOST_PIXELS)).all():
+    _check_types(
+        table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()}
+    )
+    found, rows, columns = (
+        _lengths(table, "visits", pa.int32()),
+        *map(_whole(table), ("rows", "columns")),
+    )
+    if not (
+        (rows > 0) & (columns > 0) & (rows * columns == found) & (found <= MOST_PIXELS)
+    ).all():
         raise ValueError("visits are not as many as rows times columns")
 
 
 def _check_trajectories(table: pa.Table) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     boids = _lengths(table, "x", pa.float64())
-    if boids.min() < 1 or not all((_lengths(table, name, pa.float64()) == boids).all() for name in BODIES):
+    if boids.min() < 1 or not all(
+        (_lengths(table, name, pa.float64()) == boids).all() for name in BODIES
+    ):
         raise ValueError("x, y, vx and vy are not of the same boids")
     for name in BODIES:
         if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
             raise ValueError(f"{name} has values that are not finite")
-    frames, trials = _whole(table)("frame"), table["trial_id"].combine_chunks().dictionary_encode().indices.to_numpy()
+    frames, trials = (
+        _whole(table)("frame"),
+        table["trial_id"].combine_chunks().dictionary_encode().indices.to_numpy(),
+    )
     same = trials[1:] == trials[:-1]
-    if int((~same).sum()) + 1 != len(np.unique(trials)) or not (np.diff(frames)[same] > 0).all():
+    if (
+        int((~same).sum()) + 1 != len(np.unique(trials))
+        or not (np.diff(frames)[same] > 0).all()
+    ):
         raise ValueError("frames are not in their order")
     if not (np.diff(boids)[same] == 0).all():
         raise ValueError("the number of boids changes from one frame to another")
@@ -140,7 +181,9 @@ def _lengths(table: pa.Table, name: str, kind: pa.DataType) -> NDArray[np.int64]
         raise ValueError(f'column "{name}" holds {found}, not lists of {kind}')
     if pc.list_flatten(table[name]).null_count:
         raise ValueError(f'column "{name}" has lists with empty places')
-    lengths: NDArray[np.int64] = pc.list_value_length(table[name]).to_numpy().astype(np.int64)
+    lengths: NDArray[np.int64] = (
+        pc.list_value_length(table[name]).to_numpy().astype(np.int64)
+    )
     return lengths
 
 

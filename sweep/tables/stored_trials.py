@@ -1,4 +1,6 @@
-"""Stored trials, each with its rows of all tables and the provenance of the part that it stands in."""
+"""Stored trials, each with its rows of all tables and the provenance of the part that
+it stands in.
+"""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
@@ -18,11 +20,15 @@ from sweep.store.parquet import each, load_table, load_trials, stored_schema
 from sweep.store.store import Store
 
 Columns = dict[str, NDArray[Any]]
-"""The columns of one trial in a table by name; lists, such as those of heatmaps, stand one after the other."""
+"""The columns of one trial in a table by name; lists, such as those of heatmaps, stand
+one after the other.
+"""
 
 
 class StoredTrial(NamedTuple):
-    """One trial: its `row` in trials, its columns in the other tables that its part has, and their provenance."""
+    """One trial: its `row` in trials, its columns in the other tables that its part
+    has, and their provenance.
+    """
 
     row: dict[str, Any]
     tables: dict[str, Columns]
@@ -32,8 +38,14 @@ class StoredTrial(NamedTuple):
     def record(self) -> Record:
         """What was kept of the trial."""
         return Record(
-            metrics=tuple(name for name in METRICS if name in self.row and f"{name}_mean" in self.row),
-            series=tuple(name for name in self.tables.get("series", {}) if name != "frame"),
+            metrics=tuple(
+                name
+                for name in METRICS
+                if name in self.row and f"{name}_mean" in self.row
+            ),
+            series=tuple(
+                name for name in self.tables.get("series", {}) if name != "frame"
+            ),
             every=self.row["every"],
             heatmaps="heatmaps" in self.tables,
             trajectories="trajectories" in self.tables,
@@ -41,21 +53,30 @@ class StoredTrial(NamedTuple):
 
 
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
-    """Those of the trials that are stored, part by part. Raises StoreError for a damaged part."""
+    """Those of the trials that are stored, part by part. Raises StoreError for a
+    damaged part.
+    """
 
     def read(parts: list[Location]) -> list[StoredTrial]:
-        return [trial for part, own in _holders(parts, trial_ids).items() for trial in _trials_of(part, own)]
+        return [
+            trial
+            for part, own in _holders(parts, trial_ids).items()
+            for trial in _trials_of(part, own)
+        ]
 
     return store.steadily(read)
 
 
 def by_part(store: Store, trial_ids: Sequence[str]) -> list[list[str]]:
-    """The stored ones of the trials, those of one part together. Raises StoreError for a damaged part."""
+    """The stored ones of the trials, those of one part together. Raises StoreError for
+    a damaged part.
+    """
     return store.steadily(lambda parts: list(_holders(parts, trial_ids).values()))
 
 
 def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any], int]]:
-    """The provenances of the trials, oldest part first, each with how many of the trials have it.
+    """The provenances of the trials, oldest part first, each with how many of the
+    trials have it.
 
     Raises StoreError for a damaged part.
     """
@@ -72,13 +93,19 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
     return store.steadily(read)
 
 
-def _holders(parts: list[Location], trial_ids: Sequence[str]) -> dict[Location, list[str]]:
-    """The trials that each part holds, of those asked for; the latest part of a trial counts."""
+def _holders(
+    parts: list[Location], trial_ids: Sequence[str]
+) -> dict[Location, list[str]]:
+    """The trials that each part holds, of those asked for; the latest part of a trial
+    counts.
+    """
     wanted, latest = pa.array(trial_ids, pa.string()), dict[str, Location]()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, table in zip(parts, tables, strict=True):
         present = table["trial_id"]
-        latest |= dict.fromkeys(present.filter(pc.is_in(present, value_set=wanted)).to_pylist(), part)
+        latest |= dict.fromkeys(
+            present.filter(pc.is_in(present, value_set=wanted)).to_pylist(), part
+        )
     holders = defaultdict[Location, list[str]](list)
     for trial, part in latest.items():
         holders[part].append(trial)
@@ -91,13 +118,26 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
     for row in trials.to_pylist():
-        own = {name: table.filter(pc.equal(table["trial_id"], row["trial_id"])) for name, table in tables.items()}
-        yield StoredTrial(row, {name: _columns(table) for name, table in own.items()}, provenance)
+        own = {
+            name: table.filter(pc.equal(table["trial_id"], row["trial_id"]))
+            for name, table in tables.items()
+        }
+        yield StoredTrial(
+            row, {name: _columns(table) for name, table in own.items()}, provenance
+        )
 
 
 def _columns(table: pa.Table) -> Columns:
-    return {name: _flat(table[name].combine_chunks()) for name in table.column_names if name != "trial_id"}
+    return {
+        name: _flat(table[name].combine_chunks())
+        for name in table.column_names
+        if name != "trial_id"
+    }
 
 
 def _flat(column: pa.Array) -> NDArray[Any]:
-    return np.asarray((column.flatten() if pa.types.is_list(column.type) else column).to_numpy(zero_copy_only=False))
+    return np.asarray(
+        (column.flatten() if pa.types.is_list(column.type) else column).to_numpy(
+            zero_copy_only=False
+        )
+    )

@@ -1,8 +1,9 @@
 """Random numbers for kernels, from one generator a thread.
 
-A kernel is compiled without reference counts (`kernels/jit.py`), and so never lets go of a generator that it was given:
-new ones for every trial would stay in memory for ever, 6 kB a trial. So what belongs to a trial is a state, with which
-the generator of the thread is lent for a call. What is left is 50 bytes a call.
+A kernel is compiled without reference counts (`kernels/jit.py`), and so never lets go
+of a generator that it was given: new ones for every trial would stay in memory for
+ever, 6 kB a trial. So what belongs to a trial is a state, with which the generator of
+the thread is lent for a call. What is left is 50 bytes a call.
 """
 
 import threading
@@ -24,8 +25,8 @@ _OWN = _Own()
 class Randomness:
     """One stream of random numbers: those of `np.random.default_rng(seed)`.
 
-    `state` is that of the bit generator; setting one that is none raises what NumPy does, a ValueError, TypeError or
-    KeyError.
+    `state` is that of the bit generator; setting one that is none raises what NumPy
+    does, a ValueError, TypeError or KeyError.
     """
 
     def __init__(self, seed: SeedSequence) -> None:
@@ -43,7 +44,9 @@ class Randomness:
 
     @contextmanager
     def lent(self) -> Iterator[Generator]:
-        """A generator that goes on with the stream, for use inside only, and for one stream at a time."""
+        """A generator that goes on with the stream, for use inside only, and for one
+        stream at a time.
+        """
         bits = _OWN.generator.bit_generator
         bits.state = cast(Any, self._state)
         try:

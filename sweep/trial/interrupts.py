@@ -1,4 +1,6 @@
-"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, all of which end it alike, and none of them at once."""
+"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, all of which end it
+alike, and none of them at once.
+"""
 
 import signal
 import threading
@@ -6,15 +8,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 
-SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+SIGNALS = [
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP")
+    if hasattr(signal, name)
+]
 """What asks a launch to stop; Windows has no SIGHUP."""
 
 
 class HeldInterrupt:
-    """Remembers a first Ctrl-C in `asked` instead of raising it; a second one is raised.
+    """Remembers a first Ctrl-C in `asked` instead of raising it; a second one is
+    raised.
 
-    The same holds for each of SIGNALS that is handled like Ctrl-C. Does nothing outside the main thread, or where
-    they are ignored or handled by someone else.
+    The same holds for each of SIGNALS that is handled like Ctrl-C. Does nothing outside
+    the main thread, or where they are ignored or handled by someone else.
     """
 
     def __init__(self) -> None:
@@ -23,13 +30,20 @@ class HeldInterrupt:
 
     def __enter__(self) -> "HeldInterrupt":
         if threading.current_thread() is threading.main_thread():
-            self.held = [number for number in SIGNALS if signal.getsignal(number) is signal.default_int_handler]
+            self.held = [
+                number
+                for number in SIGNALS
+                if signal.getsignal(number) is signal.default_int_handler
+            ]
             for number in self.held:
                 signal.signal(number, self._hold)
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         if threading.current_thread() is threading.main_thread():
             for number in self.held:
@@ -43,12 +57,16 @@ class HeldInterrupt:
 
 @contextmanager
 def ended_by_ctrl_c() -> Iterator[None]:
-    """Inside, Ctrl-C ends the process itself, where it would have raised KeyboardInterrupt.
+    """Inside, Ctrl-C ends the process itself, where it would have raised
+    KeyboardInterrupt.
 
-    Python only sees it between two kernel calls, and one of an allowed row may take for ever.
+    Python only sees it between two kernel calls, and one of an allowed row may take for
+    ever.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
-    changes = in_main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    changes = (
+        in_main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
     if changes:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
@@ -60,12 +78,17 @@ def ended_by_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def ended_like_ctrl_c() -> Iterator[None]:
-    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt where they would have ended the process without a word.
+    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt where they would have ended
+    the process without a word.
 
     Where they are ignored, as under nohup, or handled by someone else, they stay so.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
-    changed = [number for number in SIGNALS if in_main_thread and signal.getsignal(number) is signal.SIG_DFL]
+    changed = [
+        number
+        for number in SIGNALS
+        if in_main_thread and signal.getsignal(number) is signal.SIG_DFL
+    ]
     for number in changed:
         signal.signal(number, signal.default_int_handler)
     try:

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from sweep.design.jobs import Job
 
 FAILED = ("failed", "timeout")
-"""The statuses of trials that did not get to an end; a diverged one did, and that is what the model gives."""
+"""The statuses of trials that did not get to an end; a diverged one did, and that is
+what the model gives.
+"""
 
 
 ENDINGS = {
@@ -22,10 +24,12 @@ ENDINGS = {
 class Result:
     """What a trial gave.
 
-    `status` is done, failed, diverged or timeout; `step` the last step taken. `last` and `mean` hold each
-    metric at the last frame and its mean over the frames of the last half, and are empty unless done. `frames`
-    (F,) and each of `series` (F,) are the steps and values of the recorded frames; `heatmap` (rows, columns)
-    holds visit counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid in them.
+    `status` is done, failed, diverged or timeout; `step` the last step taken. `last`
+    and `mean` hold each metric at the last frame and its mean over the frames of the
+    last half, and are empty unless done. `frames` (F,) and each of `series` (F,) are
+    the steps and values of the recorded frames; `heatmap` (rows, columns) holds visit
+    counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid
+    in them.
     """
 
     job: Job
@@ -56,7 +60,9 @@ def overdue(job: Job, error: str) -> Result:
 
 
 def after(attempts: int, result: Result) -> Result:
-    """The result of a trial that was tried so often; the error of one that failed again says so."""
+    """The result of a trial that was tried so often; the error of one that failed again
+    says so.
+    """
     if attempts == 1 or not result.has_failed:
         return result
     return replace(result, error=f"after {attempts} attempts: {result.error}")
@@ -64,4 +70,8 @@ def after(attempts: int, result: Result) -> Result:
 
 def result_bytes(result: Result) -> int:
     """The bytes of the arrays that can be large."""
-    return sum(array.nbytes for array in (result.heatmap, result.trajectory) if array is not None)
+    return sum(
+        array.nbytes
+        for array in (result.heatmap, result.trajectory)
+        if array is not None
+    )

@@ -1,6 +1,8 @@
-"""One trial, from a job to its numbers: the only place where the machine meets the kernels.
+"""One trial, from a job to its numbers: the only place where the machine meets the
+kernels.
 
-Pure: the result depends on the job alone, reads and writes nothing, and takes one process and one thread.
+Pure: the result depends on the job alone, reads and writes nothing, and takes one
+process and one thread.
 """
 
 import time
@@ -14,7 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.coverage import Coverage, build_coverage, heatmap, no_coverage
-from kernels.events import BOID_COLLISIONS, COLLISIONS, ESCAPES, SETTLED, Watch, build_watch, count
+from kernels.events import (
+    BOID_COLLISIONS,
+    COLLISIONS,
+    ESCAPES,
+    SETTLED,
+    Watch,
+    build_watch,
+    count,
+)
 from kernels.metrics import METRICS, Ground
 from kernels.models import MODELS
 from kernels.neighbours import build_grid
@@ -42,22 +52,30 @@ from sweep.trial.result import ENDINGS, Result
 from sweep.trial.state import State, Taken, changing, check, joined
 
 BOID_STEPS_A_CALL = 200_000
-"""About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock and at the room in the grid."""
+"""About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock
+and at the room in the grid.
+"""
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
 
 def run(job: Job) -> Result:
-    """The result of `job`. An exception becomes a result with status failed and the traceback as its error."""
+    """The result of `job`. An exception becomes a result with status failed and the
+    traceback as its error.
+    """
     return attempt(simulate, job)
 
 
 def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
-    """The result that `simulate` gives of `job`, or the failed one that an exception becomes."""
+    """The result that `simulate` gives of `job`, or the failed one that an exception
+    becomes.
+    """
     began = time.perf_counter()
     try:
         return simulate(job)
     except Exception:
-        return Result(job, "failed", time.perf_counter() - began, error=traceback.format_exc())
+        return Result(
+            job, "failed", time.perf_counter() - began, error=traceback.format_exc()
+        )
 
 
 def simulate(job: Job) -> Result:
@@ -72,7 +90,9 @@ def is_brief(job: Job) -> bool:
 
 
 class Simulation:
-    """A flock in its world, advanced call by call: `flock`, `world`, `params` and `record` are the kernels' own."""
+    """A flock in its world, advanced call by call: `flock`, `world`, `params` and
+    `record` are the kernels' own.
+    """
 
     def __init__(self, job: Job) -> None:
         known = fields(job.model)
@@ -87,12 +107,20 @@ class Simulation:
         grid = self.model.occupancy(self.params) if self.model.occupancy else None
         self.place = _place(job, world_settings, margin, grid)
         self.world = self.place.world
-        self.flock = _start(job, self.schedule.n, start_settings, self.world, self.place.contact)
+        self.flock = _start(
+            job, self.schedule.n, start_settings, self.world, self.place.contact
+        )
         self.noise = Randomness(stream(job, "noise"))
         reach = self.model.interaction_range(self.params)
-        self.work = build_workspace(self.flock, self.world, reach, self.place.reach, self.place.occupancy)
-        self.record = _record(job, self.schedule, self.place, world_settings, self.observation)
-        self.ground = _ground(self.model, self.params, self.world, self.record.coverage, self.schedule.n)
+        self.work = build_workspace(
+            self.flock, self.world, reach, self.place.reach, self.place.occupancy
+        )
+        self.record = _record(
+            job, self.schedule, self.place, world_settings, self.observation
+        )
+        self.ground = _ground(
+            self.model, self.params, self.world, self.record.coverage, self.schedule.n
+        )
         note_start(self.flock, self.world, self.record.watch)
         keep_frame(self.flock, self.record)
         self.step = 0
@@ -103,13 +131,16 @@ class Simulation:
         return self.schedule.steps - self.step
 
     def advance(self, steps: int) -> bool:
-        """Take up to `steps` steps, no more than there is room for frames; False where the state is not finite.
+        """Take up to `steps` steps, no more than there is room for frames; False where
+        the state is not finite.
 
         Frames stay recorded until `take_frames`.
         """
         steps = min(steps, self.steps_left, self._room())
         with self.noise.lent() as rng:
-            going = self.model.advance(self.flock, self.world, self.params, self.work, self.record, rng, steps)
+            going = self.model.advance(
+                self.flock, self.world, self.params, self.work, self.record, rng, steps
+            )
         self.step = int(self.record.progress[0])
         grid = self.work.grid
         room = grid.members.shape[1]
@@ -118,12 +149,18 @@ class Simulation:
         return going
 
     def rebuild_grid(self, room: int) -> None:
-        """Enter the flock, which may be anywhere, into a grid with this `room`, see kernels.neighbours.build_grid."""
+        """Enter the flock, which may be anywhere, into a grid with this `room`, see
+        kernels.neighbours.build_grid.
+        """
         reach = self.model.interaction_range(self.params)
-        self.work = self.work._replace(grid=build_grid(self.flock, self.world, reach, room))
+        self.work = self.work._replace(
+            grid=build_grid(self.flock, self.world, reach, room)
+        )
 
     def _room(self) -> int:
-        """The steps for which there is room to record frames, the one of the last step included."""
+        """The steps for which there is room to record frames, the one of the last step
+        included.
+        """
         free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
         return max(0, free * self.record.every)
 
@@ -133,19 +170,34 @@ class Simulation:
         self.record.progress[FILLED] = 0
         values = np.empty((len(self.job.record.metrics), filled))
         for row, name in zip(values, self.job.record.metrics, strict=True):
-            METRICS[name].measure(self.record.frames, filled, self.ground, self.observation, row)
+            METRICS[name].measure(
+                self.record.frames, filled, self.ground, self.observation, row
+            )
         wanted = self.schedule.n if self.job.record.trajectories else 0
         bodies = self.record.frames.bodies[:filled, :4, :wanted]
         return Taken(self.record.frames.step[:filled].copy(), values, bodies.copy())
 
     def state(self) -> State:
-        """The state between two calls, all frames being taken; its arrays are those in use."""
+        """The state between two calls, all frames being taken; its arrays are those in
+        use.
+        """
         parts = {"flock": self.flock, "work": self.work, "record": self.record}
-        fixed = self.place, self.work.grid, self.record.frames, self.record.coverage.stamp
-        return State(changing(parts, fixed), dict(self.noise.state), self.work.grid.members.shape[1])
+        fixed = (
+            self.place,
+            self.work.grid,
+            self.record.frames,
+            self.record.coverage.stamp,
+        )
+        return State(
+            changing(parts, fixed),
+            dict(self.noise.state),
+            self.work.grid.members.shape[1],
+        )
 
     def restore(self, state: State) -> None:
-        """Go on from the `state` of a simulation of the same job, with its arrays. Raises ValueError if it is none."""
+        """Go on from the `state` of a simulation of the same job, with its arrays.
+        Raises ValueError if it is none.
+        """
         check(state, self.schedule.n, self.schedule.steps)
         self.noise.state = state.generator
         for name, array in self.state().arrays.items():
@@ -153,10 +205,14 @@ class Simulation:
         self.rebuild_grid(state.room)
         self.step = int(self.record.progress[0])
 
-    def result(self, began: float, between: Callable[[float], None] | None = None) -> Result:
-        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at which the trial began.
+    def result(
+        self, began: float, between: Callable[[float], None] | None = None
+    ) -> Result:
+        """Run to the end, or to the time limit; `began` is the `time.perf_counter()` at
+        which the trial began.
 
-        `between` is called after each kernel call but the last, with the seconds so far; `taken` has the frames so far.
+        `between` is called after each kernel call but the last, with the seconds so
+        far; `taken` has the frames so far.
         """
         limit = self.job.time_limit
         status = "done"
@@ -184,7 +240,9 @@ class Simulation:
             self.step,
             ENDINGS.get(status, "").format(step=self.step, limit=self.job.time_limit),
             {name: float(value[-1]) for name, value in values.items()} if done else {},
-            {name: float(value[late].mean()) for name, value in values.items()} if done else {},
+            {name: float(value[late].mean()) for name, value in values.items()}
+            if done
+            else {},
             taken.steps if wanted.series or wanted.trajectories else None,
             {name: values[name] for name in wanted.series},
             heatmap(self.record.coverage) if wanted.heatmaps and done else None,
@@ -193,7 +251,9 @@ class Simulation:
 
 
 class Place(NamedTuple):
-    """The world, the reach of its obstacles' surfaces, that of their forces, and the model's occupancy grid."""
+    """The world, the reach of its obstacles' surfaces, that of their forces, and the
+    model's occupancy grid.
+    """
 
     world: World
     contact: Reach
@@ -201,7 +261,9 @@ class Place(NamedTuple):
     occupancy: Occupancy
 
 
-def _place(job: Job, settings: WorldSettings, margin: float, grid: OccupancySettings | None) -> Place:
+def _place(
+    job: Job, settings: WorldSettings, margin: float, grid: OccupancySettings | None
+) -> Place:
     if _is_drawn_anew(job):
         return _build_place(settings, margin, grid, obstacles(job))
     return _fixed_place(settings, margin, grid, job.obstacles)
@@ -213,53 +275,88 @@ def _is_drawn_anew(job: Job) -> bool:
 
 def obstacles(job: Job) -> NDArray[np.float64]:
     """The obstacles of the trial's world, shape (M, 5), see kernels.worlds."""
-    settings: WorldSettings = settings_tuple(WorldSettings, job.settings, fields(job.model))
-    return _obstacles(settings, job.obstacles, np.random.default_rng(stream(job, "world")))
+    settings: WorldSettings = settings_tuple(
+        WorldSettings, job.settings, fields(job.model)
+    )
+    return _obstacles(
+        settings, job.obstacles, np.random.default_rng(stream(job, "world"))
+    )
 
 
-def _obstacles(settings: WorldSettings, own: Obstacles | None, rng: np.random.Generator) -> NDArray[np.float64]:
-    return MAPS[settings.map].draw(settings, rng) if own is None else np.array(own).reshape(-1, 5)
+def _obstacles(
+    settings: WorldSettings, own: Obstacles | None, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    return (
+        MAPS[settings.map].draw(settings, rng)
+        if own is None
+        else np.array(own).reshape(-1, 5)
+    )
 
 
 @lru_cache(maxsize=16)
 def _fixed_place(
-    settings: WorldSettings, margin: float, grid: OccupancySettings | None, own: Obstacles | None
+    settings: WorldSettings,
+    margin: float,
+    grid: OccupancySettings | None,
+    own: Obstacles | None,
 ) -> Place:
-    return _build_place(settings, margin, grid, _obstacles(settings, own, np.random.default_rng(0)))
+    return _build_place(
+        settings, margin, grid, _obstacles(settings, own, np.random.default_rng(0))
+    )
 
 
 def _build_place(
-    settings: WorldSettings, margin: float, grid: OccupancySettings | None, drawn: NDArray[np.float64]
+    settings: WorldSettings,
+    margin: float,
+    grid: OccupancySettings | None,
+    drawn: NDArray[np.float64],
 ) -> Place:
     world = build_world(settings, drawn)
     occupancy = build_occupancy(world, grid) if grid else no_occupancy()
     return Place(world, build_reach(world, 0.0), build_reach(world, margin), occupancy)
 
 
-def _start(job: Job, n: int, settings: StartSettings, world: World, contact: Reach) -> Flock:
+def _start(
+    job: Job, n: int, settings: StartSettings, world: World, contact: Reach
+) -> Flock:
     if settings.start_draws == PYTHON_RANDOM:
-        return start_python_random(n, settings, world, contact, literal_seed(job, "start"))
+        return start_python_random(
+            n, settings, world, contact, literal_seed(job, "start")
+        )
     with Randomness(stream(job, "start")).lent() as rng:
         return start_numpy(n, settings, world, contact, rng)
 
 
 @lru_cache(maxsize=4)
-def _unvisited(settings: WorldSettings, observation: Observation, own: Obstacles | None) -> Coverage:
+def _unvisited(
+    settings: WorldSettings, observation: Observation, own: Obstacles | None
+) -> Coverage:
     place = _fixed_place(settings, 0.0, None, own)
     return build_coverage(place.world, place.contact, observation)
 
 
-def _coverage(job: Job, settings: WorldSettings, place: Place, observation: Observation) -> Coverage:
+def _coverage(
+    job: Job, settings: WorldSettings, place: Place, observation: Observation
+) -> Coverage:
     if _is_drawn_anew(job):
         return build_coverage(place.world, place.contact, observation)
     fresh = _unvisited(settings, observation, job.obstacles)
     return fresh._replace(visits=fresh.visits.copy(), sums=fresh.sums.copy())
 
 
-def _record(job: Job, schedule: Schedule, place: Place, settings: WorldSettings, observation: Observation) -> Record:
+def _record(
+    job: Job,
+    schedule: Schedule,
+    place: Place,
+    settings: WorldSettings,
+    observation: Observation,
+) -> Record:
     metrics = [METRICS[name] for name in job.record.metrics]
     covers = job.record.heatmaps or any(metric.covers for metric in metrics)
-    counts, pairs = any(metric.counts for metric in metrics), any(metric.pairs for metric in metrics)
+    counts, pairs = (
+        any(metric.counts for metric in metrics),
+        any(metric.pairs for metric in metrics),
+    )
     looks = job.record.trajectories or any(metric.looks for metric in metrics)
     return Record(
         frames=_frames(schedule.n if looks else 0),
@@ -267,29 +364,43 @@ def _record(job: Job, schedule: Schedule, place: Place, settings: WorldSettings,
         every=job.record.every,
         last=schedule.steps,
         covering=covers,
-        coverage=_coverage(job, settings, place, observation) if covers else no_coverage(),
+        coverage=_coverage(job, settings, place, observation)
+        if covers
+        else no_coverage(),
         watch=build_watch(schedule.n, counts, pairs, place.contact, observation),
     )
 
 
 def note_start(flock: Flock, world: World, watch: Watch) -> None:
-    """Take note of where boids start: what they are in from the beginning has not begun, but is where they arrived."""
+    """Take note of where boids start: what they are in from the beginning has not
+    begun, but is where they arrived.
+    """
     count(flock, world, watch, 0)
     watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
     watch.in_step[:] = 0
 
 
-def _ground(model: Model, params: Any, world: World, coverage: Coverage, n: int) -> Ground:
+def _ground(
+    model: Model, params: Any, world: World, coverage: Coverage, n: int
+) -> Ground:
     """What the metrics need to know of the trial."""
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
-    return Ground(world, n, coverage.traversable, coverage.visits.size, params.dt, potential)
+    return Ground(
+        world, n, coverage.traversable, coverage.visits.size, params.dt, potential
+    )
 
 
 def _frames(bodies: int) -> Frames:
-    """Room for as many frames as FRAME_BYTES hold, and for at least two: one on time and the last."""
-    return build_frames(max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies)
+    """Room for as many frames as FRAME_BYTES hold, and for at least two: one on time
+    and the last.
+    """
+    return build_frames(
+        max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies
+    )
 
 
 def warm(job: Job) -> None:
-    """Compile what trials like `job` need, or load it from the cache, by taking one step of it."""
+    """Compile what trials like `job` need, or load it from the cache, by taking one
+    step of it.
+    """
     run(replace(job, settings=job.settings | {"steps": 1}))

@@ -1,4 +1,6 @@
-"""The state of a trial between two kernel calls, and the frames that it has taken, as plain arrays."""
+"""The state of a trial between two kernel calls, and the frames that it has taken, as
+plain arrays.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,7 +10,9 @@ from numpy.typing import NDArray
 
 
 class Taken(NamedTuple):
-    """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x, y, vx and vy (F, 4, N)."""
+    """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x,
+    y, vx and vy (F, 4, N).
+    """
 
     steps: NDArray[np.int64]
     values: NDArray[np.float64]
@@ -16,10 +20,12 @@ class Taken(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a trial needs to go on, but for its frames and for what follows from its job.
+    """All that a trial needs to go on, but for its frames and for what follows from its
+    job.
 
-    `arrays` are by name, as "flock.x"; `generator` is the state of the noise. `room` is that of a list in the grid of
-    neighbours, which is made anew: it follows from the positions, and no bit depends on it.
+    `arrays` are by name, as "flock.x"; `generator` is the state of the noise. `room` is
+    that of a list in the grid of neighbours, which is made anew: it follows from the
+    positions, and no bit depends on it.
     """
 
     arrays: dict[str, NDArray[Any]]
@@ -34,9 +40,11 @@ def joined(taken: Sequence[Taken]) -> Taken:
 
 
 def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[Any]]:
-    """The arrays in the named tuples `parts`, and in those within them, less those that are in `fixed` too.
+    """The arrays in the named tuples `parts`, and in those within them, less those that
+    are in `fixed` too.
 
-    They are found by walking, so that a new one needs to be entered nowhere; they are those in use, not copies.
+    They are found by walking, so that a new one needs to be entered nowhere; they are
+    those in use, not copies.
     """
     left_out = {id(array) for _, array in _arrays("", fixed)}
     found = (named for part, value in parts.items() for named in _arrays(part, value))
@@ -47,17 +55,25 @@ def _arrays(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
     if isinstance(value, np.ndarray):
         yield name, value
     elif isinstance(value, tuple):
-        for field, member in zip(getattr(value, "_fields", map(str, range(len(value)))), value, strict=True):
+        for field, member in zip(
+            getattr(value, "_fields", map(str, range(len(value)))), value, strict=True
+        ):
             yield from _arrays(f"{name}.{field}", member)
 
 
 def check(state: State, n: int, steps: int) -> None:
-    """Raise ValueError for a state in which no trial of `n` boids ever is before the last of its steps.
+    """Raise ValueError for a state in which no trial of `n` boids ever is before the
+    last of its steps.
 
-    Kernels check no index, so that a number of frames or an order that cannot be would be written anywhere.
+    Kernels check no index, so that a number of frames or an order that cannot be would
+    be written anywhere.
     """
     step, filled = state.arrays["record.progress"].tolist()
-    finite = all(np.isfinite(array).all() for name, array in state.arrays.items() if name.startswith("flock."))
+    finite = all(
+        np.isfinite(array).all()
+        for name, array in state.arrays.items()
+        if name.startswith("flock.")
+    )
     in_order = np.array_equal(np.sort(state.arrays["record.watch.order"]), np.arange(n))
     if not (0 < step < steps and filled == 0 and finite and in_order):
         raise ValueError("no trial is ever in this state")

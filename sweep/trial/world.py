@@ -24,4 +24,6 @@ class TrialWorld(NamedTuple):
 def world_of(job: Job) -> TrialWorld:
     """The world in which the trial of `job` runs."""
     settings = job.settings
-    return TrialWorld(float(settings["width"]), float(settings["height"]), obstacles(job))
+    return TrialWorld(
+        float(settings["width"]), float(settings["height"]), obstacles(job)
+    )

@@ -1,5 +1,5 @@
-"""The live simulator: a page in the browser, or a widget in a notebook, on the kernels that
-sweeps use.
+"""The live simulator: a page in the browser, or a widget in a notebook, on the kernels
+that sweeps use.
 
     state      what is on the screen, a spec      controls   its controls, from the models
     running    simulations that are changed       session    one live run

@@ -1,4 +1,6 @@
-"""The controls of the page, made from what the kernels say of themselves: a new model gets its page for nothing."""
+"""The controls of the page, made from what the kernels say of themselves: a new model
+gets its page for nothing.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -22,10 +24,14 @@ LOGARITHMIC = 1000.0
 """A slider whose ends are in this ratio is logarithmic."""
 
 
-def controls(model: str, preset: str, own: tuple[str, ...] = (), experiments: Path = EXPERIMENTS) -> Reply:
-    """The controls message of a preset: models, groups of fields, maps, metrics; `own` are maps of the spec's own.
+def controls(
+    model: str, preset: str, own: tuple[str, ...] = (), experiments: Path = EXPERIMENTS
+) -> Reply:
+    """The controls message of a preset: models, groups of fields, maps, metrics; `own`
+    are maps of the spec's own.
 
-    A field has name, kind, text, unit, low, high, slider, logarithmic, choices and default, see sweep.web.protocol.
+    A field has name, kind, text, unit, low, high, slider, logarithmic, choices and
+    default, see sweep.web.protocol.
     """
     values = preset_settings(model, preset)
     groups: dict[str, list[Reply]] = {}
@@ -34,13 +40,23 @@ def controls(model: str, preset: str, own: tuple[str, ...] = (), experiments: Pa
     return {
         "type": "controls",
         "models": [
-            {"name": name, "source": about.source, "presets": list(about.presets)} for name, about in MODELS.items()
+            {"name": name, "source": about.source, "presets": list(about.presets)}
+            for name, about in MODELS.items()
         ],
         "model": model,
         "preset": preset,
-        "groups": [{"name": name, "fields": members} for name, members in groups.items()],
-        "maps": [*_maps(model), *({"name": name, "text": "of the spec", "size": None} for name in own)],
-        "metrics": [_metric(name, model, preset, experiments) for name in METRICS if _fits(name, model)],
+        "groups": [
+            {"name": name, "fields": members} for name, members in groups.items()
+        ],
+        "maps": [
+            *_maps(model),
+            *({"name": name, "text": "of the spec", "size": None} for name in own),
+        ],
+        "metrics": [
+            _metric(name, model, preset, experiments)
+            for name in METRICS
+            if _fits(name, model)
+        ],
         "overlays": list(OVERLAYS),
     }
 
@@ -56,15 +72,23 @@ def _field(field: Field, default: Value) -> Reply:
         "low": field.low if math.isfinite(field.low) else None,
         "high": field.high if math.isfinite(field.high) else None,
         "slider": slider,
-        "logarithmic": slider is not None and slider[0] > 0 and slider[1] / slider[0] >= LOGARITHMIC,
+        "logarithmic": slider is not None
+        and slider[0] > 0
+        and slider[1] / slider[0] >= LOGARITHMIC,
         "choices": list(field.choices),
         "default": plain(default),
     }
 
 
 def _slider(field: Field, default: Value) -> list[float] | None:
-    """Low, high and step of a slider about the preset value; None for what is no number, or an infinite one."""
-    if isinstance(default, bool | str) or not math.isfinite(default) or field.name == "map":
+    """Low, high and step of a slider about the preset value; None for what is no
+    number, or an infinite one.
+    """
+    if (
+        isinstance(default, bool | str)
+        or not math.isfinite(default)
+        or field.name == "map"
+    ):
         return None
     low = field.low if math.isfinite(field.low) else min(0.0, 3 * default)
     high = min(field.high, _round_up(3 * abs(default)) if default else 1.0)
@@ -79,7 +103,9 @@ def _slider(field: Field, default: Value) -> list[float] | None:
 def _round_up(value: float) -> float:
     """The next number from 1, 2 and 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
-    return next((factor * power for factor in ROUND if factor * power >= value), 10 * power)
+    return next(
+        (factor * power for factor in ROUND if factor * power >= value), 10 * power
+    )
 
 
 def _maps(model: str) -> Iterator[Reply]:
@@ -94,16 +120,27 @@ def _fits(metric: str, model: str) -> bool:
 
 def _metric(name: str, model: str, preset: str, experiments: Path) -> Reply:
     about = METRICS[name]
-    numbers = [number for own, number in published(model, preset, experiments) if own == name]
-    return {"name": name, "text": about.text, "unit": spelled(about.unit, model), "published": numbers}
+    numbers = [
+        number for own, number in published(model, preset, experiments) if own == name
+    ]
+    return {
+        "name": name,
+        "text": about.text,
+        "unit": spelled(about.unit, model),
+        "published": numbers,
+    }
 
 
 @cache
-def published(model: str, preset: str, experiments: Path) -> tuple[tuple[str, Reply], ...]:
-    """Published means of this model and preset, each with its metric: value, where, says, frame and settings.
+def published(
+    model: str, preset: str, experiments: Path
+) -> tuple[tuple[str, Reply], ...]:
+    """Published means of this model and preset, each with its metric: value, where,
+    says, frame and settings.
 
-    They come from published.yaml beside the specs of that model; what is not at hand or cannot be read has none.
-    `settings` are those that the spec or the claim fixes: the number is for no others.
+    They come from published.yaml beside the specs of that model; what is not at hand or
+    cannot be read has none. `settings` are those that the spec or the claim fixes: the
+    number is for no others.
     """
     found = []
     for file in sorted(experiments.glob("*/published.yaml")):
@@ -116,23 +153,42 @@ def published(model: str, preset: str, experiments: Path) -> tuple[tuple[str, Re
 
 def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]:
     claims = _content(file).get("claims", [])
-    specs = {spec: _fixed(file.parent / f"{spec}.yaml", model, preset) for spec in {c.get("spec") for c in claims}}
+    specs = {
+        spec: _fixed(file.parent / f"{spec}.yaml", model, preset)
+        for spec in {c.get("spec") for c in claims}
+    }
     for claim in claims:
         measure, expected = claim.get("measure", {}), claim.get("expect", {})
         fixed = specs[claim.get("spec")]
         if fixed is None or "mean" not in measure or "value" not in expected:
             continue
-        settings = {name: plain(value) for name, value in (fixed | measure.get("for", {})).items()}
-        about = {"where": str(claim["where"]), "says": str(claim["says"]), "frame": measure.get("frame")}
-        yield measure["mean"].removesuffix("_mean"), {"value": expected["value"], **about, "settings": settings}
+        settings = {
+            name: plain(value)
+            for name, value in (fixed | measure.get("for", {})).items()
+        }
+        about = {
+            "where": str(claim["where"]),
+            "says": str(claim["says"]),
+            "frame": measure.get("frame"),
+        }
+        yield (
+            measure["mean"].removesuffix("_mean"),
+            {"value": expected["value"], **about, "settings": settings},
+        )
 
 
 def _fixed(file: Path, model: str, preset: str) -> dict[str, Any] | None:
-    """What a spec fixes, None where there is no such spec or it is of another model or preset."""
+    """What a spec fixes, None where there is no such spec or it is of another model or
+    preset.
+    """
     if not file.exists():
         return None
     spec = _content(file)
-    return dict(spec.get("fixed", {})) if (spec.get("model"), spec.get("preset")) == (model, preset) else None
+    return (
+        dict(spec.get("fixed", {}))
+        if (spec.get("model"), spec.get("preset")) == (model, preset)
+        else None
+    )
 
 
 @cache

@@ -16,20 +16,38 @@ ALONE = 65535
 BLOCKED, MOST_VISITS = 255, 254
 
 
-def frame(step: int, bodies: Floats, size: tuple[float, float], sections: Sequence[tuple[int, bytes]] = ()) -> bytes:
-    """One frame of `bodies` (4, N), x, y, vx and vy, in a world of width and height `size`, with its sections."""
+def frame(
+    step: int,
+    bodies: Floats,
+    size: tuple[float, float],
+    sections: Sequence[tuple[int, bytes]] = (),
+) -> bytes:
+    """One frame of `bodies` (4, N), x, y, vx and vy, in a world of width and height
+    `size`, with its sections.
+    """
     x, y, vx, vy = bodies
     (left, right), (top, bottom) = _span(x, size[0]), _span(y, size[1])
     flags = sum(flag for flag, _ in sections)
     head = HEAD.pack(MAGIC, flags, step, x.size, left, top, right, bottom)
-    heading = np.round(np.arctan2(vy, vx) * (TURN / (2 * np.pi))).astype(np.int64) % TURN
-    parts = [_quantised(x, left, right), _quantised(y, top, bottom), heading.astype(np.uint8).tobytes()]
+    heading = (
+        np.round(np.arctan2(vy, vx) * (TURN / (2 * np.pi))).astype(np.int64) % TURN
+    )
+    parts = [
+        _quantised(x, left, right),
+        _quantised(y, top, bottom),
+        heading.astype(np.uint8).tobytes(),
+    ]
     return head + padded(b"".join(parts)) + b"".join(section for _, section in sections)
 
 
 def _span(coordinate: Floats, length: float) -> tuple[float, float]:
-    """From 0 to `length`, and as far beyond as there are boids, but no further than `length`; as the page reads it."""
-    low, high = max(-length, min(0.0, coordinate.min())), min(2 * length, max(length, coordinate.max()))
+    """From 0 to `length`, and as far beyond as there are boids, but no further than
+    `length`; as the page reads it.
+    """
+    low, high = (
+        max(-length, min(0.0, coordinate.min())),
+        min(2 * length, max(length, coordinate.max())),
+    )
     return float(np.float32(low)), float(np.float32(high))
 
 
@@ -44,18 +62,26 @@ def padded(content: bytes) -> bytes:
 
 
 def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:
-    """The section of flocks; `labels` (N,) has the same number for all boids of a flock."""
-    _, first, members, sizes = np.unique(labels, return_index=True, return_inverse=True, return_counts=True)
+    """The section of flocks; `labels` (N,) has the same number for all boids of a
+    flock.
+    """
+    _, first, members, sizes = np.unique(
+        labels, return_index=True, return_inverse=True, return_counts=True
+    )
     shown = np.where(sizes > 1, first % ALONE, ALONE)
     return FLOCKS, padded(shown[members].astype("<u2").tobytes())
 
 
 def accelerations(by_rule: Floats) -> tuple[int, bytes]:
     """The section of accelerations (rules, 2, N)."""
-    return ACCELERATIONS, struct.pack("<I", len(by_rule)) + by_rule.astype("<f4").tobytes()
+    return ACCELERATIONS, struct.pack("<I", len(by_rule)) + by_rule.astype(
+        "<f4"
+    ).tobytes()
 
 
 def coverage(visits: NDArray[np.int32]) -> tuple[int, bytes]:
     """The section of visits (rows, columns), which are negative in obstacles."""
-    shown = np.where(visits < 0, BLOCKED, np.minimum(visits, MOST_VISITS)).astype(np.uint8)
+    shown = np.where(visits < 0, BLOCKED, np.minimum(visits, MOST_VISITS)).astype(
+        np.uint8
+    )
     return COVERAGE, struct.pack("<2I", *shown.shape) + padded(shown.tobytes())

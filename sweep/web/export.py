@@ -1,4 +1,6 @@
-"""Runs as files: a frame as PNG or SVG, an animation as GIF or MP4, and a page that plays it without a server."""
+"""Runs as files: a frame as PNG or SVG, an animation as GIF or MP4, and a page that
+plays it without a server.
+"""
 
 import io
 import math
@@ -29,9 +31,14 @@ MIME = {
     "mp4": "video/mp4",
     "html": "text/html;charset=utf-8",
 }
-WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {"gif": write_gif, "mp4": write_mp4}
+WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {
+    "gif": write_gif,
+    "mp4": write_mp4,
+}
 DRAWING = Lock()
-"""Held while a picture is drawn: the style of a figure is a setting of the whole process."""
+"""Held while a picture is drawn: the style of a figure is a setting of the whole
+process.
+"""
 
 
 class File(NamedTuple):
@@ -42,7 +49,9 @@ class File(NamedTuple):
     content: bytes
 
     def save(self, path: Path, *, force: bool = False) -> None:
-        """Write it to `path`, whole or not at all. Raises StoreError where that cannot be."""
+        """Write it to `path`, whole or not at all. Raises StoreError where that cannot
+        be.
+        """
         check_output(path, [Path(self.name).suffix], force=force)
         with unfinished(path) as file:
             file.write(self.content)
@@ -60,20 +69,28 @@ def about(study: str, job: Job) -> dict[str, str]:
 
 
 def file_name(study: str, job: Job, kind: str, step: int | None = None) -> str:
-    """What a file of a trial is called, e.g. nguyen2024-separation-05d7a1b2-step-250.png."""
+    """What a file of a trial is called, e.g.
+    nguyen2024-separation-05d7a1b2-step-250.png.
+    """
     frame = "" if step is None else f"-step-{step}"
     return f"{study.replace('/', '-')}-{job.trial_id[:8]}{frame}.{kind}"
 
 
-def draw_frame(study: str, job: Job, step: int, bodies: NDArray[np.float64], kind: str) -> File:
-    """The picture of one frame as "png" or "svg"; `bodies` (4, N) are x, y, vx and vy. The same bytes every time."""
+def draw_frame(
+    study: str, job: Job, step: int, bodies: NDArray[np.float64], kind: str
+) -> File:
+    """The picture of one frame as "png" or "svg"; `bodies` (4, N) are x, y, vx and vy.
+    The same bytes every time.
+    """
     write = {"png": _png, "svg": _svg}[kind]
     with DRAWING:
         content = write(Scene(study, job), step, bodies, about(study, job))
     return File(file_name(study, job, kind, step), MIME[kind], content)
 
 
-def _png(scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]) -> bytes:
+def _png(
+    scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]
+) -> bytes:
     chunks, file = PngImagePlugin.PngInfo(), io.BytesIO()
     for key, value in said.items():
         chunks.add_text(key, value)
@@ -81,9 +98,16 @@ def _png(scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, s
     return file.getvalue()
 
 
-def _svg(scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]) -> bytes:
+def _svg(
+    scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]
+) -> bytes:
     """Drawing the picture has written the title."""
-    file, words = io.BytesIO(), "; ".join(f"{key}: {value}" for key, value in said.items() if key != "Software")
+    file, words = (
+        io.BytesIO(),
+        "; ".join(
+            f"{key}: {value}" for key, value in said.items() if key != "Software"
+        ),
+    )
     scene.draw(step, bodies)
     with style.context(STYLE):
         draw_flock(scene.axes, bodies, scene.length)
@@ -93,24 +117,34 @@ def _svg(scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, s
 
 
 def animate(flight: Flight, kind: str) -> File:
-    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises StoreError for an MP4 without ffmpeg."""
+    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises StoreError for
+    an MP4 without ffmpeg.
+    """
     if kind == "mp4":
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
     content = io.BytesIO()
     with DRAWING:
-        scene, frames = Scene(few.study, few.job), zip(few.steps, few.bodies, strict=True)
+        scene, frames = (
+            Scene(few.study, few.job),
+            zip(few.steps, few.bodies, strict=True),
+        )
         WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), content)
-    return File(file_name(flight.study, flight.job, kind), MIME[kind], content.getvalue())
+    return File(
+        file_name(flight.study, flight.job, kind), MIME[kind], content.getvalue()
+    )
 
 
 def thinned(flight: Flight, most: int) -> Flight:
-    """The run with every second, third, ... frame and its last one, so that there are no more than `most`.
+    """The run with every second, third, ... frame and its last one, so that there are
+    no more than `most`.
 
     Raises StoreError where `most` is below 2.
     """
     if most < 2:
-        raise StoreError(f"at most {most} frames: a run has two at least, its first and its last")
+        raise StoreError(
+            f"at most {most} frames: a run has two at least, its first and its last"
+        )
     count = len(flight.steps)
     if count <= most:
         return flight
@@ -118,4 +152,6 @@ def thinned(flight: Flight, most: int) -> Flight:
     kept = np.append(np.arange(0, count - 1, apart), count - 1)
     values = {name: series[kept] for name, series in flight.values.items()}
     every = flight.every * apart
-    return flight._replace(every=every, steps=flight.steps[kept], bodies=flight.bodies[kept], values=values)
+    return flight._replace(
+        every=every, steps=flight.steps[kept], bodies=flight.bodies[kept], values=values
+    )

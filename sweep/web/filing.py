@@ -1,4 +1,6 @@
-"""What a page wants as a file: a picture of the frame on the screen, or the run as an animation or a page."""
+"""What a page wants as a file: a picture of the frame on the screen, or the run as an
+animation or a page.
+"""
 
 import base64
 from collections.abc import Callable
@@ -17,7 +19,8 @@ KINDS = (*PICTURES, "gif", "mp4", "html")
 
 
 class Order(NamedTuple):
-    """What is on the screen: `bodies` (4, N) at `step` of a trial of `study`, and up to which step its run is wanted.
+    """What is on the screen: `bodies` (4, N) at `step` of a trial of `study`, and up to
+    which step its run is wanted.
 
     `refused` says why there is no run to be had, "" where there is.
     """
@@ -31,11 +34,13 @@ class Order(NamedTuple):
     refused: str = ""
 
 
-def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Callable[[], Reply]:
+def filed(
+    order: Order, kind: str, greeting: list[Reply], spec: str
+) -> Callable[[], Reply]:
     """What makes the file, however long that takes, and returns the file message.
 
-    `greeting` and `spec` are those of the session, for a page. Raises SpecError for an unknown kind, and where an
-    animation is refused.
+    `greeting` and `spec` are those of the session, for a page. Raises SpecError for an
+    unknown kind, and where an animation is refused.
     """
     if kind not in KINDS:
         raise SpecError(unknown("kind of file", kind, KINDS))
@@ -55,5 +60,12 @@ def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
         file = draw_frame(study, job, order.step, order.bodies, kind)
     else:
         flight = fly(study, job, order.metrics, until=order.until)
-        file = record(flight, greeting, spec) if kind == "html" else animate(flight, kind)
-    return {"type": "file", "name": file.name, "mime": file.mime, "data": base64.b64encode(file.content).decode()}
+        file = (
+            record(flight, greeting, spec) if kind == "html" else animate(flight, kind)
+        )
+    return {
+        "type": "file",
+        "name": file.name,
+        "mime": file.mime,
+        "data": base64.b64encode(file.content).decode(),
+    }

@@ -9,13 +9,17 @@ from sweep.design.jobs import Job
 from sweep.replays.flight import Report, frames
 
 MOST_BYTES = 256 * 2**20
-"""The most that the frames of a run may take; of a larger one every second or third frame is kept, and so on."""
+"""The most that the frames of a run may take; of a larger one every second or third
+frame is kept, and so on.
+"""
 
 
 class Flight(NamedTuple):
-    """The frames 0, `every`, 2 `every`, ... and the last of a run of `job`, a trial of `study`.
+    """The frames 0, `every`, 2 `every`, ... and the last of a run of `job`, a trial of
+    `study`.
 
-    `steps` (F,) are the steps done, `bodies` (F, 4, N) x, y, vx and vy, and `values` has (F,) of each metric.
+    `steps` (F,) are the steps done, `bodies` (F, 4, N) x, y, vx and vy, and `values`
+    has (F,) of each metric.
     """
 
     study: str
@@ -43,9 +47,11 @@ def fly(
     until: int | None = None,
     report: Report = silent,
 ) -> Flight:
-    """Run a trial and keep its frames, up to the step `until`; `every` 0 keeps as many as MOST_BYTES hold.
+    """Run a trial and keep its frames, up to the step `until`; `every` 0 keeps as many
+    as MOST_BYTES hold.
 
-    An exception of the trial is raised as it is. One that diverges ends with its last finite frame.
+    An exception of the trial is raised as it is. One that diverges ends with its last
+    finite frame.
     """
     every = every or _every(job, len(metrics))
     blocks = []
@@ -55,9 +61,15 @@ def fly(
             break
     steps, values, bodies = (list(parts) for parts in zip(*blocks, strict=True))
     joined = np.concatenate(steps)
-    count = len(joined) if until is None else int(np.searchsorted(joined, until, side="right"))
+    count = (
+        len(joined)
+        if until is None
+        else int(np.searchsorted(joined, until, side="right"))
+    )
     series = dict(zip(metrics, np.hstack(values)[:, :count], strict=True))
-    return Flight(study, job, every, joined[:count], np.concatenate(bodies)[:count], series)
+    return Flight(
+        study, job, every, joined[:count], np.concatenate(bodies)[:count], series
+    )
 
 
 def _every(job: Job, metrics: int) -> int:

@@ -1,4 +1,6 @@
-"""Metrics by step since the start of a run, thinned where there are too many of them for a plot."""
+"""Metrics by step since the start of a run, thinned where there are too many of them
+for a plot.
+"""
 
 import math
 from typing import NamedTuple
@@ -10,14 +12,18 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """What somebody has been told: in which era of the history, and up to which step."""
+    """What somebody has been told: in which era of the
+    history, and up to which step.
+    """
 
     era: int = 0
     step: int = -1
 
 
 class History:
-    """Values of the followed metrics. With more than MOST steps every second one is dropped, again and again."""
+    """Values of the followed metrics. With more than MOST steps every second one is
+    dropped, again and again.
+    """
 
     def __init__(self) -> None:
         self.era = 0
@@ -39,18 +45,35 @@ class History:
                 self.rows.append(row)
         while len(self.steps) > MOST:
             self.every *= 2
-            kept = [place for place, step in enumerate(self.steps) if step % self.every == 0]
-            self.steps, self.rows = [self.steps[place] for place in kept], [self.rows[place] for place in kept]
+            kept = [
+                place for place, step in enumerate(self.steps) if step % self.every == 0
+            ]
+            self.steps, self.rows = (
+                [self.steps[place] for place in kept],
+                [self.rows[place] for place in kept],
+            )
 
     def since(self, cursor: Cursor) -> tuple[dict[str, object] | None, Cursor]:
-        """The metrics message of what came after `cursor`, None where there is nothing new, and the cursor after it."""
+        """The metrics message of what came after `cursor`, None where there is nothing
+        new, and the cursor after it.
+        """
         anew = cursor.era != self.era
         after = -1 if anew else cursor.step
-        first = next((place for place in range(len(self.steps), 0, -1) if self.steps[place - 1] <= after), 0)
+        first = next(
+            (
+                place
+                for place in range(len(self.steps), 0, -1)
+                if self.steps[place - 1] <= after
+            ),
+            0,
+        )
         steps, rows = self.steps[first:], self.rows[first:]
         if not steps and not anew:
             return None, cursor
-        values = {name: [_number(row[place]) for row in rows] for place, name in enumerate(self.names)}
+        values = {
+            name: [_number(row[place]) for row in rows]
+            for place, name in enumerate(self.names)
+        }
         message = {"type": "metrics", "steps": steps, "values": values, "reset": anew}
         return message, Cursor(self.era, steps[-1] if steps else -1)
 

@@ -24,29 +24,62 @@ class Live(Session):
     covered = 0.0
 
     def greeting(self) -> list[Reply]:
-        """Controls, scene and, as whoever sees it must have both, the state at the end."""
+        """Controls, scene and, as whoever sees it must have
+        both, the state at the end.
+        """
         own = (str(self.state.settings["map"]),) if self.state.own else ()
-        return [controls(self.state.model, self.state.preset, own), self.scene(), self.status()]
+        return [
+            controls(self.state.model, self.state.preset, own),
+            self.scene(),
+            self.status(),
+        ]
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks: the scene, where the world may have changed, and the state; or what was asked for."""
+        """Do what the page asks: the scene, where the world may have changed, and the
+        state; or what was asked for.
+        """
         if isinstance(message, messages.Spec):
-            return [{"type": "spec", "yaml": self.state.as_text(), "exact": self.exact, "note": self.note}]
+            return [
+                {
+                    "type": "spec",
+                    "yaml": self.state.as_text(),
+                    "exact": self.exact,
+                    "note": self.note,
+                }
+            ]
         before, own = self.simulation, self.state.own
         _do(self, message)
-        if isinstance(message, messages.Model) or (own is None) != (self.state.own is None):
+        if isinstance(message, messages.Model) or (own is None) != (
+            self.state.own is None
+        ):
             return self.greeting()
         return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
     def export(self, kind: str) -> Callable[[], Reply]:
-        """What makes a file: a picture of this frame, or the run up to it, which a changed one has no more."""
+        """What makes a file: a picture of this frame, or the run up to it, which a
+        changed one has no more.
+        """
         study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
-        refused = "" if self.exact else f"an animation shows the run that the spec gives, but {self.note}"
-        order = Order(study, self.state.job, self.step, self.bodies, self.state.plots, self.step, refused)
+        refused = (
+            ""
+            if self.exact
+            else f"an animation shows the run that the spec gives, but {self.note}"
+        )
+        order = Order(
+            study,
+            self.state.job,
+            self.step,
+            self.bodies,
+            self.state.plots,
+            self.step,
+            refused,
+        )
         return filed(order, kind, self.greeting(), self.state.as_text())
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """Metrics since the cursor, whom the selected boid sees, the rules of the accelerations."""
+        """Metrics since the cursor, whom the selected boid sees, the rules of the
+        accelerations.
+        """
         metrics, cursor = self.history.since(cursor)
         replies: list[Reply] = [metrics] if metrics else []
         replies.append(self.selection())
@@ -61,11 +94,15 @@ class Live(Session):
             sections.append(encoding.flocks(overlays.flocks(simulation)))
         if "accelerations" in self.overlays:
             sections.append(encoding.accelerations(overlays.accelerations(simulation)))
-        if "coverage" in self.overlays and (not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD):
+        if "coverage" in self.overlays and (
+            not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD
+        ):
             self.covered = time.monotonic()
             sections.append(encoding.coverage(overlays.coverage(simulation)))
         world = simulation.world
-        return encoding.frame(self.step, self.bodies, (world.width, world.height), sections)
+        return encoding.frame(
+            self.step, self.bodies, (world.width, world.height), sections
+        )
 
     def status(self) -> Reply:
         """The state message."""
@@ -95,9 +132,23 @@ class Live(Session):
         """The scene message."""
         simulation = self.simulation
         world, model = simulation.world, simulation.model
-        columns = (world.obstacle_x, world.obstacle_y, world.half_width, world.half_height, world.is_round)
-        drawn = any("goal" in field.text for field in fields(model.name).values() if field.group == "parameters")
-        goal = [world.goal_x, world.goal_y, simulation.observation.goal_radius] if drawn else None
+        columns = (
+            world.obstacle_x,
+            world.obstacle_y,
+            world.half_width,
+            world.half_height,
+            world.is_round,
+        )
+        drawn = any(
+            "goal" in field.text
+            for field in fields(model.name).values()
+            if field.group == "parameters"
+        )
+        goal = (
+            [world.goal_x, world.goal_y, simulation.observation.goal_radius]
+            if drawn
+            else None
+        )
         return {
             "type": "scene",
             "width": world.width,
@@ -106,7 +157,9 @@ class Live(Session):
             "length": model.length,
             "time": model.time,
             "downwards": model.length == "px",
-            "obstacles": [list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)],
+            "obstacles": [
+                list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)
+            ],
             "goal": goal,
         }
 
@@ -117,7 +170,13 @@ class Live(Session):
             return {"type": "selection", "boid": None}
         seen, flock = overlays.view(self.simulation, boid), self.simulation.flock
         place = {"x": float(flock.x[boid]), "y": float(flock.y[boid])}
-        return {"type": "selection", "boid": boid, **place, **seen._asdict(), "range": plain(seen.range)}
+        return {
+            "type": "selection",
+            "boid": boid,
+            **place,
+            **seen._asdict(),
+            "range": plain(seen.range),
+        }
 
 
 def _do(session: Session, message: Message) -> None:

@@ -1,4 +1,6 @@
-"""What the page may say, each message with its keys; sweep.web.protocol has the whole conversation."""
+"""What the page may say, each message with its keys; sweep.web.protocol has the whole
+conversation.
+"""
 
 from dataclasses import dataclass, field
 from typing import Annotated, get_args
@@ -19,7 +21,9 @@ class Asked:
 
 @dataclass(frozen=True)
 class Hello(Asked):
-    """The page is there; `page` tells pages apart, so that one that comes back finds its session."""
+    """The page is there; `page` tells pages apart, so that one that comes back finds
+    its session.
+    """
 
     page: str
 
@@ -149,4 +153,6 @@ Message = (
     Hello | Set | Model | Run | Pause | Step | Reset | Continue | Speed | Shapes | Goal | Select | Overlays | Metrics
     | Sweep | Spec | Export | Ready | Seek
 )  # fmt: skip
-MESSAGES: dict[str, type[Message]] = {kind.__name__.lower(): kind for kind in get_args(Message)}
+MESSAGES: dict[str, type[Message]] = {
+    kind.__name__.lower(): kind for kind in get_args(Message)
+}

@@ -1,4 +1,6 @@
-"""What is on its way to a page, in the order in which it happened; nobody who works has to wait for the line."""
+"""What is on its way to a page, in the order in which it happened; nobody who works has
+to wait for the line.
+"""
 
 import asyncio
 from typing import Protocol
@@ -23,7 +25,9 @@ class Line(Protocol):
 
 
 class Outbox:
-    """Sends to a line what is put into it, as soon as the line takes it. To be made in a running event loop."""
+    """Sends to a line what is put into it, as soon as the line takes it. To be made in
+    a running event loop.
+    """
 
     def __init__(self, line: Line) -> None:
         self.line = line
@@ -47,7 +51,9 @@ class Outbox:
         await self._room.wait()
 
     async def send(self) -> None:
-        """Send whatever comes, for ever. Raises ConnectionError when the line is gone."""
+        """Send whatever comes, for ever. Raises
+        ConnectionError when the line is gone.
+        """
         while True:
             item = await self._items.get()
             if self._items.qsize() < MOST_WAITING:

@@ -1,8 +1,9 @@
 """The page as text: its modules as one, for wherever it must go without a server.
 
-The served page loads the modules of `static` as they are. A notebook and a file that opens from disk need one text:
-the same modules, each in a function of its own, after those that it imports. So a module imports from its neighbours
-only, by their names and in one line each, and exports where it declares.
+The served page loads the modules of `static` as they are. A notebook and a file that
+opens from disk need one text: the same modules, each in a function of its own, after
+those that it imports. So a module imports from its neighbours only, by their names and
+in one line each, and exports where it declares.
 """
 
 import re
@@ -14,10 +15,14 @@ EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
 
 
 def script() -> str:
-    """One ES module that exports `mount(element, transport, options)` and does nothing when it is loaded."""
+    """One ES module that exports `mount(element, transport, options)` and does nothing
+    when it is loaded.
+    """
     parts: dict[str, str] = {}
     _add("view", parts)
-    return "\n".join([*parts.values(), "const { mount } = view_js;", "export { mount };\n"])
+    return "\n".join(
+        [*parts.values(), "const { mount } = view_js;", "export { mount };\n"]
+    )
 
 
 def _add(name: str, parts: dict[str, str]) -> None:

@@ -1,6 +1,8 @@
-"""A Show played to a page: steps at the wanted pace, and a frame whenever the page is ready for one.
+"""A Show played to a page: steps at the wanted pace, and a frame whenever the page is
+ready for one.
 
-Stepping never waits for drawing. A page that is slow gets fewer frames, always the latest, and never a queue of them.
+Stepping never waits for drawing. A page that is slow gets fewer frames, always the
+latest, and never a queue of them.
 """
 
 import asyncio
@@ -19,12 +21,18 @@ from sweep.web.protocol import MessageError, Reply, parse
 from sweep.web.show import Show
 
 CALL_SECONDS = 0.005
-"""How long steps are taken at a time: what the page asks waits no longer for them, unless one step takes longer."""
+"""How long steps are taken at a time: what the page asks waits no longer for them,
+unless one step takes longer.
+"""
 ROUNDS = 3
-"""Of the event loop between two such times, so that what has been asked is done and the frame is sent."""
+"""Of the event loop between two such times, so that what has been asked is done and the
+frame is sent.
+"""
 SHORTEST_WAIT, LONGEST_WAIT = 1 / 120, 0.1
 LONGEST_DEBT = 0.25
-"""Seconds of steps that are made up for; a machine that is slower than the wanted pace does not try."""
+"""Seconds of steps that are made up for; a machine that is slower than the wanted pace
+does not try.
+"""
 
 IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
 """The page's spec has no lines that anybody has seen."""
@@ -45,7 +53,10 @@ class Pace:
         before, self.last = self.last, time.monotonic()
         if show.speed == 0 or not show.running:
             return self.most, 0.0
-        self.owed = min(self.owed + (self.last - before) * show.speed, max(1.0, show.speed * LONGEST_DEBT))
+        self.owed = min(
+            self.owed + (self.last - before) * show.speed,
+            max(1.0, show.speed * LONGEST_DEBT),
+        )
         steps = min(int(self.owed), self.most)
         self.owed -= steps
         wait = max(SHORTEST_WAIT, (1 - self.owed) / show.speed)
@@ -53,22 +64,32 @@ class Pace:
 
     def took(self, steps: int, seconds: float) -> None:
         """So many steps took so long: the next are fewer or up to twice as many."""
-        self.most = max(1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6))))
+        self.most = max(
+            1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6)))
+        )
 
 
 class Player:
-    """Plays one Show to whoever is on the line, one line at a time. Between two lines it stands still."""
+    """Plays one Show to whoever is on the line, one line at a time. Between two lines
+    it stands still.
+    """
 
     def __init__(self, show: Show) -> None:
         self.show = show
         self.turn, self.filing = asyncio.Lock(), asyncio.Lock()
-        self.asked, self.changed, self.ready = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        self.asked, self.changed, self.ready = (
+            asyncio.Event(),
+            asyncio.Event(),
+            asyncio.Event(),
+        )
         self.cursor, self.told = Cursor(), dict[str, Reply]()
         self.task: asyncio.Task[None] | None = None
         self.left = time.monotonic()
 
     async def play(self, line: Line) -> bool:
-        """Play to this line until it is gone, or another one takes over; whether that was so."""
+        """Play to this line until it is gone, or another one takes over; whether that
+        was so.
+        """
         if self.task:
             self.task.cancel()
         task = self.task = asyncio.create_task(self._play(line))
@@ -95,7 +116,9 @@ class Player:
             pass
 
     async def in_turn(self, work: Callable[[], R]) -> R:
-        """What `work` with the show returns, which may take long: in a thread, alone, and to its end in any case."""
+        """What `work` with the show returns, which may take long: in a thread, alone,
+        and to its end in any case.
+        """
 
         async def alone() -> R:
             async with self.turn:
@@ -109,7 +132,9 @@ class Player:
         for event in (self.ready, self.changed, self.asked):
             event.set()
 
-    async def _listen(self, line: Line, outbox: Outbox, tasks: asyncio.TaskGroup) -> None:
+    async def _listen(
+        self, line: Line, outbox: Outbox, tasks: asyncio.TaskGroup
+    ) -> None:
         while True:
             await outbox.room()
             text = await line.hear()
@@ -126,10 +151,16 @@ class Player:
                 await self._answer(outbox, message.id, list)
                 tasks.create_task(self._export(outbox, message.kind))
             else:
-                await self._answer(outbox, message.id, partial(self.show.handle, message))
+                await self._answer(
+                    outbox, message.id, partial(self.show.handle, message)
+                )
 
-    async def _answer(self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]) -> None:
-        """Tell what `work` returns or, where it is refused, why; and what holds now, which answers what was asked."""
+    async def _answer(
+        self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]
+    ) -> None:
+        """Tell what `work` returns or, where it is refused, why; and what holds now,
+        which answers what was asked.
+        """
 
         def answer() -> None:
             try:
@@ -138,7 +169,12 @@ class Player:
                 replies = [_error(_reason(error)) | {"answers": asked}]
             if all(reply["type"] != "state" for reply in replies):
                 replies.append(self.show.status())
-            outbox.put(*(reply | {"answers": asked} if reply["type"] == "state" else reply for reply in replies))
+            outbox.put(
+                *(
+                    reply | {"answers": asked} if reply["type"] == "state" else reply
+                    for reply in replies
+                )
+            )
 
         await self.in_turn(answer)
         self.asked.set()
@@ -171,9 +207,11 @@ class Player:
                     await asyncio.sleep(wait)
 
     async def _advance(self, outbox: Outbox, steps: int) -> float:
-        """Take steps, unless somebody was faster and it stands still, and return the seconds that they took.
+        """Take steps, unless somebody was faster and it stands still, and return the
+        seconds that they took.
 
-        Kernels let no other thread run: in a thread of their own they would only make the others wait for their turn.
+        Kernels let no other thread run: in a thread of their own they would only make
+        the others wait for their turn.
         """
         async with self.turn:
             began = time.perf_counter()
@@ -186,7 +224,9 @@ class Player:
         return seconds
 
     async def _paint(self, outbox: Outbox) -> None:
-        """Send the latest frame, and what belongs to it, whenever it is another one and the page is ready."""
+        """Send the latest frame, and what belongs to it, whenever it is another one and
+        the page is ready.
+        """
         version = -1
         while True:
             await self.ready.wait()
@@ -218,4 +258,7 @@ def _reason(error: Exception) -> str:
     if isinstance(error, SpecError | StoreError | MessageError):
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)
-    return f"the simulator failed: {type(error).__name__}; it goes on, and its terminal says more"
+    return (
+        f"the simulator failed: {type(error).__name__}; it goes on, and its terminal"
+        " says more"
+    )

@@ -1,7 +1,9 @@
-"""The messages between the page and the session behind it: JSON texts both ways, and binary frames to the page.
+"""The messages between the page and the session behind it: JSON texts both ways, and
+binary frames to the page.
 
-From the page, each with its `type` and the keys of its class below; the state that answers any but hello and ready,
-and the error that refuses it, has its `id` under `answers`: so a page knows which state is older than what it asked:
+From the page, each with its `type` and the keys of its class below; the state that
+answers any but hello and ready, and the error that refuses it, has its `id` under
+`answers`: so a page knows which state is older than what it asked:
 
     hello page                      first; answered by controls, scene, state, metrics and a frame
     set name value                  a setting, or `seed`; an infinite number is the text "inf"
@@ -22,22 +24,27 @@ and the error that refuses it, has its `id` under `answers`: so a page knows whi
 
 To the page:
 
-    controls model models groups maps metrics overlays, see sweep.web.controls
-    state model preset settings changed shapes seed running speed step steps exact note sweeps selected overlays plots
-          replay answers; settings that are infinite are the text "inf", replay is null or {study, trial, frames, equal}
+    controls model models groups maps metrics overlays, see sweep.web.controls state
+    model preset settings changed shapes seed running speed step steps exact note sweeps
+    selected overlays plots
+          replay answers; settings that are infinite are the text "inf", replay is null
+          or {study, trial, frames, equal}
     scene width height borders length time downwards obstacles goal
-          obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in maps too; goal [x, y, radius]
+          obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in
+          maps too; goal [x, y, radius]
     metrics steps values reset      batches, thinned where they are long; with reset: true they begin anew; null is NaN
     selection boid x y range fov heading neighbours
-          heading in radians from +x towards +y, null where the boid sees all round; boid null where none is selected
+          heading in radians from +x towards +y, null where the boid sees all round;
+          boid null where none is selected
     rules names                     of the accelerations in the frames that follow
     spec, file                      as above
     error message answers, info message
 
-A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1, y1, the box that 16 bits span: the
-world, enlarged where boids are outside, on each side by at most its own size; those beyond stand on its border. Then
-u16 x[n], u16 y[n], u8 heading[n] (256 a full turn, 0 along +x, towards +y), and padding to 4 bytes. What follows is
-said by flags, in this order, each padded to 4 bytes:
+A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1,
+y1, the box that 16 bits span: the world, enlarged where boids are outside, on each side
+by at most its own size; those beyond stand on its border. Then u16 x[n], u16 y[n], u8
+heading[n] (256 a full turn, 0 along +x, towards +y), and padding to 4 bytes. What
+follows is said by flags, in this order, each padded to 4 bytes:
 
     1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo 65535; 65535 for one alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
@@ -66,7 +73,9 @@ Reply = dict[str, Any]
 
 
 class MessageError(ValueError):
-    """What is wrong with a message, in a sentence for the one who sent it; `id` is that of the message."""
+    """What is wrong with a message, in a sentence for the one who sent it; `id` is that
+    of the message.
+    """
 
     id = ""
 
@@ -98,11 +107,18 @@ def _message(name: str, content: dict[str, Any]) -> Message:
     for member in members(kind):
         if member.name not in content and member.default is MISSING:
             raise MessageError(f'{name}: missing key "{member.name}"')
-    return kind(**{key: _read(f"{name}: {key}", hints[key], value) for key, value in content.items()})
+    return kind(
+        **{
+            key: _read(f"{name}: {key}", hints[key], value)
+            for key, value in content.items()
+        }
+    )
 
 
 def write(reply: Reply) -> str:
-    """The JSON text of a reply. Infinite settings are texts in it already, and what is not a number is null."""
+    """The JSON text of a reply. Infinite settings are texts in it already, and what is
+    not a number is null.
+    """
     return json.dumps(reply, allow_nan=False, separators=(",", ":"))
 
 
@@ -129,7 +145,11 @@ def _text(value: Any) -> str:
 
 
 def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e300:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) <= 1e300
+    ):
         raise ValueError("a finite number")
     return float(value)
 

@@ -1,6 +1,8 @@
-"""A run as one page of HTML that opens from disk: the page's own script and style, and its frames in base64.
+"""A run as one page of HTML that opens from disk: the page's own script and style, and
+its frames in base64.
 
-A boid takes five bytes a frame, of which base64 makes seven. The page may load nothing and speak to nobody.
+A boid takes five bytes a frame, of which base64 makes seven. The page may load nothing
+and speak to nobody.
 """
 
 import base64
@@ -32,14 +34,19 @@ Message = dict[str, Any]
 
 
 def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
-    """The page that plays a run; `greeting` has the messages controls, state and scene that a session begins with.
+    """The page that plays a run; `greeting` has the messages controls, state and scene
+    that a session begins with.
 
-    With more frames than it has room for it has every second, third, ... of them. `spec` is the YAML that it hands out.
-    Raises StoreError where too few frames would be left.
+    With more frames than it has room for it has every second, third, ... of them.
+    `spec` is the YAML that it hands out. Raises StoreError where too few frames would
+    be left.
     """
     few = thinned(flight, _room(flight.job, len(flight.steps)))
     size = float(few.job.settings["width"]), float(few.job.settings["height"])
-    frames = b"".join(frame(int(step), one, size) for step, one in zip(few.steps, few.bodies, strict=True))
+    frames = b"".join(
+        frame(int(step), one, size)
+        for step, one in zip(few.steps, few.bodies, strict=True)
+    )
     said = {message["type"]: message for message in greeting}
     recording = {
         "controls": said["controls"] | {"overlays": []},
@@ -47,7 +54,10 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
         "scene": said["scene"],
         "spec": spec,
         "steps": few.steps.tolist(),
-        "metrics": {name: [_number(value) for value in series.tolist()] for name, series in few.values.items()},
+        "metrics": {
+            name: [_number(value) for value in series.tolist()]
+            for name, series in few.values.items()
+        },
         "about": about(flight.study, flight.job),
         "frames": base64.b64encode(frames).decode(),
     }
@@ -56,19 +66,24 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
 
 
 def check_page(job: Job, every: int) -> None:
-    """Raise StoreError where a page has no room for a trial with a frame every `every` steps; 0 stands for 1."""
+    """Raise StoreError where a page has no room for a trial with a frame every `every`
+    steps; 0 stands for 1.
+    """
     _room(job, int(job.settings["steps"]) // (every or 1) + 1)
 
 
 def _room(job: Job, frames: int) -> int:
-    """How many frames of a trial a page has room for; StoreError where that is too little for one of so many frames."""
+    """How many frames of a trial a page has room for; StoreError where that is too
+    little for one of so many frames.
+    """
     n = int(job.settings["n"])
     bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
     room = MOST_BYTES // bytes_a_frame
     if room < min(FEWEST_FRAMES, frames):
         raise StoreError(
-            f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for "
-            f"{MOST_BYTES:,}, which are {room} frames: it would jump; export an animation instead"
+            f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
+            f" {MOST_BYTES:,}, which are {room} frames: it would jump; export an"
+            " animation instead"
         )
     return room
 
@@ -76,7 +91,12 @@ def _room(job: Job, frames: int) -> int:
 def _state(flight: Flight, state: Message) -> Message:
     """The session's state as it is at the beginning of its recording."""
     first, last = int(flight.steps[0]), int(flight.steps[-1])
-    live = {"study": flight.study, "trial": flight.job.trial_id, "equal": True, "words": AS_LAUNCHED}
+    live = {
+        "study": flight.study,
+        "trial": flight.job.trial_id,
+        "equal": True,
+        "words": AS_LAUNCHED,
+    }
     replay = state["replay"] or live
     replay = replay | {"frames": [first, last, flight.every], "recorded": True}
     plots = [name for name in state["plots"] if name in flight.values]
@@ -99,11 +119,18 @@ def _number(value: float) -> float | None:
 def _document(recording: Message) -> str:
     said = recording["about"]
     title = f"{said['Study']}, trial {said['Trial']}"
-    program = "\n".join([script(), (STATIC / "recording.js").read_text(encoding="utf-8"), START])
+    program = "\n".join(
+        [script(), (STATIC / "recording.js").read_text(encoding="utf-8"), START]
+    )
     rules = style()
-    policy = f"default-src 'none'; script-src {_source(program)}; style-src {_source(rules)}; img-src blob: data:"
+    policy = (
+        f"default-src 'none'; script-src {_source(program)}; style-src"
+        f" {_source(rules)}; img-src blob: data:"
+    )
     # "<" could end the element that it stands in.
-    data = json.dumps(recording, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    data = json.dumps(recording, allow_nan=False, separators=(",", ":")).replace(
+        "<", "\\u003c"
+    )
     where = "; ".join(f"{key}: {value}" for key, value in said.items())
     return f"""<!doctype html>
 <html lang="en">
@@ -128,4 +155,6 @@ def _document(recording: Message) -> str:
 
 def _source(text: str) -> str:
     """What the policy of a page calls an element with this text."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    return (
+        f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    )

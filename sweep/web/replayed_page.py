@@ -9,10 +9,14 @@ from sweep.web.recording import record
 from sweep.web.replaying import Replay
 
 
-def write_page(study: StoredStudy, trial: str, path: Path, every: int, report: Report) -> None:
-    """Write a stored trial as a page that plays it, with a frame every `every` steps; 0: as many as it has room for.
+def write_page(
+    study: StoredStudy, trial: str, path: Path, every: int, report: Report
+) -> None:
+    """Write a stored trial as a page that plays it, with a frame every `every` steps;
+    0: as many as it has room for.
 
-    Raises StoreError where the trial cannot be shown, and as `recording.check_page` does.
+    Raises StoreError where the trial cannot be shown, and as `recording.check_page`
+    does.
     """
     shown = Replay(study, trial, report)
     flight = fly(study.name, shown.job, tuple(shown.track.values), every=every)

@@ -1,6 +1,8 @@
-"""A stored trial as a Show: run again from its row, compared with what is stored, and scrubbed through.
+"""A stored trial as a Show: run again from its row, compared with what is stored, and
+scrubbed through.
 
-The simulation itself is put to the step that is looked at, so whatever can be seen of a live run can be seen of it.
+The simulation itself is put to the step that is looked at, so whatever can be seen of a
+live run can be seen of it.
 """
 
 from collections.abc import Callable
@@ -26,16 +28,26 @@ from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job
 from sweep.web.track import go_to, quiet, survey
 
-CHANGING = messages.Set | messages.Model | messages.Shapes | messages.Goal | messages.Sweep | messages.Continue
-FIXED = "this is a stored trial, which nothing changes; its spec can be copied and viewed"
+CHANGING = (
+    messages.Set
+    | messages.Model
+    | messages.Shapes
+    | messages.Goal
+    | messages.Sweep
+    | messages.Continue
+)
+FIXED = (
+    "this is a stored trial, which nothing changes; its spec can be copied and viewed"
+)
 AS_STORED = "Every number equals the stored one, bit for bit."
 
 
 class Replay(Live):
-    """The replay of a stored trial, at step 0; `differences` are those to what is stored of it.
+    """The replay of a stored trial, at step 0; `differences` are those to what is
+    stored of it.
 
-    Raises StoreError where there is no such trial, where its map is not known any more, and where it fails, and
-    SpecError where it has more boids than can be shown.
+    Raises StoreError where there is no such trial, where its map is not known any more,
+    and where it fails, and SpecError where it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
@@ -49,7 +61,9 @@ class Replay(Live):
             if isinstance(error, StoreError):
                 raise
             about = f"{type(error).__name__}: {error}"
-            raise StoreError(f"trial {trial} cannot be shown, as it fails: {about}") from error
+            raise StoreError(
+                f"trial {trial} cannot be shown, as it fails: {about}"
+            ) from error
         super().__init__(state)
 
     def _begin(self, state: ViewState) -> None:
@@ -65,7 +79,10 @@ class Replay(Live):
     def _follow(self, state: ViewState) -> None:
         """Plot the whole run at once."""
         super()._follow(state)
-        self.history.add(self.track.steps, np.array([self.track.values[name] for name in state.plots]))
+        self.history.add(
+            self.track.steps,
+            np.array([self.track.values[name] for name in state.plots]),
+        )
 
     def seek(self, step: int) -> None:
         """Go to a step, or to the last one where there is none so far."""
@@ -94,15 +111,22 @@ class Replay(Live):
         self.running = True
 
     def take_steps(self, count: int) -> None:
-        """Let so many more steps be taken than were asked for, as far as there are any."""
-        self.running, self.aim = False, min(max(self.aim, self.step) + count, self.track.last)
+        """Let so many more steps be taken than were asked
+        for, as far as there are any.
+        """
+        self.running, self.aim = (
+            False,
+            min(max(self.aim, self.step) + count, self.track.last),
+        )
 
     def reset(self) -> None:
         """Go back to the start."""
         self.seek(0)
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics of the whole run; for one that nobody has asked for yet it is gone through again."""
+        """Plot these metrics of the whole run; for one that nobody has asked for yet it
+        is gone through again.
+        """
         state = self.state.follow(metrics)
         missing = tuple(name for name in metrics if name not in self.track.values)
         if missing:
@@ -112,28 +136,48 @@ class Replay(Live):
         self.version += 1
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, of what a replay can. Raises SpecError for what would change it."""
+        """Do what the page asks, of what a replay can. Raises SpecError for what would
+        change it.
+        """
         match message:
             case messages.Seek(frame):
                 self.pause()
                 self.seek(frame)
                 return [self.status()]
             case messages.Spec():
-                return [{"type": "spec", "yaml": self.spec(), "exact": True, "note": ""}]
+                return [
+                    {"type": "spec", "yaml": self.spec(), "exact": True, "note": ""}
+                ]
             case message if isinstance(message, CHANGING):
                 raise SpecError(FIXED)
         return super().handle(message)
 
     def export(self, kind: str) -> Callable[[], Reply]:
         """What makes a file: a picture of this frame, or the whole run."""
-        order = Order(self.study.name, self.job, self.step, self.bodies, tuple(self.track.values), self.track.last)
+        order = Order(
+            self.study.name,
+            self.job,
+            self.step,
+            self.bodies,
+            tuple(self.track.values),
+            self.track.last,
+        )
         return filed(order, kind, self.greeting(), self.spec())
 
     def spec(self) -> str:
-        """The YAML that launches this trial, and those before it where it is one of several."""
+        """The YAML that launches this trial, and those before it where it is one of
+        several.
+        """
         number = self.state.replicate + 1
-        which = f"the last of {number:,} trials that this launches" if number > 1 else "the trial that this launches"
-        return f"# {which} is {self.job.trial_id} of {self.study.name}\n{self.state.as_text()}"
+        which = (
+            f"the last of {number:,} trials that this launches"
+            if number > 1
+            else "the trial that this launches"
+        )
+        return (
+            f"# {which} is {self.job.trial_id} of"
+            f" {self.study.name}\n{self.state.as_text()}"
+        )
 
     def status(self) -> Reply:
         """The state message, with what is replayed."""
@@ -146,8 +190,16 @@ class Replay(Live):
             for name in self.stored.record.metrics
             if row[name] is not None
         }
-        about = {"study": self.study.name, "trial": self.job.trial_id, "frames": [0, self.track.last, 1]}
-        return about | {"equal": not self.differences, "words": self._words(), "metrics": metrics}
+        about = {
+            "study": self.study.name,
+            "trial": self.job.trial_id,
+            "frames": [0, self.track.last, 1],
+        }
+        return about | {
+            "equal": not self.differences,
+            "words": self._words(),
+            "metrics": metrics,
+        }
 
     def _words(self) -> str:
         """How the trial compares with what is stored of it."""
@@ -155,12 +207,21 @@ class Replay(Live):
             return AS_STORED
         if self.stored.row["status"] in ("timeout", "failed"):
             status, step = self.stored.row["status"], self.stored.row["last_step"]
-            return f"Stored as {status}, after step {step:,}: nothing to compare. This is what it gives here and now."
-        others = f"; and {len(self.differences) - 1:,} more columns" if len(self.differences) > 1 else ""
+            return (
+                f"Stored as {status}, after step {step:,}: nothing to compare. This is"
+                " what it gives here and now."
+            )
+        others = (
+            f"; and {len(self.differences) - 1:,} more columns"
+            if len(self.differences) > 1
+            else ""
+        )
         return f"It differs from what is stored: {self.differences[0]}{others}."
 
 
 def _measured(job: Job) -> tuple[str, ...]:
-    """The metrics that were recorded, and the model's own but for those that count visits: pixels may be many."""
+    """The metrics that were recorded, and the model's own but for those that count
+    visits: pixels may be many.
+    """
     own = (name for name in MODELS[job.model].metrics if not METRICS[name].covers)
     return tuple(dict.fromkeys((*job.record.metrics, *own)))

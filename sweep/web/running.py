@@ -1,4 +1,6 @@
-"""Simulations for looking at: made so that any metric can be plotted, and changed while they run."""
+"""Simulations for looking at: made so that any metric can be plotted, and changed while
+they run.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -16,34 +18,52 @@ MOST_PIXELS = 4_000_000
 
 
 def simulation_of(job: Job) -> Simulation:
-    """The simulation of `job` that counts what any metric may need, and keeps every frame with all bodies.
+    """The simulation of `job` that counts what any metric may need, and keeps every
+    frame with all bodies.
 
-    What is counted and kept changes nothing of the flight. Where there are very many pixels, visits are only counted
-    for the metrics of the job.
+    What is counted and kept changes nothing of the flight. Where there are very many
+    pixels, visits are only counted for the metrics of the job.
     """
     _compile(job.model, job.preset)
-    wanted = [name for name, metric in METRICS.items() if metric.counts or metric.pairs or metric.covers]
+    wanted = [
+        name
+        for name, metric in METRICS.items()
+        if metric.counts or metric.pairs or metric.covers
+    ]
     if not _can_cover(job):
-        wanted = [name for name in wanted if not METRICS[name].covers or name in job.record.metrics]
-    simulation = Simulation(replace(job, record=Record(tuple(wanted), trajectories=True)))
+        wanted = [
+            name
+            for name in wanted
+            if not METRICS[name].covers or name in job.record.metrics
+        ]
+    simulation = Simulation(
+        replace(job, record=Record(tuple(wanted), trajectories=True))
+    )
     simulation.job = replace(job, record=Record(job.record.series, trajectories=True))
     return simulation
 
 
 @cache
 def _compile(model: str, preset: str) -> None:
-    """Compile what runs of a model need, so that none of it is left for the first step."""
+    """Compile what runs of a model need, so that none of it
+    is left for the first step.
+    """
     settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
     warm(Job("", "", 0, 0, False, model, preset, settings, Record(()), Streams(), None))
 
 
 def _can_cover(job: Job) -> bool:
-    width, height, pixel = (float(job.settings[name]) for name in ("width", "height", "pixel"))
-    return pixel <= min(width, height) and width / pixel * (height / pixel) <= MOST_PIXELS
+    width, height, pixel = (
+        float(job.settings[name]) for name in ("width", "height", "pixel")
+    )
+    return (
+        pixel <= min(width, height) and width / pixel * (height / pixel) <= MOST_PIXELS
+    )
 
 
 def changed(earlier: Simulation, job: Job) -> Simulation:
-    """The simulation of `job` in the place of `earlier`, which has as many boids: its flock, generator and counts.
+    """The simulation of `job` in the place of `earlier`, which has as many boids: its
+    flock, generator and counts.
 
     Visits are kept where the same pixels can be visited.
     """

@@ -1,7 +1,7 @@
 """The page, served to this machine alone.
 
-Whoever may open it has the token in its address. A page from elsewhere cannot: Host must be a name of this machine,
-and Origin of a socket the page itself.
+Whoever may open it has the token in its address. A page from elsewhere cannot: Host
+must be a name of this machine, and Origin of a socket the page itself.
 """
 
 import asyncio
@@ -31,8 +31,11 @@ TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 HERE = "127.0.0.1"
 NAMES = ("127.0.0.1", "localhost", "[::1]")
 HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-    "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';"
+        " img-src 'self' blob: data:; base-uri 'none'; form-action 'none';"
+        " frame-ancestors 'none'"
+    ),
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -43,7 +46,9 @@ KEPT_SECONDS = 600
 PATIENCE = 1.0
 """Seconds after which a page is told why nothing happens."""
 TAKEN, REFUSED = 4001, 4002
-"""Codes with which a socket is closed for good: the session went to another page, or there is none for this one."""
+"""Codes with which a socket is closed for good: the session went to another page, or
+there is none for this one.
+"""
 
 
 class Socket:
@@ -75,36 +80,58 @@ class Socket:
 
 
 class Rooms:
-    """The sessions by the name of their page. Those whose page is gone are kept for some minutes."""
+    """The sessions by the name of their page. Those whose page is gone are kept for
+    some minutes.
+    """
 
     def __init__(self, begin: Callable[[], Show]) -> None:
         self.begin = begin
         self.players: dict[str, Player] = {}
 
     async def player(self, page: str, line: Socket) -> Player:
-        """The player of this page, a new one where there is none. Raises SpecError where there are too many."""
+        """The player of this page, a new one where there is none. Raises SpecError
+        where there are too many.
+        """
         if page not in self.players:
             self._make_room()
             making = asyncio.create_task(asyncio.to_thread(self.begin))
             if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-                await line.tell({"type": "info", "message": "compiling, which takes up to a minute the first time"})
+                await line.tell(
+                    {
+                        "type": "info",
+                        "message": (
+                            "compiling, which takes up to a minute the first time"
+                        ),
+                    }
+                )
             show = await making
             self._make_room()
             self.players.setdefault(page, Player(show))
         return self.players[page]
 
     def _make_room(self) -> None:
-        """Forget sessions that nobody came back to and, where there are too many, the one left first."""
-        empty = sorted((player.left, page) for page, player in self.players.items() if player.task is None)
+        """Forget sessions that nobody came back to and, where there are too many, the
+        one left first.
+        """
+        empty = sorted(
+            (player.left, page)
+            for page, player in self.players.items()
+            if player.task is None
+        )
         for left, page in empty:
-            if time.monotonic() - left > KEPT_SECONDS or len(self.players) >= MOST_SESSIONS:
+            if (
+                time.monotonic() - left > KEPT_SECONDS
+                or len(self.players) >= MOST_SESSIONS
+            ):
                 del self.players[page]
         if len(self.players) >= MOST_SESSIONS:
             raise SpecError(f"{MOST_SESSIONS} pages are open already; close one")
 
 
 class Server:
-    """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError where the port is not free."""
+    """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError
+    where the port is not free.
+    """
 
     def __init__(self, begin: Callable[[], Show], port: int = 0) -> None:
         self.rooms = Rooms(begin)
@@ -144,7 +171,11 @@ class Server:
         """Whether it has the token and addresses this machine by its own name."""
         name, _, port = connection.headers.get("host", "").rpartition(":")
         token = str(connection.path_params["token"])
-        return name in NAMES and port.isdecimal() and hmac.compare_digest(token.encode(), self.token.encode())
+        return (
+            name in NAMES
+            and port.isdecimal()
+            and hmac.compare_digest(token.encode(), self.token.encode())
+        )
 
     async def _file(self, request: Request) -> Response:
         """A file of the page."""
@@ -152,7 +183,9 @@ class Server:
         files = {path.name: path for path in STATIC.iterdir() if path.suffix in TYPES}
         if not self._admits(request) or name not in files:
             return Response("not found", 404, HEADERS, "text/plain")
-        return Response(files[name].read_bytes(), 200, HEADERS, TYPES[files[name].suffix])
+        return Response(
+            files[name].read_bytes(), 200, HEADERS, TYPES[files[name].suffix]
+        )
 
     async def _talk(self, websocket: WebSocket) -> None:
         """A page's conversation, from its hello on."""
@@ -190,7 +223,8 @@ async def _hello(line: Socket) -> str:
 
 
 def _bound(port: int) -> socket.socket:
-    # Without the protocol asyncio leaves Nagle's algorithm on, which holds every second small message back for 40 ms.
+    # Without the protocol asyncio leaves Nagle's algorithm on, which holds every second
+    # small message back for 40 ms.
     bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -198,5 +232,7 @@ def _bound(port: int) -> socket.socket:
         bound.listen()
     except OSError as error:
         bound.close()
-        raise SpecError(f"port {port} cannot be used ({error.strerror}); --port 0 takes a free one") from None
+        raise SpecError(
+            f"port {port} cannot be used ({error.strerror}); --port 0 takes a free one"
+        ) from None
     return bound

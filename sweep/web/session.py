@@ -1,7 +1,9 @@
-"""One live run: what is on the screen, the simulation that it stands for, and what the page asks of both.
+"""One live run: what is on the screen, the simulation that it stands for, and what the
+page asks of both.
 
-Nothing here waits or draws. As long as nothing is changed on the way, the frames of a session are those of a launch of
-its spec, bit by bit, whoever looks at them and how often.
+Nothing here waits or draws. As long as nothing is changed on the way, the frames of a
+session are those of a launch of its spec, bit by bit, whoever looks at them and how
+often.
 """
 
 from collections.abc import Mapping
@@ -27,10 +29,12 @@ SPEED, FASTEST = 60.0, 1e6
 
 
 class Session:
-    """The run of a ViewState: `simulation`, and `bodies` (4, N), x, y, vx and vy, of its last frame.
+    """The run of a ViewState: `simulation`, and `bodies` (4, N), x, y, vx and vy, of
+    its last frame.
 
-    `exact` says whether the frames so far are those of the copied spec, `note` why not. `version` grows with whatever
-    may change what is drawn. Methods raise SpecError for what is not allowed, and then nothing has changed.
+    `exact` says whether the frames so far are those of the copied spec, `note` why not.
+    `version` grows with whatever may change what is drawn. Methods raise SpecError for
+    what is not allowed, and then nothing has changed.
     """
 
     def __init__(self, state: ViewState) -> None:
@@ -59,7 +63,9 @@ class Session:
 
     def _show(self, state: ViewState) -> None:
         self.state = state
-        self.simulation.job = replace(state.job, record=Record(state.plots, trajectories=True))
+        self.simulation.job = replace(
+            state.job, record=Record(state.plots, trajectories=True)
+        )
 
     def _take(self) -> Taken:
         taken = self.simulation.take_frames()
@@ -81,18 +87,25 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """Whether steps are to be taken: because it runs, or because some were asked for."""
+        """Whether steps are to be taken: because it runs, or because some were asked
+        for.
+        """
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
-        """Take up to `steps` steps, no more than there is room for frames, and return the frames.
+        """Take up to `steps` steps, no more than there is room for frames, and return
+        the frames.
 
-        The run pauses where it has gone as far as was asked for, at its end, and where a state is not finite.
+        The run pauses where it has gone as far as was asked for, at its end, and where
+        a state is not finite.
         """
         most = self.simulation.steps_left if self.running else self.aim - self.step
         if not self.simulation.advance(min(steps, most)):
             self.diverged = True
-            self.note = f"diverged at step {self.step:,}: a position or velocity was not a finite number"
+            self.note = (
+                f"diverged at step {self.step:,}: a position or velocity was not a"
+                " finite number"
+            )
         if self.diverged or self.simulation.steps_left <= 0:
             self.pause()
         return self._take()
@@ -109,14 +122,20 @@ class Session:
     def take_steps(self, count: int) -> None:
         """Let so many more steps be taken than were asked for."""
         self._check_going()
-        self.running, self.aim = False, min(max(self.aim, self.step) + count, self.step + self.simulation.steps_left)
+        self.running, self.aim = (
+            False,
+            min(
+                max(self.aim, self.step) + count, self.step + self.simulation.steps_left
+            ),
+        )
 
     def _check_going(self) -> None:
         if self.diverged:
             raise SpecError(f"the run {self.note}; reset begins again")
         if self.simulation.steps_left <= 0:
             raise SpecError(
-                f"the run has ended after {self.step:,} steps; continue makes it longer, reset begins again"
+                f"the run has ended after {self.step:,} steps; continue makes it"
+                " longer, reset begins again"
             )
 
     def reset(self) -> None:
@@ -147,8 +166,15 @@ class Session:
         self._become(self.state.place(shapes), {"obstacles"})
 
     def _become(self, state: ViewState, names: set[str]) -> None:
-        """Show a state that differs in what is named: from the start where that must be, else from here on."""
-        if self.step == 0 or self.diverged or START & names or int(state.settings["steps"]) < self.step:
+        """Show a state that differs in what is named: from the start where that must
+        be, else from here on.
+        """
+        if (
+            self.step == 0
+            or self.diverged
+            or START & names
+            or int(state.settings["steps"]) < self.step
+        ):
             self._again(state)
             return
         self.simulation = changed(self.simulation, state.job)
@@ -158,12 +184,20 @@ class Session:
             self.exact = False
             self.altered |= names
             what = ", ".join(sorted(self.altered))
-            self.note = f"{what} changed, last at step {self.step:,}; reset shows what the spec gives"
+            self.note = (
+                f"{what} changed, last at step {self.step:,}; reset shows what the spec"
+                " gives"
+            )
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics, from here on; from the start where that needs visits that were not counted."""
+        """Plot these metrics, from here on; from the start where that needs visits that
+        were not counted.
+        """
         state = self.state.follow(metrics)
-        uncounted = any(METRICS[name].covers for name in metrics) and not self.simulation.record.covering
+        uncounted = (
+            any(METRICS[name].covers for name in metrics)
+            and not self.simulation.record.covering
+        )
         if self.step == 0 or uncounted:
             self._again(state)
         else:
@@ -179,19 +213,27 @@ class Session:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
         if "coverage" in overlays and not self.simulation.record.covering:
-            raise SpecError("visits are not counted in a world of so many pixels: plot coverage first, or change pixel")
+            raise SpecError(
+                "visits are not counted in a world of so many pixels: plot coverage"
+                " first, or change pixel"
+            )
         self.overlays = overlays
         self.version += 1
 
     def select(self, boid: int | None) -> None:
         """Look at a boid, or for None at no one."""
         if boid is not None and boid >= self.n:
-            raise SpecError(f"there is no boid {boid:,}; there are boids 0 to {self.n - 1:,}")
+            raise SpecError(
+                f"there is no boid {boid:,}; there are boids 0 to {self.n - 1:,}"
+            )
         self.selected = boid
         self.version += 1
 
     def hurry(self, steps_per_second: float) -> None:
         """Run at this speed; 0 is as fast as it goes."""
         if not 0 <= steps_per_second <= FASTEST:
-            raise SpecError(f"{steps_per_second:g} steps a second are not allowed; 0 to {FASTEST:,.0f} are")
+            raise SpecError(
+                f"{steps_per_second:g} steps a second are not allowed; 0 to"
+                f" {FASTEST:,.0f} are"
+            )
         self.speed = steps_per_second

@@ -11,8 +11,9 @@ from sweep.web.protocol import Reply
 class Show(Protocol):
     """Something with frames. `version` grows with whatever may change what is drawn.
 
-    While it is `going`, whoever plays it calls `advance`, at `speed` steps a second, or as fast as it goes for 0 or
-    where it is not `running`. One call at a time; none of them waits for anything.
+    While it is `going`, whoever plays it calls `advance`, at `speed` steps a second, or
+    as fast as it goes for 0 or where it is not `running`. One call at a time; none of
+    them waits for anything.
     """
 
     @property
@@ -31,10 +32,14 @@ class Show(Protocol):
         """The state message."""
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and what it is told in return. Raises SpecError or StoreError for what is refused."""
+        """Do what the page asks, and what it is told in return. Raises SpecError or
+        StoreError for what is refused.
+        """
 
     def export(self, kind: str) -> Callable[[], Reply]:
-        """What makes a file of the frames as they are, as long as that may take, and whatever happens meanwhile."""
+        """What makes a file of the frames as they are, as long as that may take, and
+        whatever happens meanwhile.
+        """
 
     def advance(self, steps: int) -> object:
         """Take up to so many steps."""
@@ -43,4 +48,6 @@ class Show(Protocol):
         """The frame as it is, see sweep.web.protocol."""
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """What the page is to be told before the next frame, given what it knows, and what it knows then."""
+        """What the page is to be told before the next frame, given what it knows, and
+        what it knows then.
+        """

@@ -1,4 +1,5 @@
-"""What is on the screen, which is a spec: what is copied from it launches as the very same frames.
+"""What is on the screen, which is a spec: what is copied from it launches as the very
+same frames.
 
 Every check, every "did you mean" and every seed is that of sweep.spec.study.
 """
@@ -50,13 +51,15 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True)
 class ViewState:
-    """A model, a preset, the settings that differ from it in `fixed`, a seed and, where there is one, an own map.
+    """A model, a preset, the settings that differ from it in `fixed`, a seed and, where
+    there is one, an own map.
 
-    A `literal` seed is one of a list in the spec, and `replicate` the number of the trial among those of any other: a
-    copied spec has those before it too. Random numbers are common to all points, so that another value of a
-    setting meets the same noise and a run can be made longer; a spec from elsewhere keeps its own streams. `plots` are
-    the metrics that are followed, `sweeps` the settings that a copied spec varies. All methods raise SpecError for what
-    a spec would not accept.
+    A `literal` seed is one of a list in the spec, and `replicate` the number of the
+    trial among those of any other: a copied spec has those before it too. Random
+    numbers are common to all points, so that another value of a setting meets the same
+    noise and a run can be made longer; a spec from elsewhere keeps its own streams.
+    `plots` are the metrics that are followed, `sweeps` the settings that a copied spec
+    varies. All methods raise SpecError for what a spec would not accept.
     """
 
     model: str
@@ -72,12 +75,17 @@ class ViewState:
 
     @cached_property
     def job(self) -> Job:
-        """The trial that is on the screen: the first of the copied spec without its sweep."""
+        """The trial that is on the screen: the first of the copied spec without its
+        sweep.
+        """
         plain = replace(self, sweeps={}) if self.sweeps else self
         study = _study(plain)
         job = Jobs(study, expand(study), KERNELS_SHA)[self.replicate]
         if int(job.settings["n"]) > MOST_BOIDS:
-            raise SpecError(f"n: {job.settings['n']:,} boids are more than can be shown; at most {MOST_BOIDS:,} can")
+            raise SpecError(
+                f"n: {job.settings['n']:,} boids are more than can be shown; at most"
+                f" {MOST_BOIDS:,} can"
+            )
         return job
 
     @property
@@ -88,39 +96,64 @@ class ViewState:
     @property
     def shapes(self) -> list[Shape] | None:
         """The obstacles as a spec writes them, None where the map is a built-in one."""
-        return None if self.own is None else [_shape(*obstacle) for obstacle in self.own.obstacles]
+        return (
+            None
+            if self.own is None
+            else [_shape(*obstacle) for obstacle in self.own.obstacles]
+        )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings, or of `seed`; another map brings its own size."""
+        """The state with other values of settings, or of `seed`; another map brings its
+        own size.
+        """
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
         if not isinstance(seed, int) or isinstance(seed, bool):
-            raise SpecError(f"seed: {seed!r} is not allowed; it is a whole number from 0")
+            raise SpecError(
+                f"seed: {seed!r} is not allowed; it is a whole number from 0"
+            )
         state = replace(self, seed=seed)
-        if "map" in changed and not (self.own and changed["map"] == self.settings["map"]):
-            kept = {name: value for name, value in self.fixed.items() if name not in SIDES}
+        if "map" in changed and not (
+            self.own and changed["map"] == self.settings["map"]
+        ):
+            kept = {
+                name: value for name, value in self.fixed.items() if name not in SIDES
+            }
             state = replace(state, own=None, fixed=kept)
         elif self.own and changed.keys() & set(SIDES):
-            state = state._resized({side: changed.pop(side, self.settings[side]) for side in SIDES})
+            state = state._resized(
+                {side: changed.pop(side, self.settings[side]) for side in SIDES}
+            )
         return state._fixing(changed).checked()
 
     def place(self, shapes: list[Shape]) -> "ViewState":
         """The state with these obstacles and no others."""
         size = {side: self.settings[side] for side in SIDES}
         if shapes:
-            return replace(self, own=_own_map(shapes, size), fixed=self._fixed_on(EDITED)).checked()
-        return replace(self, own=None, fixed=self._fixed_on("empty"))._fixing(size).checked()
+            return replace(
+                self, own=_own_map(shapes, size), fixed=self._fixed_on(EDITED)
+            ).checked()
+        return (
+            replace(self, own=None, fixed=self._fixed_on("empty"))
+            ._fixing(size)
+            .checked()
+        )
 
     def sweep(self, name: str, range_: Range | None) -> "ViewState":
         """The state with a setting that is swept, or for None is not."""
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
-            raise SpecError(f"{name}: {range_.points} points are not allowed; a sweep has 2 to {MOST_POINTS:,}")
+            raise SpecError(
+                f"{name}: {range_.points} points are not allowed; a sweep has 2 to"
+                f" {MOST_POINTS:,}"
+            )
         if name not in fields(self.model):
             raise SpecError(unknown("setting", name, fields(self.model)))
         if fields(self.model)[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")
         others = {other: swept for other, swept in self.sweeps.items() if other != name}
-        return replace(self, sweeps=others | ({name: range_} if range_ else {})).checked()
+        return replace(
+            self, sweeps=others | ({name: range_} if range_ else {})
+        ).checked()
 
     def follow(self, metrics: tuple[str, ...]) -> "ViewState":
         """The state with these metrics plotted."""
@@ -134,19 +167,41 @@ class ViewState:
         return self
 
     def as_spec(self) -> dict[str, Any]:
-        """The spec that launches what is on the screen, or the sweep that is marked on it."""
+        """The spec that launches what is on the screen, or the sweep that is marked on
+        it.
+        """
         spec: dict[str, Any] = {"model": self.model, "preset": self.preset}
         if self.own:
-            spec["maps"] = {str(self.fixed["map"]): {"size": list(self.own.size), "shapes": self.shapes}}
+            spec["maps"] = {
+                str(self.fixed["map"]): {
+                    "size": list(self.own.size),
+                    "shapes": self.shapes,
+                }
+            }
         known = fields(self.model)
-        fixed = {name: self.fixed[name] for name in known if name in self.fixed and name not in self.sweeps}
+        fixed = {
+            name: self.fixed[name]
+            for name in known
+            if name in self.fixed and name not in self.sweeps
+        }
         spec |= {"fixed": fixed} if fixed else {}
         if self.sweeps:
-            spec["sweep"] = {name: _axis(known[name].kind, range_) for name, range_ in self.sweeps.items()}
+            spec["sweep"] = {
+                name: _axis(known[name].kind, range_)
+                for name, range_ in self.sweeps.items()
+            }
         least = REPLICATES if self.sweeps else 1
-        spec |= {"seeds": [self.seed]} if self.literal else {"replicates": max(self.replicate + 1, least)}
+        spec |= (
+            {"seeds": [self.seed]}
+            if self.literal
+            else {"replicates": max(self.replicate + 1, least)}
+        )
         spec["seed"] = self.seed
-        different = {name: kind for name, kind in asdict(self.streams).items() if kind != asdict(Streams())[name]}
+        different = {
+            name: kind
+            for name, kind in asdict(self.streams).items()
+            if kind != asdict(Streams())[name]
+        }
         spec |= {"streams": different} if different else {}
         spec["record"] = self._record()
         digest = hashlib.sha256(json.dumps(spec, sort_keys=True).encode()).hexdigest()
@@ -156,20 +211,31 @@ class ViewState:
         """The same as YAML. Raises SpecError where no file may be so long."""
         text = dump(self.as_spec())
         if len(text) > MOST_BYTES:
-            raise SpecError(f"the spec would be larger than {MOST_BYTES:,} bytes: the map has too many shapes")
+            raise SpecError(
+                f"the spec would be larger than {MOST_BYTES:,} bytes: the map has too"
+                " many shapes"
+            )
         return text
 
     def _record(self) -> dict[str, Any]:
         plots = list(self.plots)
-        record: dict[str, Any] = {"metrics": plots, "series": plots} if plots else {"metrics": ["speed"]}
+        record: dict[str, Any] = (
+            {"metrics": plots, "series": plots} if plots else {"metrics": ["speed"]}
+        )
         record["every"] = 1
         known = preset_settings(self.model, self.preset) | dict(self.fixed)
-        if not self.sweeps and (self.replicate + 1) * int(known["n"]) * int(known["steps"]) <= MOST_STORED:
+        if (
+            not self.sweeps
+            and (self.replicate + 1) * int(known["n"]) * int(known["steps"])
+            <= MOST_STORED
+        ):
             record["trajectories"] = True
         return record
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings, of which it keeps those that differ from the preset's."""
+        """The state with other values of settings, of which it keeps those that differ
+        from the preset's.
+        """
         known, preset = self._fields(), preset_settings(self.model, self.preset)
         fixed = dict(self.fixed)
         for name, value in changes.items():
@@ -179,30 +245,51 @@ class ViewState:
                 fixed[name] = known[name].coerce(value)
             except NotAllowedError as error:
                 raise SpecError(str(error)) from None
-        return replace(self, fixed={name: value for name, value in fixed.items() if value != preset[name]})
+        return replace(
+            self,
+            fixed={
+                name: value for name, value in fixed.items() if value != preset[name]
+            },
+        )
 
     def _fields(self) -> dict[str, Any]:
         known = fields(self.model)
         own = (str(self.fixed["map"]),) if self.own else ()
-        return known | {"map": replace(known["map"], choices=(*known["map"].choices, *own))}
+        return known | {
+            "map": replace(known["map"], choices=(*known["map"].choices, *own))
+        }
 
     def _fixed_on(self, name: str) -> dict[str, Value]:
         """What is fixed, on the map of that name, which brings its size."""
-        kept = {key: value for key, value in self.fixed.items() if key not in (*SIDES, "map")}
-        return kept if name == preset_settings(self.model, self.preset)["map"] else kept | {"map": name}
+        kept = {
+            key: value
+            for key, value in self.fixed.items()
+            if key not in (*SIDES, "map")
+        }
+        return (
+            kept
+            if name == preset_settings(self.model, self.preset)["map"]
+            else kept | {"map": name}
+        )
 
     def _resized(self, size: Mapping[str, object]) -> "ViewState":
         """The state on a map of its own with another size and the same shapes."""
-        return replace(self, own=_own_map(self.shapes or [], size), fixed=self._fixed_on(EDITED))
+        return replace(
+            self, own=_own_map(self.shapes or [], size), fixed=self._fixed_on(EDITED)
+        )
 
 
 def begin(model: str, preset: str, seed: int = 1) -> ViewState:
-    """The state that shows a preset as it is, with the first of the model's metrics followed."""
+    """The state that shows a preset as it is, with the first of the model's metrics
+    followed.
+    """
     if model not in MODELS:
         raise SpecError(unknown("model", model, MODELS))
     if preset not in MODELS[model].presets:
         raise SpecError(unknown(f"preset of {model}", preset, MODELS[model].presets))
-    return ViewState(model, preset, seed, plots=MODELS[model].metrics[:MOST_PLOTS]).checked()
+    return ViewState(
+        model, preset, seed, plots=MODELS[model].metrics[:MOST_PLOTS]
+    ).checked()
 
 
 def from_study(study: Study) -> ViewState:
@@ -211,16 +298,26 @@ def from_study(study: Study) -> ViewState:
 
 
 def from_job(job: Job) -> ViewState:
-    """The state that shows a trial, with its random numbers, and follows the first of its metrics."""
+    """The state that shows a trial, with its random numbers, and follows the first of
+    its metrics.
+    """
     preset = preset_settings(job.model, job.preset)
-    name, width, height = str(job.settings["map"]), float(job.settings["width"]), float(job.settings["height"])
+    name, width, height = (
+        str(job.settings["map"]),
+        float(job.settings["width"]),
+        float(job.settings["height"]),
+    )
     own = None if job.obstacles is None else OwnMap((width, height), job.obstacles)
     brought = SIDES if own or MAPS[name].size else ()
     return ViewState(
         model=job.model,
         preset=job.preset,
         seed=job.seed,
-        fixed={key: value for key, value in job.settings.items() if value != preset[key] and key not in brought},
+        fixed={
+            key: value
+            for key, value in job.settings.items()
+            if value != preset[key] and key not in brought
+        },
         own=own,
         literal=job.literal,
         replicate=0 if job.literal else job.replicate,
@@ -230,13 +327,17 @@ def from_job(job: Job) -> ViewState:
 
 
 def _study(state: ViewState) -> Study:
-    """The study of the copied spec. The shapes of its map, of which there may be many, are not read as YAML again."""
+    """The study of the copied spec. The shapes of its map, of which there may be many,
+    are not read as YAML again.
+    """
     spec = state.as_spec()
     if state.own is None:
         return parse_spec(spec)
     name, map_ = next(iter(spec["maps"].items()))
     width, height = state.own.size
-    stand_in = {"disc": {"x": width / 2, "y": height / 2, "radius": min(width, height) / 4}}
+    stand_in = {
+        "disc": {"x": width / 2, "y": height / 2, "radius": min(width, height) / 4}
+    }
     study = parse_spec(spec | {"maps": {name: map_ | {"shapes": [stand_in]}}})
     return replace(study, maps=_read({name: map_}))
 
@@ -247,18 +348,35 @@ def _read(maps: Mapping[str, Any]) -> dict[str, OwnMap]:
 
 def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:
     """The map of these shapes. Raises SpecError for what is none."""
-    return _read({EDITED: {"size": [size[side] for side in SIDES], "shapes": shapes}})[EDITED]
+    return _read({EDITED: {"size": [size[side] for side in SIDES], "shapes": shapes}})[
+        EDITED
+    ]
 
 
-def _shape(x: float, y: float, half_width: float, half_height: float, is_round: float) -> Shape:
+def _shape(
+    x: float, y: float, half_width: float, half_height: float, is_round: float
+) -> Shape:
     if is_round:
         return {"disc": {"x": x, "y": y, "radius": half_width}}
-    return {"rectangle": {"x": x, "y": y, "width": 2 * half_width, "height": 2 * half_height}}
+    return {
+        "rectangle": {
+            "x": x,
+            "y": y,
+            "width": 2 * half_width,
+            "height": 2 * half_height,
+        }
+    }
 
 
 def _axis(kind: str, range_: Range) -> dict[str, Any]:
-    """What stands under `sweep`: of whole numbers those nearest to equal distances, each once."""
+    """What stands under `sweep`: of whole numbers those nearest to equal distances,
+    each once.
+    """
     if kind == "float":
         return {"linspace": list(range_)}
     gap = (range_.high - range_.low) / (range_.points - 1)
-    return {"values": list(dict.fromkeys(round(range_.low + gap * k) for k in range(range_.points)))}
+    return {
+        "values": list(
+            dict.fromkeys(round(range_.low + gap * k) for k in range(range_.points))
+        )
+    }

@@ -1,4 +1,6 @@
-"""A run gone through once, so that any of its steps can be gone to: its metrics, and states to go on from."""
+"""A run gone through once, so that any of its steps can be gone to: its metrics, and
+states to go on from.
+"""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,15 +16,20 @@ from sweep.trial.state import State, joined
 from sweep.web.running import simulation_of
 
 BOID_STEPS_APART = 20_000
-"""Between two states that are kept: some milliseconds, so that a run can be scrubbed through."""
+"""Between two states that are kept: some milliseconds, so that a run can be scrubbed
+through.
+"""
 MOST_BYTES = 256 * 2**20
-"""Of the states that are kept. More of them lie further apart, and a step is then further from one."""
+"""Of the states that are kept. More of them lie further apart, and a step is then
+further from one.
+"""
 
 
 class Track(NamedTuple):
     """The run of `job`, which records metrics at every step.
 
-    `steps` (F,) are 0 to the last one that is finite, `values` has (F,) of each metric, and `states` are by their step.
+    `steps` (F,) are 0 to the last one that is finite, `values` has (F,) of each metric,
+    and `states` are by their step.
     """
 
     job: Job
@@ -47,7 +54,11 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
         going = simulation.advance(_steps_a_call(simulation))
         taken.append(simulation.take_frames())
         report(simulation.step, simulation.schedule.steps)
-        if going and simulation.steps_left > 0 and simulation.step >= max(states, default=0) + apart:
+        if (
+            going
+            and simulation.steps_left > 0
+            and simulation.step >= max(states, default=0) + apart
+        ):
             states[simulation.step] = _copied(simulation.state())
     steps, values, _ = joined(taken)
     return Track(job, steps, dict(zip(metrics, values, strict=True)), states)
@@ -56,7 +67,9 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
 def _steps_apart(simulation: Simulation) -> int:
     """How many steps lie between two states: a call of the kernel at least."""
     size = sum(array.nbytes for array in simulation.state().arrays.values())
-    return max(_steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES))
+    return max(
+        _steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
+    )
 
 
 def _steps_a_call(simulation: Simulation) -> int:
@@ -64,11 +77,15 @@ def _steps_a_call(simulation: Simulation) -> int:
 
 
 def _copied(state: State) -> State:
-    return state._replace(arrays={name: array.copy() for name, array in state.arrays.items()})
+    return state._replace(
+        arrays={name: array.copy() for name, array in state.arrays.items()}
+    )
 
 
 def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
-    """A simulation of the track's job at `step`: `simulation`, put there, or a new one. No frames are left in it."""
+    """A simulation of the track's job at `step`: `simulation`, put there, or a new one.
+    No frames are left in it.
+    """
     before = max((place for place in track.states if place <= step), default=0)
     if not before <= simulation.step <= step:
         if before:
@@ -82,7 +99,9 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
 
 
 def quiet(job: Job) -> Simulation:
-    """A simulation that counts what the metrics of `job` need, measures nothing of its frames, and has none left."""
+    """A simulation that counts what the metrics of `job` need, measures nothing of its
+    frames, and has none left.
+    """
     simulation = simulation_of(job)
     simulation.job = replace(job, record=Record(()))
     simulation.take_frames()

@@ -1,4 +1,6 @@
-"""The live simulator in a notebook: the page as an anywidget, which speaks to its session through the kernel's comm."""
+"""The live simulator in a notebook: the page as an anywidget, which speaks to its
+session through the kernel's comm.
+"""
 
 import asyncio
 import base64
@@ -24,7 +26,9 @@ from sweep.web.state import begin
 try:
     from anywidget import AnyWidget
 except ModuleNotFoundError as error:
-    raise ImportError('the widget needs anywidget: pip install "boidsweep[notebook]"') from error
+    raise ImportError(
+        'the widget needs anywidget: pip install "boidsweep[notebook]"'
+    ) from error
 
 R = TypeVar("R")
 
@@ -32,7 +36,8 @@ R = TypeVar("R")
 class View(AnyWidget):
     """A live run, or the replay of a stored trial, for a notebook to show.
 
-    `show` is what it shows. Steps are taken in a thread of its own, which begins when a front end says hello.
+    `show` is what it shows. Steps are taken in a thread of its own, which begins when a
+    front end says hello.
     """
 
     _esm = script() + (STATIC / "widget.js").read_text(encoding="utf-8")
@@ -51,10 +56,12 @@ class View(AnyWidget):
         return str(self._in_turn(lambda: self.show.handle(Spec()))[0]["yaml"])
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
-        """Write what is shown to `path`: the frame as .png or .svg, the run as .gif, .mp4 or .html.
+        """Write what is shown to `path`: the frame as .png or .svg, the run as .gif,
+        .mp4 or .html.
 
-        Of a live run that is the run up to the frame, of a stored trial all of it. Raises StoreError where the file
-        cannot be written, and SpecError where a run was changed on its way, so that its spec does not give it.
+        Of a live run that is the run up to the frame, of a stored trial all of it.
+        Raises StoreError where the file cannot be written, and SpecError where a run
+        was changed on its way, so that its spec does not give it.
         """
         place = Path(path)
         check_output(place, [f".{kind}" for kind in KINDS], force=force)
@@ -83,7 +90,9 @@ class View(AnyWidget):
             return self._line.ask(work)
         return work()
 
-    def _repr_mimebundle_(self, **kwargs: Any) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def _repr_mimebundle_(
+        self, **kwargs: Any
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         """The widget and, for where there is no front end, the picture of the frame."""
         bundle = super()._repr_mimebundle_(**kwargs)
         if bundle is None:
@@ -94,7 +103,9 @@ class View(AnyWidget):
 
 
 class _Line(Thread):
-    """A thread in which a view is played to its front ends: the line to them all, see sweep.web.playing."""
+    """A thread in which a view is played to its front ends: the line to them all, see
+    sweep.web.playing.
+    """
 
     def __init__(self, view: View) -> None:
         super().__init__(name="boidsweep view", daemon=True)
@@ -118,7 +129,9 @@ class _Line(Thread):
 
     def ask(self, work: Callable[[], R]) -> R:
         """What `work` returns when it is its turn."""
-        return asyncio.run_coroutine_threadsafe(self.player.in_turn(work), self.loop).result()
+        return asyncio.run_coroutine_threadsafe(
+            self.player.in_turn(work), self.loop
+        ).result()
 
     async def hear(self) -> str:
         """The next message."""

@@ -1,7 +1,8 @@
-"""Run a batch of trials in workers and store what comes back; those that fail are tried again if the spec says so.
+"""Run a batch of trials in workers and store what comes back; those that fail are tried
+again if the spec says so.
 
-Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here when its
-trial is stored, and when one that took too long is tried again.
+Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here
+when its trial is stored, and when one that took too long is tried again.
 """
 
 import logging
@@ -26,8 +27,9 @@ from sweep.workers.watch import Limits
 LOG = logging.getLogger("sweep")
 
 GRACE_SECONDS = 10.0
-"""How much longer than its time limit a trial may take before it is ended from outside: it looks at the clock itself,
-between kernel calls, unless it hangs in one."""
+"""How much longer than its time limit a trial may take before it is ended from outside:
+it looks at the clock itself, between kernel calls, unless it hangs in one.
+"""
 
 
 def run_jobs(
@@ -39,11 +41,13 @@ def run_jobs(
     failures: Failures,
     noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
-    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each batch as it is stored.
+    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each
+    batch as it is stored.
 
-    Trials that fail run again, where the spec says so, after all others; only what became of them at last is stored.
-    Raises FailedTrialsError where more trials of the study have failed than may, by what `failures` knows from before
-    or as soon as it is known, and KeyboardInterrupt after Ctrl-C, both with all finished trials stored.
+    Trials that fail run again, where the spec says so, after all others; only what
+    became of them at last is stored. Raises FailedTrialsError where more trials of the
+    study have failed than may, by what `failures` knows from before or as soon as it is
+    known, and KeyboardInterrupt after Ctrl-C, both with all finished trials stored.
     """
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
@@ -54,7 +58,10 @@ def run_jobs(
         checkpoints.discard({result.job.trial_id for result in results})
 
     outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
-    with Writer[Result](store, tables, size=result_bytes, stored=stored) as writer, outcomes as batches:
+    with (
+        Writer[Result](store, tables, size=result_bytes, stored=stored) as writer,
+        outcomes as batches,
+    ):
         for results in batches:
             writer.add(results)
             noted(results)
@@ -69,7 +76,9 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """The last outcome of every job, batch by batch: round after round those that have failed are tried again."""
+    """The last outcome of every job, batch by batch: round after round those that have
+    failed are tried again.
+    """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
         again: list[Job] = []
@@ -81,7 +90,9 @@ def _outcomes(
         if not again:
             return
         tried = f"attempt {attempt + 1} of {rounds}"
-        LOG.warning("%s: %d trials have failed and run again, %s", study.name, len(again), tried)
+        LOG.warning(
+            "%s: %d trials have failed and run again, %s", study.name, len(again), tried
+        )
         jobs = again
     for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
@@ -98,7 +109,16 @@ def _driven(
     folder, every = checkpoints.folder, study.checkpoint
     trial = Checkpointed(run, folder, every) if folder and every else run
     limit = study.time_limit
-    limits = Limits(None if limit is None else limit + GRACE_SECONDS, study.policy.memory)
+    limits = Limits(
+        None if limit is None else limit + GRACE_SECONDS, study.policy.memory
+    )
     return drive(
-        jobs, trial, executor=executor, costs=job_seconds, failed=failed, overdue=overdue, limits=limits, ended=ended
+        jobs,
+        trial,
+        executor=executor,
+        costs=job_seconds,
+        failed=failed,
+        overdue=overdue,
+        limits=limits,
+        ended=ended,
     )

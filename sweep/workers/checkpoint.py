@@ -1,16 +1,20 @@
-"""Long trials write down where they are, and go on from there to the same bits after whatever ended them.
+"""Long trials write down where they are, and go on from there to the same bits after
+whatever ended them.
 
     <study>/checkpoints/<trial_id>.state     as it was last written, or .tried-1, .tried-2 while it is on trial
     <study>/checkpoints/<trial_id>.frames    the frames so far, each written once
 
-A trial of one kernel call knows nothing of this. Any other looks for its checkpoint when it begins. It writes one when
-it has run for a while since the last, and so seldom that writing takes about a hundredth of its time; frames that many
-boids leave at every step may take more, but each is written only once, and they all are in memory too.
+A trial of one kernel call knows nothing of this. Any other looks for its checkpoint
+when it begins. It writes one when it has run for a while since the last, and so seldom
+that writing takes about a hundredth of its time; frames that many boids leave at every
+step may take more, but each is written only once, and they all are in memory too.
 
-A trial that dies on going on from its checkpoint must not do so for ever. So the file is renamed before it is read, and
-renamed back when the first kernel call is over: what has been tried and never came back is tried once more, and then
-the trial begins anew. The workers write, and whoever stores the results deletes (`checkpoint_folder.py`). Where a
-worker cannot write, or does not see the study's folder, it says so once, and runs the trial without.
+A trial that dies on going on from its checkpoint must not do so for ever. So the file
+is renamed before it is read, and renamed back when the first kernel call is over: what
+has been tried and never came back is tried once more, and then the trial begins anew.
+The workers write, and whoever stores the results deletes (`checkpoint_folder.py`).
+Where a worker cannot write, or does not see the study's folder, it says so once, and
+runs the trial without.
 """
 
 import logging
@@ -40,12 +44,15 @@ from sweep.workers.checkpoint_key import own_key
 LOG = logging.getLogger("sweep")
 
 TIMES_LONGER = 100.0
-"""How many times longer than it took to write the last checkpoint a trial runs before the next, at least."""
+"""How many times longer than it took to write the last checkpoint a trial runs before
+the next, at least.
+"""
 
 
 @dataclass(frozen=True)
 class Checkpointed:
-    """`run`, that of `sweep.trial.simulation`, with checkpoints in `folder` every so many seconds; its results are the same.
+    """`run`, that of `sweep.trial.simulation`, with checkpoints in `folder` every so
+    many seconds; its results are the same.
 
     They are sealed with `key`, which the coordinator hands to its workers.
     """
@@ -56,7 +63,8 @@ class Checkpointed:
     key: bytes = field(default_factory=own_key, repr=False)
 
     def __call__(self, job: Job) -> Result:
-        """The result of `job`, whose `seconds`, like its time limit, count those of all attempts that it goes on from.
+        """The result of `job`, whose `seconds`, like its time limit, count those of all
+        attempts that it goes on from.
 
         A trial that raises begins anew the next time.
         """
@@ -74,15 +82,25 @@ class Checkpointed:
 
 
 class _Checkpoint:
-    """The checkpoint of one trial, in the hands of the worker that runs it as `simulation`."""
+    """The checkpoint of one trial, in the hands of the worker that runs it as
+    `simulation`.
+    """
 
-    def __init__(self, folder: Path, simulation: Simulation, every: float, key: bytes) -> None:
+    def __init__(
+        self, folder: Path, simulation: Simulation, every: float, key: bytes
+    ) -> None:
         job = simulation.job
         self.simulation, self._key = simulation, key
         self._folder, self._trial, self._every = folder, job.trial_id, every
-        self._places = [folder / f"{job.trial_id}.{ending}" for ending in ("state", "tried-1", "tried-2")]
+        self._places = [
+            folder / f"{job.trial_id}.{ending}"
+            for ending in ("state", "tried-1", "tried-2")
+        ]
         self._frames = folder / f"{job.trial_id}.frames"
-        self._kind = frame_type(len(job.record.metrics), simulation.schedule.n if job.record.trajectories else 0)
+        self._kind = frame_type(
+            len(job.record.metrics),
+            simulation.schedule.n if job.record.trajectories else 0,
+        )
         # The first, the last, and those between.
         self._most_frames = simulation.schedule.steps // job.record.every + 2
         self._written, self._count, self._crc = 0, 0, 0
@@ -90,7 +108,9 @@ class _Checkpoint:
         self._due = every
 
     def resume(self) -> float:
-        """Go on from the checkpoint, if there is a good one; the seconds that the trial had taken until then."""
+        """Go on from the checkpoint, if there is a good one; the seconds that the trial
+        had taken until then.
+        """
         found = self._set_aside()
         if found is None:
             return 0.0
@@ -104,14 +124,26 @@ class _Checkpoint:
             self.simulation = Simulation(self.simulation.job)
             return 0.0
         self.simulation.taken.append(taken)
-        self._aside, self._written, self._count, self._crc = found, 1, saved.frames, saved.crc
+        self._aside, self._written, self._count, self._crc = (
+            found,
+            1,
+            saved.frames,
+            saved.crc,
+        )
         self._due = saved.seconds + self._every
         step, steps = self.simulation.step, self.simulation.schedule.steps
-        LOG.warning("trial %s: goes on from step %s of %s", self._trial, f"{step:,}", f"{steps:,}")
+        LOG.warning(
+            "trial %s: goes on from step %s of %s",
+            self._trial,
+            f"{step:,}",
+            f"{steps:,}",
+        )
         return saved.seconds
 
     def look(self, seconds: float) -> None:
-        """Between two kernel calls, `seconds` since the trial began: write a checkpoint if it is time."""
+        """Between two kernel calls, `seconds` since the trial began: write a checkpoint
+        if it is time.
+        """
         if self._aside is not None:
             self._put_back(self._aside)
             self._aside = None
@@ -133,12 +165,18 @@ class _Checkpoint:
                 path.unlink()
 
     def _set_aside(self) -> Path | None:
-        """The checkpoint under the name for the next try; None where there is none, or no try left."""
+        """The checkpoint under the name for the next try; None where there is none, or
+        no try left.
+        """
         for place, aside in pairwise(self._places):
             with suppress(OSError):
                 return place.rename(aside)
         if self._places[-1].exists():
-            LOG.warning("trial %s: ended its worker twice on going on from its checkpoint; begins anew", self._trial)
+            LOG.warning(
+                "trial %s: ended its worker twice on going on from its checkpoint;"
+                " begins anew",
+                self._trial,
+            )
             self.discard()
         return None
 
@@ -165,11 +203,14 @@ class _Checkpoint:
             try:
                 return add_frames(self._frames, self._kind, new, self._count, self._crc)
             except FileNotFoundError:
-                # It is the first checkpoint, or the folder has gone with the last of others.
-                # Not its parents: a machine without the study's folder must not get one.
+                # It is the first checkpoint, or the folder has gone with the last of
+                # others. Not its parents: a machine without the study's folder must not
+                # get one.
                 make_folder(self._folder)
 
 
 @cache
 def _say_once(folder: Path, error: str) -> None:
-    LOG.warning("%s: no checkpoint can be written (%s); trials run without", folder, error)
+    LOG.warning(
+        "%s: no checkpoint can be written (%s); trials run without", folder, error
+    )

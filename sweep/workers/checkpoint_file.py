@@ -1,14 +1,17 @@
-"""The two files of a checkpoint: the state of a trial, replaced each time, and its frames, to which new ones are added.
+"""The two files of a checkpoint: the state of a trial, replaced each time, and its
+frames, to which new ones are added.
 
     boidsweep checkpoint 2 8f3a02c1...                       the format, and the seal of all that follows
     {"trial_id": ..., "step": 120000, "arrays": ..., ...}    a header in JSON
     ...                                                      the bytes of the arrays, one after the other
 
-The frames lie in records of one size, in a file of which the header says how many count, and their CRC: what a writer
-added and did not live to declare is cut off by the next. Nothing read decides about a type or a size in memory: the
-arrays must be those that the trial at hand has. The seal (HMAC-SHA256) is made with the user's own key, as indices and
-counts are handed to kernels, which check none, and numbers become results. The same bits are promised for the same
-code, libraries and processor, so that a checkpoint of others is refused.
+The frames lie in records of one size, in a file of which the header says how many
+count, and their CRC: what a writer added and did not live to declare is cut off by the
+next. Nothing read decides about a type or a size in memory: the arrays must be those
+that the trial at hand has. The seal (HMAC-SHA256) is made with the user's own key, as
+indices and counts are handed to kernels, which check none, and numbers become results.
+The same bits are promised for the same code, libraries and processor, so that a
+checkpoint of others is refused.
 """
 
 import hmac
@@ -36,7 +39,9 @@ FrameType = np.dtype[np.void]
 
 
 class Saved(NamedTuple):
-    """A state, the seconds that the trial had taken until then, and the number and CRC of its frames."""
+    """A state, the seconds that the trial had taken until then, and the number and CRC
+    of its frames.
+    """
 
     state: State
     seconds: float
@@ -45,7 +50,9 @@ class Saved(NamedTuple):
 
 
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
-    """Replace a checkpoint in one step; afterwards the disk holds it. Raises OSError."""
+    """Replace a checkpoint in one step; afterwards the
+    disk holds it. Raises OSError.
+    """
     state = saved.state
     header = {
         "trial_id": trial_id,
@@ -69,8 +76,8 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     """The checkpoint of a trial whose state at its start is `own`.
 
-    Raises ValueError with what is wrong where it cannot be used, as one that another key has sealed, and OSError where
-    it cannot be read.
+    Raises ValueError with what is wrong where it cannot be used, as one that another
+    key has sealed, and OSError where it cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
     first, _, content = read_whole(path, most).partition(b"\n")
@@ -82,20 +89,31 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     if differing := refusal(about["code"]):
         raise ValueError(f"was written by other code: {differing}")
     if about["machine"] != _machine():
-        raise ValueError("was written on another kind of machine, which may round otherwise")
+        raise ValueError(
+            "was written on another kind of machine, which may round otherwise"
+        )
     if about["arrays"] != _shapes(own):
         raise ValueError("has other arrays than the trial")
     state = State(_split(values, own), about["generator"], int(about["room"]))
-    return Saved(state, float(about["seconds"]), int(about["frames"]), int(about["crc"]))
+    return Saved(
+        state, float(about["seconds"]), int(about["frames"]), int(about["crc"])
+    )
 
 
 def frame_type(metrics: int, bodies: int) -> FrameType:
-    """The record of one frame: its step, its metrics, and x, y, vx and vy of `bodies` boids."""
-    return np.dtype([("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))])
+    """The record of one frame: its step, its metrics, and x, y, vx and vy of `bodies`
+    boids.
+    """
+    return np.dtype(
+        [("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))]
+    )
 
 
-def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int) -> tuple[int, int]:
-    """Write frames behind the first `frames` that lie in a file, whose CRC is `crc`; both for all of them.
+def add_frames(
+    path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int
+) -> tuple[int, int]:
+    """Write frames behind the first `frames` that lie in a file, whose CRC is `crc`;
+    both for all of them.
 
     Afterwards the disk holds them. Raises OSError, also where the file is a link.
     """
@@ -103,7 +121,11 @@ def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int
         file.seek(0, os.SEEK_END)
         for block in blocks:
             rows = np.empty(len(block.steps), kind)
-            rows["step"], rows["values"], rows["bodies"] = block.steps, block.values.T, block.bodies
+            rows["step"], rows["values"], rows["bodies"] = (
+                block.steps,
+                block.values.T,
+                block.bodies,
+            )
             content = rows.tobytes()
             file.write(content)
             frames, crc = frames + len(rows), zlib.crc32(content, crc)
@@ -113,7 +135,9 @@ def add_frames(path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
-    """Leave only the first `frames`, where the rest could not be written. Raises OSError, also for a link."""
+    """Leave only the first `frames`, where the rest could not be written. Raises
+    OSError, also for a link.
+    """
     _cut(path, frames * kind.itemsize).close()
 
 
@@ -139,7 +163,11 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
     if zlib.crc32(content) != saved.crc:
         raise ValueError("has damaged frames")
     rows = np.frombuffer(content, kind)
-    return Taken(rows["step"].copy(), np.ascontiguousarray(rows["values"].T), rows["bodies"].copy())
+    return Taken(
+        rows["step"].copy(),
+        np.ascontiguousarray(rows["values"].T),
+        rows["bodies"].copy(),
+    )
 
 
 def _first_line(content: bytes, key: bytes) -> bytes:
@@ -151,28 +179,41 @@ def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:
     if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
     if words[2] != b"%d" % FORMAT:
-        raise ValueError(f"is of a format that this version does not know; it knows {FORMAT}")
+        raise ValueError(
+            f"is of a format that this version does not know; it knows {FORMAT}"
+        )
     if not hmac.compare_digest(line, _first_line(content, key)):
-        raise ValueError("is damaged, or was written by somebody else or on a machine where you have another key")
+        raise ValueError(
+            "is damaged, or was written by somebody else or on a machine where you have"
+            " another key"
+        )
 
 
 def _shapes(state: State) -> dict[str, Any]:
     """The type and the shape of every array."""
-    return {name: [array.dtype.str, *array.shape] for name, array in state.arrays.items()}
+    return {
+        name: [array.dtype.str, *array.shape] for name, array in state.arrays.items()
+    }
 
 
 def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
-    """The arrays that lie in `values` one after the other, of the types and shapes of `own`."""
+    """The arrays that lie in `values` one after the other, of the types and shapes of
+    `own`.
+    """
     if len(values) != sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is damaged")
     found, start = {}, 0
     for name, array in own.arrays.items():
-        found[name] = np.frombuffer(values, array.dtype, array.size, start).reshape(array.shape)
+        found[name] = np.frombuffer(values, array.dtype, array.size, start).reshape(
+            array.shape
+        )
         start += array.nbytes
     return found
 
 
 @cache
 def _machine() -> list[str]:
-    """What the last bit of a number may depend on beside the code: the processor and the mathematics library."""
+    """What the last bit of a number may depend on beside the code: the processor and
+    the mathematics library.
+    """
     return [cpu_name(), platform.machine(), *platform.libc_ver()]

@@ -1,10 +1,11 @@
-"""The key of a user's checkpoints: nobody goes on from one that somebody else has made up.
+"""The key of a user's checkpoints: nobody goes on from one that somebody else has made
+up.
 
-A checkpoint says where boids are and how often they have collided. A sum that anyone can
-compute finds damage; only a key finds a stranger's lie, which would become a result of ours.
-The key is a file that its user alone can read. The coordinator reads it and hands it to its
-workers, so that they need no home folder. Whoever has another key, on another machine, begins
-such a trial anew.
+A checkpoint says where boids are and how often they have collided. A sum that anyone
+can compute finds damage; only a key finds a stranger's lie, which would become a result
+of ours. The key is a file that its user alone can read. The coordinator reads it and
+hands it to its workers, so that they need no home folder. Whoever has another key, on
+another machine, begins such a trial anew.
 """
 
 import logging
@@ -23,7 +24,9 @@ NAME = "boidsweep/checkpoint.key"
 
 @cache
 def own_key() -> bytes:
-    """The user's key, made by the first launch; where none can be kept, one for this process."""
+    """The user's key, made by the first launch; where none can be kept, one for this
+    process.
+    """
     try:
         path = _state_folder() / NAME
         return _read(path) if path.exists() else _made(path)
@@ -34,7 +37,9 @@ def own_key() -> bytes:
 
 
 def _state_folder() -> Path:
-    """Where programs keep what must outlive them (XDG). Raises RuntimeError without a home."""
+    """Where programs keep what must outlive them (XDG). Raises RuntimeError without a
+    home.
+    """
     given = Path(os.environ.get("XDG_STATE_HOME", ""))
     return given if given.is_absolute() else Path.home() / ".local" / "state"
 
@@ -44,7 +49,9 @@ def _made(path: Path) -> bytes:
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
     try:
-        with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        with os.fdopen(
+            os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb"
+        ) as file:
             file.write(secrets.token_bytes(BYTES))
             file.flush()
             os.fsync(file.fileno())
@@ -56,7 +63,9 @@ def _made(path: Path) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """The key in a file. Raises OSError where others could have put or read it there."""
+    """The key in a file. Raises OSError where others could
+    have put or read it there.
+    """
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         about = os.fstat(descriptor)

@@ -9,16 +9,20 @@ if TYPE_CHECKING:
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
 MOST_A_SECOND = 50
-"""Chunks that come back, from all workers together: a scheduler of dask on a busy core manages 90."""
+"""Chunks that come back, from all workers together: a scheduler of dask on a busy core
+manages 90.
+"""
 
 
 class Chunks:
-    """Deals out job indices in chunks, longest jobs first, each about `seconds` of work.
+    """Deals out job indices in chunks, longest jobs first, each about `seconds` of
+    work.
 
-    Jobs go singly until a first chunk has been timed; from then on the estimates are scaled by the measured
-    pace. No chunk is more than a third of one worker's share of what is left, so that the workers finish
-    together; how many there are may change. Many workers get longer ones, so that no more than MOST_A_SECOND
-    come back. Estimates are clipped to COST_RANGE, in seconds.
+    Jobs go singly until a first chunk has been timed; from then on the estimates are
+    scaled by the measured pace. No chunk is more than a third of one worker's share of
+    what is left, so that the workers finish together; how many there are may change.
+    Many workers get longer ones, so that no more than MOST_A_SECOND come back.
+    Estimates are clipped to COST_RANGE, in seconds.
     """
 
     def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:
@@ -37,7 +41,9 @@ class Chunks:
         return len(self._order) - self._first
 
     def take(self, workers: int) -> list[int]:
-        """The next chunk of indices for one of so many workers; empty when every index has been dealt out."""
+        """The next chunk of indices for one of so many workers; empty when every index
+        has been dealt out.
+        """
         stop = self._first + self._size(self.left, workers)
         indices: list[int] = self._order[self._first : stop].tolist()
         self._first = stop
@@ -54,6 +60,10 @@ class Chunks:
         share, seconds = 1 / (3 * workers), max(self._seconds, workers / MOST_A_SECOND)
         start, end = float(self._through[self._first]), float(self._through[-1])
         budget = min(seconds / self._pace, (end - start) * share)
-        by_time = int(self._through.searchsorted(start + budget, side="right")) - 1 - self._first
+        by_time = (
+            int(self._through.searchsorted(start + budget, side="right"))
+            - 1
+            - self._first
+        )
         by_count = min(MAX_CHUNK_JOBS, int(left * share))
         return min(left, max(1, min(by_time, by_count)))

@@ -1,16 +1,22 @@
-"""A dask.distributed cluster as an engine: workers anywhere run the chunks, this process alone drives and stores.
+"""A dask.distributed cluster as an engine: workers anywhere run the chunks, this
+process alone drives and stores.
 
-A chunk is a task of the cluster. What it is goes there as bytes, so that the scheduler needs nothing of this package,
-and a worker looks at its own code and libraries before it unpacks them (`remote.py`). Workers that join late get
-work, those that leave lose none; while there are none, or while the scheduler is away, the launch waits and says so.
-The cluster belongs to somebody: it is never shut down, only our tasks are cancelled.
+A chunk is a task of the cluster. What it is goes there as bytes, so that the scheduler
+needs nothing of this package, and a worker looks at its own code and libraries before
+it unpacks them (`remote.py`). Workers that join late get work, those that leave lose
+none; while there are none, or while the scheduler is away, the launch waits and says
+so. The cluster belongs to somebody: it is never shut down, only our tasks are
+cancelled.
 
-A wrong address is told from a scheduler that is away by its first answer: one that has never answered is tried for
-CONNECT_SECONDS, closed and refused connections alike, one that has may be away for AWAY_SECONDS.
+A wrong address is told from a scheduler that is away by its first answer: one that has
+never answered is tried for CONNECT_SECONDS, closed and refused connections alike, one
+that has may be away for AWAY_SECONDS.
 
-Trials hold Python's lock, so that a worker of several threads is refused: two trials in two threads took 1.14 times
-as long as one after the other. A task that is cancelled while it runs goes on to its end, and its result is dropped.
-Limits of trials hold as `sweep.workers.warden` keeps them: a worker without a nanny that is ended is not replaced.
+Trials hold Python's lock, so that a worker of several threads is refused: two trials in
+two threads took 1.14 times as long as one after the other. A task that is cancelled
+while it runs goes on to its end, and its result is dropped. Limits of trials hold as
+`sweep.workers.warden` keeps them: a worker without a nanny that is ended is not
+replaced.
 """
 
 import logging
@@ -33,20 +39,24 @@ AWAY_SECONDS = 600.0
 """How long one that has answered may be away."""
 PAUSE_SECONDS = 0.2
 PLAIN = (
-    "%s: not encrypted, and open to whoever reaches it: such a one can run code on its workers and on this machine; "
-    "use a network that others do not reach, or tls:// (see the guide, More than one machine)"
+    "%s: not encrypted, and open to whoever reaches it: such a one can run code on its"
+    " workers and on this machine; use a network that others do not reach, or tls://"
+    " (see the guide, More than one machine)"
 )
 LOG = logging.getLogger("sweep")
 
 
 @dataclass
 class Dask:
-    """Runs jobs on the cluster of the scheduler at `address`, or of the one that `scheduler_file` describes.
+    """Runs jobs on the cluster of the scheduler at `address`, or of the one that
+    `scheduler_file` describes.
 
-    `workers` is the number of threads that the cluster has now, one a worker. `connect` may be called before any work:
-    it raises WorkersError where no scheduler answers, or a worker differs from this process. A scheduler that is lost
-    at any moment after its first answer may be away for AWAY_SECONDS, and so may one that answers and is lost again and
-    again before it says which workers it has; the chunks that were in flight go again.
+    `workers` is the number of threads that the cluster has now, one a worker. `connect`
+    may be called before any work: it raises WorkersError where no scheduler answers, or
+    a worker differs from this process. A scheduler that is lost at any moment after its
+    first answer may be away for AWAY_SECONDS, and so may one that answers and is lost
+    again and again before it says which workers it has; the chunks that were in flight
+    go again.
     """
 
     address: str | None = None
@@ -61,7 +71,9 @@ class Dask:
         return self._pool.threads() if self._pool else 0
 
     def connect(self) -> None:
-        """Make sure that a scheduler answers, and that the workers it has now can run our trials."""
+        """Make sure that a scheduler answers, and that the workers it has now can run
+        our trials.
+        """
         with suppress(NotYetError):
             self.start()
 
@@ -82,11 +94,17 @@ class Dask:
     def stop(self) -> None:
         """Cancel our tasks and take leave."""
         if self._pool is not None:
-            pool, self._pool, self._lost = self._pool, None, self._lost or time.monotonic()
+            pool, self._pool, self._lost = (
+                self._pool,
+                None,
+                self._lost or time.monotonic(),
+            )
             pool.end()
 
     def check(self) -> None:
-        """Give up what is in flight once the connection is gone: dask waits for a scheduler's answer for ever."""
+        """Give up what is in flight once the connection is gone: dask waits for a
+        scheduler's answer for ever.
+        """
         if self._pool is None:
             return
         if not self._pool.connected():
@@ -113,14 +131,21 @@ class Dask:
                 made = Connection(self.address, self.scheduler_file, seconds)
                 break
             except ConnectionImpossibleError as error:
-                raise WorkersError(f"{self._where}: no connection can be made: {error}") from error
+                raise WorkersError(
+                    f"{self._where}: no connection can be made: {error}"
+                ) from error
             except OSError as error:
                 if self._lost is not None:
                     raise
                 seconds = end - time.monotonic()
                 if seconds <= 0:
-                    raise WorkersError(f"no dask scheduler answers at {self._where}: {error}") from error
-                self._waiting(f"{self._where} does not answer yet; trying for {CONNECT_SECONDS:.0f} s")
+                    raise WorkersError(
+                        f"no dask scheduler answers at {self._where}: {error}"
+                    ) from error
+                self._waiting(
+                    f"{self._where} does not answer yet; trying for"
+                    f" {CONNECT_SECONDS:.0f} s"
+                )
             time.sleep(PAUSE_SECONDS)
         if not self._warned and exposed(made.address):
             LOG.warning(PLAIN, made.address)
@@ -132,9 +157,17 @@ class Dask:
         assert self._lost is not None
         minutes = f"{AWAY_SECONDS / 60:.0f} minutes"
         if time.monotonic() - self._lost > AWAY_SECONDS:
-            away = f"the dask scheduler at {self._where} has been away for {minutes} ({error})"
-            return WorkersError(f"{away}; what is done is stored, and the same command goes on")
-        return self._waiting(f"the connection to {self._where} is lost; waiting up to {minutes} for it to come back")
+            away = (
+                f"the dask scheduler at {self._where} has been away for {minutes}"
+                f" ({error})"
+            )
+            return WorkersError(
+                f"{away}; what is done is stored, and the same command goes on"
+            )
+        return self._waiting(
+            f"the connection to {self._where} is lost; waiting up to {minutes} for it"
+            " to come back"
+        )
 
     def _waiting(self, words: str) -> NotYetError:
         if words != self._said:

@@ -1,11 +1,14 @@
-"""A connection to the scheduler of a dask cluster: made within a time, and never mended behind our back.
+"""A connection to the scheduler of a dask cluster: made within a time, and never mended
+behind our back.
 
-dask itself sets no bound to the greeting, so that a port at which something else listens would hold a launch for ever,
-and a client whose connection was cut makes a new one that has forgotten what it had subscribed to. A connection here is
-one stream: when it is cut it is over, and whoever wants to go on makes another.
+dask itself sets no bound to the greeting, so that a port at which something else
+listens would hold a launch for ever, and a client whose connection was cut makes a new
+one that has forgotten what it had subscribed to. A connection here is one stream: when
+it is cut it is over, and whoever wants to go on makes another.
 
-Who reaches a scheduler can run code on its workers, and here: messages of dask are pickles. With `tls://` each side
-proves by a certificate that it belongs here; without, only the network keeps others away.
+Who reaches a scheduler can run code on its workers, and here: messages of dask are
+pickles. With `tls://` each side proves by a certificate that it belongs here; without,
+only the network keeps others away.
 """
 
 import asyncio
@@ -35,7 +38,9 @@ class Connection:
     mend, and ConnectionImpossibleError where none can be made.
     """
 
-    def __init__(self, address: str | None, scheduler_file: str | None, seconds: float) -> None:
+    def __init__(
+        self, address: str | None, scheduler_file: str | None, seconds: float
+    ) -> None:
         self._loop = _Loop()
         try:
             self.client = self._loop.do(_opened(address, scheduler_file, seconds))
@@ -69,7 +74,9 @@ class _Loop:
         started: Future[asyncio.AbstractEventLoop] = Future()
         self._over = asyncio.Event()
         turn = self._turn(started)
-        self._thread = Thread(target=asyncio.run, args=(turn,), name=THREAD, daemon=True)
+        self._thread = Thread(
+            target=asyncio.run, args=(turn,), name=THREAD, daemon=True
+        )
         self._thread.start()
         self._loop = started.result()
 
@@ -99,7 +106,9 @@ def _close_streams() -> None:
             close()
 
 
-async def _opened(address: str | None, scheduler_file: str | None, seconds: float) -> Any:
+async def _opened(
+    address: str | None, scheduler_file: str | None, seconds: float
+) -> Any:
     from distributed import Client
     from distributed.comm.core import FatalCommClosedError
 
@@ -152,5 +161,9 @@ def _is_ours(host: str) -> bool:
     import psutil
 
     plain = host.partition("%")[0]
-    own = {one.address.partition("%")[0] for ones in psutil.net_if_addrs().values() for one in ones}
+    own = {
+        one.address.partition("%")[0]
+        for ones in psutil.net_if_addrs().values()
+        for one in ones
+    }
     return ipaddress.ip_address(plain).is_loopback or plain in own

@@ -1,6 +1,8 @@
-"""The engines that run jobs: in this process, or in worker processes on this machine; `cluster.py` has another.
+"""The engines that run jobs: in this process, or in worker processes on this machine;
+`cluster.py` has another.
 
-An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who keeps the limits of a job.
+An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and who
+keeps the limits of a job.
 """
 
 import ctypes
@@ -30,7 +32,8 @@ UNNOTICED_SECONDS = 1.0
 PATIENCE_SECONDS = 5.0
 PR_SET_PDEATHSIG = 1
 ONE_THREAD = {
-    f"{library}_NUM_THREADS": "1" for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
+    f"{library}_NUM_THREADS": "1"
+    for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
 }
 
 
@@ -39,11 +42,15 @@ class NotYetError(Exception):
 
 
 class ConnectionLostError(BrokenExecutor):
-    """What became of a chunk is not known, as the way to its worker was cut: no job is to blame."""
+    """What became of a chunk is not known, as the way to its worker was cut: no job is
+    to blame.
+    """
 
 
 class WorkerDiedError(Exception):
-    """A chunk is lost, and others are not: `times` worker processes ended while they were at it, perhaps none."""
+    """A chunk is lost, and others are not: `times` worker processes ended while they
+    were at it, perhaps none.
+    """
 
     def __init__(self, times: int, words: str) -> None:
         super().__init__(words)
@@ -51,7 +58,9 @@ class WorkerDiedError(Exception):
 
 
 class JobEndedError(Exception):
-    """A chunk is lost, and others are not: its worker was ended, as one of its jobs was beyond a limit."""
+    """A chunk is lost, and others are not: its worker was ended, as one of its jobs was
+    beyond a limit.
+    """
 
     def __init__(self, verdict: "Verdict") -> None:
         super().__init__(verdict.error)
@@ -61,13 +70,15 @@ class JobEndedError(Exception):
 class ExecutorFactory(Protocol):
     """What the drive loop asks of an engine.
 
-    `workers` is how many jobs can run at once, now. `start` returns the running executor, a new one if there is none,
-    or raises NotYetError; `stop` ends it at once, running chunks included as far as they can be, and returns when its
-    processes are gone. `check` is called while nothing comes back, and breaks an executor that has not noticed that it
-    is broken. `watch` keeps limits of jobs. All may be called repeatedly.
+    `workers` is how many jobs can run at once, now. `start` returns the running
+    executor, a new one if there is none, or raises NotYetError; `stop` ends it at once,
+    running chunks included as far as they can be, and returns when its processes are
+    gone. `check` is called while nothing comes back, and breaks an executor that has
+    not noticed that it is broken. `watch` keeps limits of jobs. All may be called
+    repeatedly.
 
-    A future fails with a BrokenExecutor where its executor and all that is in flight are lost, with anything else
-    where only its chunk is.
+    A future fails with a BrokenExecutor where its executor and all that is in flight
+    are lost, with anything else where only its chunk is.
     """
 
     @property
@@ -83,7 +94,9 @@ class ExecutorFactory(Protocol):
 
 
 class _InProcess(Executor):
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+    def submit(
+        self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs
+    ) -> Future[T]:
         future: Future[T] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
@@ -91,7 +104,9 @@ class _InProcess(Executor):
 
 @dataclass(frozen=True)
 class Serial:
-    """Runs every job in this process, for debugging and tests: a job that crashes takes us along."""
+    """Runs every job in this process, for debugging and tests: a job that crashes takes
+    us along.
+    """
 
     workers: int = 1
 
@@ -113,11 +128,13 @@ class Serial:
 
 @dataclass
 class Loky:
-    """Runs jobs in `workers` processes on this machine, each with one thread per numerical library.
+    """Runs jobs in `workers` processes on this machine, each with one thread per
+    numerical library.
 
-    `initializer` is called once in every new process, e.g. to warm caches. The pool stays warm for a later
-    drive with the same object; idle processes leave by themselves after half a minute. On Linux they also end with
-    the thread that started them, elsewhere within a second after the process that did.
+    `initializer` is called once in every new process, e.g. to warm caches. The pool
+    stays warm for a later drive with the same object; idle processes leave by
+    themselves after half a minute. On Linux they also end with the thread that started
+    them, elsewhere within a second after the process that did.
     """
 
     workers: int
@@ -131,15 +148,19 @@ class Loky:
         if self._pool is None:
             self._missed = None
             with safe_path(), _deaf():
-                # A pool of our own: loky's shared one could be resized or shut down under us by any joblib user.
+                # A pool of our own: loky's shared one could be resized or shut down
+                # under us by any joblib user.
                 pool = ProcessPoolExecutor(
                     max_workers=self.workers,
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
                     initargs=(os.getpid(), self.initializer),
-                    env=ONE_THREAD | {SAFE_PATH: "1"},  # those that start later have it, too
+                    env=ONE_THREAD
+                    | {SAFE_PATH: "1"},  # those that start later have it, too
                 )
-                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # its tracker has lifted the mask
+                signal.pthread_sigmask(
+                    signal.SIG_BLOCK, SIGNALS
+                )  # its tracker has lifted the mask
                 pool.submit(int)
             self._pool = _Pool(pool)
         running: Executor = self._pool.pool
@@ -157,7 +178,9 @@ class Loky:
         self._pool = None
 
     def check(self) -> None:
-        """End a pool that waits for the rest of a result whose sender was killed: it would wait for ever."""
+        """End a pool that waits for the rest of a result whose sender was killed: it
+        would wait for ever.
+        """
         if self._pool is None or not self._pool.lacks_a_process():
             self._missed = None
         elif self._missed is None:
@@ -173,7 +196,9 @@ class Loky:
 
 
 class _Pool:
-    """A running pool of loky's, and those of its parts that outlive its own references to them."""
+    """A running pool of loky's, and those of its parts that outlive its own references
+    to them.
+    """
 
     def __init__(self, pool: Any) -> None:
         self.pool = pool
@@ -183,10 +208,14 @@ class _Pool:
 
     def lacks_a_process(self) -> bool:
         """Whether a process is dead that the pool believes to be alive."""
-        return any(process.exitcode is not None for process in list(self._processes.values()))
+        return any(
+            process.exitcode is not None for process in list(self._processes.values())
+        )
 
     def end(self) -> None:
-        """Kill the processes, and let the pool's reader know that nothing will follow."""
+        """Kill the processes, and let the pool's reader know
+        that nothing will follow.
+        """
         for process in list(self._processes.values()):
             if process.exitcode is None:
                 with suppress(ProcessLookupError):
@@ -197,7 +226,9 @@ class _Pool:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Processes started inside are deaf to what stops a launch from their first instruction on."""
+    """Processes started inside are deaf to what stops a launch from their first
+    instruction on.
+    """
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
@@ -207,7 +238,8 @@ def _deaf() -> Iterator[None]:
 
 
 def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) -> None:
-    # Ctrl-C in a terminal reaches the whole process group; the coordinator alone decides what it means.
+    # Ctrl-C in a terminal reaches the whole process group; the coordinator alone
+    # decides what it means.
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     _end_with(coordinator)
@@ -217,11 +249,15 @@ def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) ->
 
 
 def _end_with(coordinator: int) -> None:
-    """See to it that this worker ends when the coordinator does, even by SIGKILL and within a call that hangs."""
+    """See to it that this worker ends when the coordinator does, even by SIGKILL and
+    within a call that hangs.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     else:
-        threading.Thread(target=_await_orphanage, args=(coordinator,), daemon=True).start()
+        threading.Thread(
+            target=_await_orphanage, args=(coordinator,), daemon=True
+        ).start()
     if os.getppid() != coordinator:  # it ended before we had asked
         os._exit(1)
 
@@ -234,4 +270,8 @@ def _await_orphanage(coordinator: int) -> None:
 
 def core_count() -> int:
     """The number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )

@@ -1,4 +1,6 @@
-"""How many trials of a study have failed, and whether its spec lets the launch go on."""
+"""How many trials of a study have failed, and whether its
+spec lets the launch go on.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,10 +16,11 @@ from sweep.trial.result import FAILED, Result
 
 @dataclass
 class Failures:
-    """The failed trials of a study that a launch knows of, of `most` trials that it can have.
+    """The failed trials of a study that a launch knows of, of `most` trials that it can
+    have.
 
-    Those stored as failed by earlier launches, which this one does not run again, count from the beginning, so that
-    the budget is one of the study and not of each launch.
+    Those stored as failed by earlier launches, which this one does not run again, count
+    from the beginning, so that the budget is one of the study and not of each launch.
     """
 
     study: Study
@@ -49,19 +52,29 @@ class Failures:
 
     def _sentence(self) -> str:
         study, count = self.study, len(self.trials)
-        most = f"at most {self.most:,}" if study.until or study.search else f"{self.most:,}"
-        budget = f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
+        most = (
+            f"at most {self.most:,}"
+            if study.until or study.search
+            else f"{self.most:,}"
+        )
+        budget = (
+            f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
+        )
         why = "and on_error is stop" if study.policy.on_error == "stop" else budget
         trial, error = self.first or self._first_stored()
         return (
-            f"{study.name}: {count:,} of {most} trials {'has' if count == 1 else 'have'} failed, {why}; the first: "
-            f'{last_line(error)} ("sweep replay {study.name} {trial}" shows it); what is finished is stored, and the '
+            f"{study.name}: {count:,} of {most} trials"
+            f" {'has' if count == 1 else 'have'} failed, {why}; the first: "
+            f'{last_line(error)} ("sweep replay {study.name} {trial}" shows it); what'
+            " is finished is stored, and the "
             "same command with --retry runs the failed ones again"
         )
 
     def _first_stored(self) -> tuple[str, str]:
         trial = min(self.trials)
-        [error] = self.store.read("trials", trial_ids=pa.array([trial]), columns=["error"])["error"].to_pylist()
+        [error] = self.store.read(
+            "trials", trial_ids=pa.array([trial]), columns=["error"]
+        )["error"].to_pylist()
         return trial, error
 
 
@@ -71,7 +84,13 @@ def last_line(error: str) -> str:
 
 
 def failed_among(stored: pa.Table, trials: pa.ChunkedArray) -> list[str]:
-    """Those of `trials` that failed by what is stored, a table of `trial_id` and `status` (both strings)."""
-    failed = stored["trial_id"].filter(pc.is_in(stored["status"], value_set=pa.array(FAILED)))
-    ids: list[str] = trials.filter(pc.is_in(trials, value_set=failed.combine_chunks())).to_pylist()
+    """Those of `trials` that failed by what is stored, a table of `trial_id` and
+    `status` (both strings).
+    """
+    failed = stored["trial_id"].filter(
+        pc.is_in(stored["status"], value_set=pa.array(FAILED))
+    )
+    ids: list[str] = trials.filter(
+        pc.is_in(trials, value_set=failed.combine_chunks())
+    ).to_pylist()
     return ids

@@ -1,10 +1,12 @@
-"""What must be equal wherever the trials of a launch run: the code and the libraries that its bits depend on.
+"""What must be equal wherever the trials of a launch run: the code and the libraries
+that its bits depend on.
 
-A process takes its fingerprint once, after it has imported what it runs: the versions, the stamp of the kernels, and
-a hash of every source file of `kernels` and `sweep`. So a file that is edited afterwards, or between its import and
-the fingerprint, differs from that of a process that came before. Whoever runs trials for another process compares, and
-refuses where something differs that it has imported itself. A fingerprint travels as text, which any version of this
-module can read.
+A process takes its fingerprint once, after it has imported what it runs: the versions,
+the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So a
+file that is edited afterwards, or between its import and the fingerprint, differs from
+that of a process that came before. Whoever runs trials for another process compares,
+and refuses where something differs that it has imported itself. A fingerprint travels
+as text, which any version of this module can read.
 """
 
 import hashlib
@@ -22,32 +24,61 @@ MOST_NAMED = 4
 
 @cache
 def fingerprint() -> str:
-    """The fingerprint of this process, as JSON; the same for as long as the process lives."""
-    versions = {"python": platform.python_version(), "boidsweep": str(sys.modules["sweep"].__version__)}
-    versions |= {name: str(sys.modules[name].__version__) for name in LIBRARIES if name in sys.modules}
+    """The fingerprint of this process, as JSON; the same for as long as the process
+    lives.
+    """
+    versions = {
+        "python": platform.python_version(),
+        "boidsweep": str(sys.modules["sweep"].__version__),
+    }
+    versions |= {
+        name: str(sys.modules[name].__version__)
+        for name in LIBRARIES
+        if name in sys.modules
+    }
     if "kernels" in sys.modules:
         versions["kernels"] = str(sys.modules["kernels"].KERNELS_SHA)
     return json.dumps(versions | _sources(ROOT))
 
 
 def own_part() -> str:
-    """The fingerprint of this process with those source files only that it has imported by now."""
+    """The fingerprint of this process with those source files only that it has imported
+    by now.
+    """
     everything, relevant = json.loads(fingerprint()), imported()
-    return json.dumps({name: value for name, value in everything.items() if not _is_file(name) or name in relevant})
+    return json.dumps(
+        {
+            name: value
+            for name, value in everything.items()
+            if not _is_file(name) or name in relevant
+        }
+    )
 
 
 @lru_cache(maxsize=4)
 def refusal(expected: str) -> str:
-    """Why this process must not run trials for one whose fingerprint is `expected`; empty where it may."""
+    """Why this process must not run trials for one whose fingerprint is `expected`;
+    empty where it may.
+    """
     return "" if fingerprint() == expected else differences(expected, own_part())
 
 
 def differences(ours: str, theirs: str) -> str:
-    """How the second fingerprint differs from the first, in words; of source files only those that it has."""
+    """How the second fingerprint differs from the first, in words; of source files only
+    those that it has.
+    """
     one, other = json.loads(ours), json.loads(theirs)
-    both = sorted(name for name in one.keys() & other.keys() if one[name] != other[name])
-    words = [f"{name} {one[name]:.12} here, {other[name]:.12} there" for name in both if not _is_file(name)]
-    changed = sorted(name for name in other if _is_file(name) and one.get(name) != other[name])
+    both = sorted(
+        name for name in one.keys() & other.keys() if one[name] != other[name]
+    )
+    words = [
+        f"{name} {one[name]:.12} here, {other[name]:.12} there"
+        for name in both
+        if not _is_file(name)
+    ]
+    changed = sorted(
+        name for name in other if _is_file(name) and one.get(name) != other[name]
+    )
     if changed:
         more = len(changed) - MOST_NAMED
         others = f" and {more} more files" if more > 0 else ""
@@ -60,20 +91,34 @@ def _is_file(name: str) -> bool:
 
 
 def edited() -> str:
-    """Which source files that this process runs are no longer what they were, in words; empty where all are."""
+    """Which source files that this process runs are no longer what they were, in words;
+    empty where all are.
+    """
     then, now = json.loads(fingerprint()), _sources(ROOT)
-    return ", ".join(sorted(name for name in imported() if then.get(name) != now.get(name)))
+    return ", ".join(
+        sorted(name for name in imported() if then.get(name) != now.get(name))
+    )
 
 
 def imported() -> set[str]:
-    """The source files of `kernels` and `sweep` that this process has imported, named as from the folder of both."""
-    own = [module for name, module in list(sys.modules.items()) if name.partition(".")[0] in PACKAGES]
+    """The source files of `kernels` and `sweep` that this process has imported, named
+    as from the folder of both.
+    """
+    own = [
+        module
+        for name, module in list(sys.modules.items())
+        if name.partition(".")[0] in PACKAGES
+    ]
     paths = [Path(module.__file__) for module in own if module.__file__]
-    return {path.relative_to(ROOT).as_posix() for path in paths if path.is_relative_to(ROOT)}
+    return {
+        path.relative_to(ROOT).as_posix() for path in paths if path.is_relative_to(ROOT)
+    }
 
 
 def _sources(root: Path) -> dict[str, str]:
-    paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
+    paths = sorted(
+        path for package in PACKAGES for path in (root / package).rglob("*.py")
+    )
     return {path.relative_to(root).as_posix(): _hash(path) for path in paths}
 
 

@@ -1,4 +1,6 @@
-"""What a worker of a dask cluster does for us: say what it is, perform a chunk, and let its jobs be watched."""
+"""What a worker of a dask cluster does for us: say what it is, perform a chunk, and let
+its jobs be watched.
+"""
 
 import json
 import os
@@ -17,14 +19,19 @@ from sweep.workers.worker import run_chunk
 
 J = TypeVar("J")
 
-WARDEN = "import sys; sys.path[:] = {path!r}; from sweep.workers.warden import main; main({scheduler!r})"
+WARDEN = (
+    "import sys; sys.path[:] = {path!r}; from sweep.workers.warden import main;"
+    " main({scheduler!r})"
+)
 _task = threading.local()
 _warmed: set[str] = set()
 _wardens: list["subprocess.Popen[bytes]"] = []
 
 
 def introduce() -> str:
-    """The fingerprint of this worker and of the code that it has imported, which is all that a trial needs."""
+    """The fingerprint of this worker and of the code that it has imported, which is all
+    that a trial needs.
+    """
     os.environ.update(ONE_THREAD)  # for libraries that are not loaded yet
     import sweep.trial.simulation  # noqa: F401
 
@@ -32,9 +39,11 @@ def introduce() -> str:
 
 
 def perform(task: bytes) -> bytes:
-    """What the function of a pickled task returns, pickled; a text where this worker is not as the sender expects.
+    """What the function of a pickled task returns, pickled; a text where this worker is
+    not as the sender expects.
 
-    The function is unpacked only where the code is the same. That it begins is known to the scheduler before it does.
+    The function is unpacked only where the code is the same. That it begins is known to
+    the scheduler before it does.
     """
     from distributed import get_worker
 
@@ -42,7 +51,9 @@ def perform(task: bytes) -> bytes:
     topic, name, expected, load = pickle.loads(task)
     introduce()
     if reason := refusal(expected):
-        return pickle.dumps(f"worker {worker.address} has another environment: {reason}")
+        return pickle.dumps(
+            f"worker {worker.address} has another environment: {reason}"
+        )
     function, args, kwargs = pickle.loads(load)
     if function is run_chunk:
         _warm(args[1])
@@ -52,25 +63,34 @@ def perform(task: bytes) -> bytes:
 
 
 def _warm(jobs: Sequence[object]) -> None:
-    """Compile what trials need before the clock of a trial runs: other machines than ours have caches of their own."""
+    """Compile what trials need before the clock of a trial runs: other machines than
+    ours have caches of their own.
+    """
     from sweep.design.jobs import Job
     from sweep.trial.simulation import warm
 
     for job in jobs:
-        if isinstance(job, Job) and (kind := f"{job.model} {job.record}") not in _warmed:
+        if (
+            isinstance(job, Job)
+            and (kind := f"{job.model} {job.record}") not in _warmed
+        ):
             warm(job)
             _warmed.add(kind)
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:
-    """Send a message to whoever listens to `topic`; returns when the scheduler has it."""
+    """Send a message to whoever listens to `topic`; returns
+    when the scheduler has it.
+    """
     from distributed.utils import sync
 
     sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=message)
 
 
 class Post(NamedTuple):
-    """Goes with a chunk: the limits of its jobs, which a warden keeps (`sweep.workers.warden`)."""
+    """Goes with a chunk: the limits of its jobs, which a warden keeps
+    (`sweep.workers.warden`).
+    """
 
     limits: Limits
 
@@ -97,6 +117,8 @@ def _new_warden() -> "subprocess.Popen[bytes]":
     from distributed import get_worker
 
     code = WARDEN.format(path=sys.path, scheduler=get_worker().scheduler.address)
-    warden = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True)
+    warden = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True
+    )
     _wardens.append(warden)
     return warden

@@ -1,15 +1,19 @@
-"""One drive loop over `concurrent.futures.Executor`: jobs in, results out, none lost and none twice.
+"""One drive loop over `concurrent.futures.Executor`: jobs in, results out, none lost
+and none twice.
 
-The loop knows nothing of what a job is. It sends chunks of about a second of work, longest jobs first, keeps
-a bounded number of them in flight, and yields each chunk's results as soon as they are back. When a pool breaks
-because a worker process died, the jobs that were in flight are suspects: they run one at a time with nothing else in
-flight, so that a job which kills its worker convicts itself and every other one is delivered. Where only a chunk is
-lost and its pool goes on, as on a cluster, its jobs go singly among all others, and one that is lost again and again
-convicts itself. A worker that is ended because its job is beyond a limit (`watch.py`) makes no suspects: it is known
-which job that was; nor does a connection that is cut. The order of the results depends on timing and must not matter
-to anyone.
+The loop knows nothing of what a job is. It sends chunks of about a second of work,
+longest jobs first, keeps a bounded number of them in flight, and yields each chunk's
+results as soon as they are back. When a pool breaks because a worker process died, the
+jobs that were in flight are suspects: they run one at a time with nothing else in
+flight, so that a job which kills its worker convicts itself and every other one is
+delivered. Where only a chunk is lost and its pool goes on, as on a cluster, its jobs go
+singly among all others, and one that is lost again and again convicts itself. A worker
+that is ended because its job is beyond a limit (`watch.py`) makes no suspects: it is
+known which job that was; nor does a connection that is cut. The order of the results
+depends on timing and must not matter to anyone.
 
-Each chunk carries the fingerprint of this process: a worker of other code or other libraries refuses it.
+Each chunk carries the fingerprint of this process: a worker of other code or other
+libraries refuses it.
 """
 
 import time
@@ -24,7 +28,13 @@ from sweep.errors import WorkersError
 from sweep.trial.interrupts import HeldInterrupt
 from sweep.workers import fingerprint
 from sweep.workers.chunks import Chunks
-from sweep.workers.executors import ConnectionLostError, ExecutorFactory, JobEndedError, NotYetError, WorkerDiedError
+from sweep.workers.executors import (
+    ConnectionLostError,
+    ExecutorFactory,
+    JobEndedError,
+    NotYetError,
+    WorkerDiedError,
+)
 from sweep.workers.watch import NO_LIMITS, Limits, Place, Verdict, Watching
 from sweep.workers.worker import Failure, Outcomes, run_chunk
 
@@ -51,27 +61,35 @@ def drive(
     chunk_seconds: float = 1.0,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[R]]:
-    """Run every job once and yield the results chunk by chunk, in the order in which they come back.
+    """Run every job once and yield the results chunk by chunk, in the order in which
+    they come back.
 
-    `costs` estimates the seconds of each job; the estimates are corrected by what is measured, so only their
-    ratios matter much. `failed` makes the result of a job that raised (given the traceback) or that ended its
-    worker process MAX_ATTEMPTS times while running alone. `run` and the jobs are pickled.
+    `costs` estimates the seconds of each job; the estimates are corrected by what is
+    measured, so only their ratios matter much. `failed` makes the result of a job that
+    raised (given the traceback) or that ended its worker process MAX_ATTEMPTS times
+    while running alone. `run` and the jobs are pickled.
 
-    `limits` hold for each job as far as the engine can keep them. The worker of a job beyond one is ended; jobs
-    lost with it run again. The result of a job that took too long is made by `overdue` (default: by `failed`), that
-    of one which took too much memory, and did so again when running alone, by `failed`.
+    `limits` hold for each job as far as the engine can keep them. The worker of a job
+    beyond one is ended; jobs lost with it run again. The result of a job that took too
+    long is made by `overdue` (default: by `failed`), that of one which took too much
+    memory, and did so again when running alone, by `failed`.
 
-    Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's handling of a batch: the
-    workers are ended, what had finished is yielded, then KeyboardInterrupt is raised. A second Ctrl-C is
-    raised on the spot. SIGTERM and SIGHUP count as Ctrl-C where `interrupts.py` has made them so. Closing the
-    iterator early also ends the workers. Raises WorkersError when no worker can be given a job, and where one has other
-    code than this process, with what had finished yielded before.
+    Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's
+    handling of a batch: the workers are ended, what had finished is yielded, then
+    KeyboardInterrupt is raised. A second Ctrl-C is raised on the spot. SIGTERM and
+    SIGHUP count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator
+    early also ends the workers. Raises WorkersError when no worker can be given a job,
+    and where one has other code than this process, with what had finished yielded
+    before.
 
-    As soon as `ended` says so, the workers are ended and what had finished is yielded, and no more.
+    As soon as `ended` says so, the workers are ended and what had finished is yielded,
+    and no more.
     """
     chunks = Chunks(costs(jobs), seconds=chunk_seconds)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
-        loop = _Loop(jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt)
+        loop = _Loop(
+            jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt
+        )
         try:
             while not (interrupt.asked or ended()) and loop.refill():
                 yield from loop.finished()
@@ -98,7 +116,9 @@ class _Chunk(NamedTuple):
 
 @dataclass
 class _Loop(Generic[J, R]):
-    """What is in flight and what is suspect. Suspects stay queued until their own run alone is decided."""
+    """What is in flight and what is suspect. Suspects stay queued until their own run
+    alone is decided.
+    """
 
     jobs: Sequence[J]
     run: Callable[[J], R]
@@ -125,7 +145,11 @@ class _Loop(Generic[J, R]):
         if self.suspects and not self.in_flight:
             self._submit([self.suspects[0]], alone=True)
         workers = max(1, self.executor.workers)
-        while self.pool is not None and not self.suspects and len(self.in_flight) < 2 * workers:
+        while (
+            self.pool is not None
+            and not self.suspects
+            and len(self.in_flight) < 2 * workers
+        ):
             indices = self.again.popleft() if self.again else self.chunks.take(workers)
             if not indices:
                 break
@@ -133,8 +157,12 @@ class _Loop(Generic[J, R]):
         return True
 
     def finished(self) -> Iterator[list[R]]:
-        """The results of the chunks that are back; waits at most POLL_SECONDS for the first of them."""
-        done = [future for future in self._arrived() if future in self.in_flight]  # others went with an earlier pool
+        """The results of the chunks that are back; waits at most POLL_SECONDS for the
+        first of them.
+        """
+        done = [
+            future for future in self._arrived() if future in self.in_flight
+        ]  # others went with an earlier pool
         if not done:
             self.executor.check()
         if any(isinstance(_error(future), BrokenExecutor) for future in done):
@@ -143,14 +171,22 @@ class _Loop(Generic[J, R]):
         for future in done:
             chunk = self.in_flight.pop(future)
             verdict, error = self.watch.leave(chunk.place), _error(future)
-            results = self._results(chunk, future) if error is None else self._judged(chunk, error, verdict)
+            results = (
+                self._results(chunk, future)
+                if error is None
+                else self._judged(chunk, error, verdict)
+            )
             if results:
                 yield results
 
     def salvaged(self) -> Iterator[list[R]]:
         """The results of the chunks that were back when the executor was stopped."""
         for future, chunk in self.in_flight.items():
-            if future.done() and _error(future) is None and not isinstance(future.result(), str):
+            if (
+                future.done()
+                and _error(future) is None
+                and not isinstance(future.result(), str)
+            ):
                 yield self._results(chunk, future)
 
     def _arrived(self) -> list[Future[Outcomes[R]]]:
@@ -174,8 +210,12 @@ class _Loop(Generic[J, R]):
         assert self.pool is not None
         place, jobs = self.watch.take(), [self.jobs[index] for index in indices]
         try:
-            future = self.pool.submit(run_chunk, self.run, jobs, place, fingerprint.fingerprint())
-        except Exception as error:  # the pool broke, or was shut down, since it was last used
+            future = self.pool.submit(
+                run_chunk, self.run, jobs, place, fingerprint.fingerprint()
+            )
+        except (
+            Exception
+        ) as error:  # the pool broke, or was shut down, since it was last used
             future = Future()
             future.set_exception(error)
             self._drop_pool()
@@ -192,17 +232,27 @@ class _Loop(Generic[J, R]):
         else:
             self.chunks.observe(chunk.indices, seconds)
         return [
-            self.failed(self.jobs[index], outcome.error) if isinstance(outcome, Failure) else outcome
+            (
+                self.failed(self.jobs[index], outcome.error)
+                if isinstance(outcome, Failure)
+                else outcome
+            )
             for index, outcome in zip(chunk.indices, outcomes, strict=True)
         ]
 
-    def _judged(self, chunk: _Chunk, error: BaseException, verdict: Verdict | None) -> list[R]:
-        """What is known for certain of the jobs of a chunk that is lost; all others get another turn."""
+    def _judged(
+        self, chunk: _Chunk, error: BaseException, verdict: Verdict | None
+    ) -> list[R]:
+        """What is known for certain of the jobs of a chunk that is lost; all others get
+        another turn.
+        """
         if verdict is not None:
             return self._ended(chunk, verdict, others_go_on=False)
         if isinstance(error, JobEndedError):
             return self._ended(chunk, error.verdict, others_go_on=True)
-        if isinstance(error, ConnectionLostError) or (self.watch.ended and isinstance(error, BrokenExecutor)):
+        if isinstance(error, ConnectionLostError) or (
+            self.watch.ended and isinstance(error, BrokenExecutor)
+        ):
             return self._innocent(chunk)
         if not chunk.alone and isinstance(error, BrokenExecutor):
             self.suspects.extend(chunk.indices)
@@ -213,7 +263,9 @@ class _Loop(Generic[J, R]):
         return self._tried(chunk, error)
 
     def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
-        """The result of a job that was lost as a chunk of its own, once it was so MAX_ATTEMPTS times."""
+        """The result of a job that was lost as a chunk of its own, once it was so
+        MAX_ATTEMPTS times.
+        """
         [index] = chunk.indices
         self.attempts[index] += error.times if isinstance(error, WorkerDiedError) else 1
         if self.attempts[index] < MAX_ATTEMPTS:
@@ -223,7 +275,9 @@ class _Loop(Generic[J, R]):
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
     def _ended(self, chunk: _Chunk, verdict: Verdict, *, others_go_on: bool) -> list[R]:
-        """The result of the job that was beyond a limit, unless jobs before it may have left the memory so full."""
+        """The result of the job that was beyond a limit, unless jobs before it may have
+        left the memory so full.
+        """
         if chunk.alone:
             index = self.suspects.popleft()
         else:
@@ -236,7 +290,11 @@ class _Loop(Generic[J, R]):
             if not verdict.late and self.attempts[index] == 1:
                 self.again.append([index])
                 return []
-        return [(self.overdue if verdict.late else self.failed)(self.jobs[index], verdict.error)]
+        return [
+            (self.overdue if verdict.late else self.failed)(
+                self.jobs[index], verdict.error
+            )
+        ]
 
     def _innocent(self, chunk: _Chunk) -> list[R]:
         """No result; the jobs of the chunk get another turn."""
@@ -249,8 +307,12 @@ class _Loop(Generic[J, R]):
         self.pool = None
 
 
-def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt) -> Executor | None:
-    """A pool that has answered: without this, workers that cannot start would convict every job."""
+def _started(
+    executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt
+) -> Executor | None:
+    """A pool that has answered: without this, workers that cannot start would convict
+    every job.
+    """
     failure: Exception | None = None
     for _ in range(MAX_ATTEMPTS):
         try:
@@ -274,19 +336,28 @@ def _started(executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldIn
             return pool
     edited = fingerprint.edited()  # which may be why, or not
     changed = f"; {_refused(f'other code in {edited}')}" if edited else ""
-    raise WorkersError(f"no worker process can be given a job: {failure}{changed}") from failure
+    raise WorkersError(
+        f"no worker process can be given a job: {failure}{changed}"
+    ) from failure
 
 
 def _error(future: Future[T]) -> BaseException | None:
-    return ConnectionLostError("cancelled") if future.cancelled() else future.exception()
+    return (
+        ConnectionLostError("cancelled") if future.cancelled() else future.exception()
+    )
 
 
 def _refused(differences: str) -> str:
     changed = "the code or its libraries are not what they were when this launch began"
-    return f"{changed}: {differences}; what is done is stored: launch again to go on with what is there now"
+    return (
+        f"{changed}: {differences}; what is done is stored: launch again to go on with"
+        " what is there now"
+    )
 
 
 def _verdict(error: BaseException, times: int) -> str:
     if isinstance(error, BrokenExecutor | WorkerDiedError):
-        return f"worker process died {times} times while running this trial alone: {error}"
+        return (
+            f"worker process died {times} times while running this trial alone: {error}"
+        )
     return f"no result came back in {times} attempts: {type(error).__name__}: {error}"

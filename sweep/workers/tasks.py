@@ -1,8 +1,9 @@
 """Our tasks on a dask cluster, over one connection, and what is known of its workers.
 
-A worker that dies takes two tasks or so with it, the one that it was at and the next. Dask gives both to others, and
-after some deaths it gives both up, but only the first is to blame: each chunk tells the scheduler that it begins,
-before it does, and what counts against a job is how often it had begun.
+A worker that dies takes two tasks or so with it, the one that it was at and the next.
+Dask gives both to others, and after some deaths it gives both up, but only the first is
+to blame: each chunk tells the scheduler that it begins, before it does, and what counts
+against a job is how often it had begun.
 """
 
 import asyncio
@@ -48,17 +49,24 @@ class Tasks(Executor):
         self._looked = -LOOK_SECONDS
         self._client.subscribe_topic(self._topic, self._note)
 
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Send a task. Its future fails with ConnectionLostError, or with WorkerDiedError where dask gives it up."""
+    def submit(
+        self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs
+    ) -> Future[T]:
+        """Send a task. Its future fails with ConnectionLostError, or with
+        WorkerDiedError where dask gives it up.
+        """
         from distributed.protocol.pickle import dumps
 
         if not self.connected():
             raise ConnectionLostError(LOST)
         name = f"sweep-{uuid4().hex}"
-        task = pickle.dumps((self._topic, name, fingerprint(), dumps((fn, args, kwargs))))  # type: ignore[no-untyped-call]
+        work = dumps((fn, args, kwargs))  # type: ignore[no-untyped-call]
+        task = pickle.dumps((self._topic, name, fingerprint(), work))
         future: Future[T] = Future()
         self._futures[name] = future
-        self._sent[name] = self._client.submit(eval, PERFORM, {"task": task}, key=name, pure=False)
+        self._sent[name] = self._client.submit(
+            eval, PERFORM, {"task": task}, key=name, pure=False
+        )
         self._client.loop.add_callback(self._deliver, name, self._sent[name])
         return future
 
@@ -71,10 +79,14 @@ class Tasks(Executor):
         name, position, late, error = message
         self._settle(name, None, JobEndedError(Verdict(position, late, error)))
         if sent := self._sent.pop(name, None):
-            self._client.loop.add_callback(self._client.cancel, [sent], asynchronous=True, force=True)
+            self._client.loop.add_callback(
+                self._client.cancel, [sent], asynchronous=True, force=True
+            )
 
     async def _deliver(self, name: str, sent: Any) -> None:
-        """Hand the outcome of a task over to its future; runs in the client's thread."""
+        """Hand the outcome of a task over to its future;
+        runs in the client's thread.
+        """
         result: object = None
         failure: Exception | None = None
         try:
@@ -94,7 +106,11 @@ class Tasks(Executor):
 
         if type(error).__name__ == "KilledWorker":
             return WorkerDiedError(self._begun[name], "dask gave it up")
-        if sent.status != "error" or isinstance(error, CommClosedError) or not self.connected():
+        if (
+            sent.status != "error"
+            or isinstance(error, CommClosedError)
+            or not self.connected()
+        ):
             return ConnectionLostError(str(error))
         self._checked.clear()  # a worker without our code raises anything
         return error
@@ -115,10 +131,12 @@ class Tasks(Executor):
         return self._connection.alive()
 
     def threads(self) -> int:
-        """How many threads all workers have, as of the last look, which is LOOK_SECONDS ago at most.
+        """How many threads all workers have, as of the last look, which is LOOK_SECONDS
+        ago at most.
 
-        Raises WorkersError for a worker that cannot run our trials. What is new is asked what it is where something
-        went wrong that other code may explain; without, it says so itself when it gets a task.
+        Raises WorkersError for a worker that cannot run our trials. What is new is
+        asked what it is where something went wrong that other code may explain;
+        without, it says so itself when it gets a task.
         """
         if time.monotonic() - self._looked > LOOK_SECONDS:
             with suppress(OSError):
@@ -126,20 +144,28 @@ class Tasks(Executor):
         return sum(self._threads.values())
 
     def look(self, *, everyone: bool) -> None:
-        """See which workers there are, and ask those that are new, or all, what they are.
+        """See which workers there are, and ask those that are new, or all, what they
+        are.
 
-        Raises OSError where the scheduler does not answer, WorkersError for a worker that cannot run our trials.
+        Raises OSError where the scheduler does not answer, WorkersError for a worker
+        that cannot run our trials.
         """
         self._looked = time.monotonic()
         scheduler = self._client.scheduler
         if scheduler is None or not self.connected():
             raise ConnectionError(LOST)
-        self._threads = self._client.sync(scheduler.ncores, callback_timeout=ANSWER_SECONDS)
-        several = [f"{address} has {number}" for address, number in self._threads.items() if number > 1]
+        self._threads = self._client.sync(
+            scheduler.ncores, callback_timeout=ANSWER_SECONDS
+        )
+        several = [
+            f"{address} has {number}"
+            for address, number in self._threads.items()
+            if number > 1
+        ]
         if several:
             raise WorkersError(
-                f"a worker must have one thread, as trials hold Python's lock: {_some(several)}; "
-                'start workers with "--nworkers N --nthreads 1"'
+                "a worker must have one thread, as trials hold Python's lock:"
+                f' {_some(several)}; start workers with "--nworkers N --nthreads 1"'
             )
         unknown = self._threads.keys() - self._checked
         if unknown and everyone:
@@ -147,24 +173,34 @@ class Tasks(Executor):
 
     def _ask(self, workers: list[str]) -> None:
         async def answering() -> Any:
-            return await self._client.run(eval, INTRODUCE, workers=workers, on_error="return")
+            return await self._client.run(
+                eval, INTRODUCE, workers=workers, on_error="return"
+            )
 
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
-        except TimeoutError:  # one is slow, or hangs: it says what it is when it gets a task
+        except (
+            TimeoutError
+        ):  # one is slow, or hangs: it says what it is when it gets a task
             return
         foreign = []
         for address, answer in answers.items():
             if isinstance(answer, str):
                 reason = differences(fingerprint(), answer)
             else:
-                reason = "" if isinstance(answer, OSError) else f"{type(answer).__name__}: {answer}"
+                reason = (
+                    ""
+                    if isinstance(answer, OSError)
+                    else f"{type(answer).__name__}: {answer}"
+                )
             if reason:
                 foreign.append(f"{address}: {reason}")
             else:
                 self._checked.add(address)
         if foreign:
-            raise WorkersError(f"workers have another environment than this process: {_some(foreign)}")
+            raise WorkersError(
+                f"workers have another environment than this process: {_some(foreign)}"
+            )
 
     def end(self) -> None:
         """Take leave, by which our tasks are cancelled; what is in flight is lost."""

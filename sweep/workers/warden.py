@@ -1,9 +1,11 @@
-"""Ends a worker of a dask cluster whose job is beyond a limit: a small process beside the worker.
+"""Ends a worker of a dask cluster whose job is beyond a limit: a small process beside
+the worker.
 
-A thread of the worker could not do it, as a job may hang and hold Python's lock. The worker writes a line for each job
-that it begins. The warden looks many times a second, and when the job is beyond a limit it freezes the worker, tells
-the scheduler, so that whoever sent the chunk can take it back, and kills the worker. dask's nanny, if there is one,
-starts another. The warden ends with the worker, whose end closes the pipe.
+A thread of the worker could not do it, as a job may hang and hold Python's lock. The
+worker writes a line for each job that it begins. The warden looks many times a second,
+and when the job is beyond a limit it freezes the worker, tells the scheduler, so that
+whoever sent the chunk can take it back, and kills the worker. dask's nanny, if there is
+one, starts another. The warden ends with the worker, whose end closes the pipe.
 """
 
 import asyncio
@@ -26,7 +28,9 @@ REPORT_SECONDS = 30.0
 
 
 def main(scheduler: str) -> None:
-    """Watch the parent process by what it writes to our input; report to the scheduler at that address."""
+    """Watch the parent process by what it writes to our input; report to the scheduler
+    at that address.
+    """
     import psutil
 
     worker, unread, job = psutil.Process(os.getppid()), b"", None
@@ -44,11 +48,19 @@ def main(scheduler: str) -> None:
 
 def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> None:
     """End the worker if its job is beyond a limit."""
-    late, error = beyond(Limits(*job["limits"]), time.monotonic() - job["since"], worker)
+    late, error = beyond(
+        Limits(*job["limits"]), time.monotonic() - job["since"], worker
+    )
     if error:
         worker.send_signal(signal.SIGSTOP)
-        with suppress(OSError):  # an unreachable scheduler: the job is tried again, and convicted in the end
-            asyncio.run(_report(scheduler, job["topic"], [job["name"], job["position"], late, error]))
+        with suppress(
+            OSError
+        ):  # an unreachable scheduler: the job is tried again, and convicted in the end
+            asyncio.run(
+                _report(
+                    scheduler, job["topic"], [job["name"], job["position"], late, error]
+                )
+            )
             time.sleep(TAKE_BACK_SECONDS)
         worker.kill()
 
@@ -58,4 +70,6 @@ async def _report(scheduler: str, topic: str, verdict: list[object]) -> None:
 
     keys = security.Security().get_connection_args("worker")  # type: ignore[no-untyped-call]
     async with core.rpc(scheduler, connection_args=keys) as remote:  # type: ignore[no-untyped-call]
-        await asyncio.wait_for(remote.log_event(topic=topic, msg=verdict), REPORT_SECONDS)
+        await asyncio.wait_for(
+            remote.log_event(topic=topic, msg=verdict), REPORT_SECONDS
+        )

@@ -1,9 +1,12 @@
-"""Limits of a job, kept from outside: the worker whose job takes too long, or too much memory, is ended.
+"""Limits of a job, kept from outside: the worker whose job takes too long, or too much
+memory, is ended.
 
-A job that hangs within one call, or that fills the memory, can be stopped by nobody but another process. So each
-worker notes on a board, a small file that both map into memory, at which job of its chunk it is and since when. A
-thread of the coordinator reads the board many times a second and kills the worker of a job beyond its limit. What
-becomes of that job, and of the others that were lost with its worker, is the drive loop's business.
+A job that hangs within one call, or that fills the memory, can be stopped by nobody but
+another process. So each worker notes on a board, a small file that both map into
+memory, at which job of its chunk it is and since when. A thread of the coordinator
+reads the board many times a second and kills the worker of a job beyond its limit. What
+becomes of that job, and of the others that were lost with its worker, is the drive
+loop's business.
 """
 
 import mmap
@@ -30,7 +33,8 @@ IDLE = 0.0
 
 
 class Limits(NamedTuple):
-    """The wall seconds a job may take, and the resident bytes its worker may hold while it runs; None for no limit.
+    """The wall seconds a job may take, and the resident bytes its worker may hold while
+    it runs; None for no limit.
 
     The bytes include those of the interpreter and its libraries, about 200 MB.
     """
@@ -40,7 +44,9 @@ class Limits(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Which job of a chunk was ended, by its position, and why; `late` where it took too long."""
+    """Which job of a chunk was ended, by its position, and why; `late` where it took
+    too long.
+    """
 
     position: int
     late: bool
@@ -51,7 +57,9 @@ NO_LIMITS = Limits()
 
 
 class Place(Protocol):
-    """What goes to a worker with a chunk, so that the job that it is at can be known from outside."""
+    """What goes to a worker with a chunk, so that the job that it is at can be known
+    from outside.
+    """
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]: ...
 
@@ -59,8 +67,9 @@ class Place(Protocol):
 class Watching(Protocol):
     """Keeps limits of jobs while it is entered.
 
-    Each chunk in flight may have a place; when it is over, `leave` says what was decided about one of its jobs.
-    `ended` says whether a worker has been ended and its whole pool with it; the caller takes it back.
+    Each chunk in flight may have a place; when it is over, `leave` says what was
+    decided about one of its jobs. `ended` says whether a worker has been ended and its
+    whole pool with it; the caller takes it back.
     """
 
     ended: bool
@@ -68,7 +77,10 @@ class Watching(Protocol):
     def __enter__(self) -> "Watching": ...
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None: ...
 
     def take(self) -> Place | None: ...
@@ -77,7 +89,9 @@ class Watching(Protocol):
 
 
 class Seat(NamedTuple):
-    """The place of one chunk on the board, as the worker that runs it needs to know it."""
+    """The place of one chunk on the board, as the worker
+    that runs it needs to know it.
+    """
 
     path: str
     number: int
@@ -97,20 +111,26 @@ class Seat(NamedTuple):
 
 
 class Watch:
-    """Keeps `limits` for up to `seats` chunks at a time; a context manager, which may raise WorkersError.
+    """Keeps `limits` for up to `seats` chunks at a time; a context manager, which may
+    raise WorkersError.
 
-    Only child processes of this one are ended, so that jobs run in this process, or on other machines, know no limit.
+    Only child processes of this one are ended, so that jobs run in this process, or on
+    other machines, know no limit.
     """
 
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """Whether a worker has been ended; the caller takes it back when it has new workers."""
+        """Whether a worker has been ended; the caller takes it back when it has new
+        workers.
+        """
         self._free = list(range(seats))
         self._verdicts: dict[int, Verdict | None] = {}
         self._lock = threading.Lock()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._keep_looking, name="limits", daemon=True)
+        self._thread = threading.Thread(
+            target=self._keep_looking, name="limits", daemon=True
+        )
 
     def __enter__(self) -> "Watch":
         if self.limits != NO_LIMITS:
@@ -119,13 +139,18 @@ class Watch:
                 self._file.write(bytes(8 * NOTES * len(self._free)))
                 self._file.flush()
             except OSError as error:
-                raise WorkersError(f"the limits of trials need a small temporary file: {error}") from error
+                raise WorkersError(
+                    f"the limits of trials need a small temporary file: {error}"
+                ) from error
             self._board = board(self._file.name)
             self._thread.start()
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         if self.limits != NO_LIMITS:
             self._over.set()
@@ -133,7 +158,9 @@ class Watch:
             self._file.close()
 
     def take(self) -> Place | None:
-        """A seat for a chunk about to be sent; None without limits, or where all are taken."""
+        """A seat for a chunk about to be sent; None without limits, or where all are
+        taken.
+        """
         if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
@@ -143,7 +170,9 @@ class Watch:
         return Seat(self._file.name, number)
 
     def leave(self, place: Place | None) -> Verdict | None:
-        """Give the seat of a chunk back that is over; what was decided about one of its jobs."""
+        """Give the seat of a chunk back that is over; what was decided about one of its
+        jobs.
+        """
         if not isinstance(place, Seat):
             return None
         with self._lock:
@@ -168,7 +197,11 @@ class Watch:
         try:
             worker = psutil.Process(int(process))
             late, error = beyond(self.limits, time.monotonic() - since, worker)
-            if not error or self._board[first + SINCE] != since or worker.ppid() != os.getpid():
+            if (
+                not error
+                or self._board[first + SINCE] != since
+                or worker.ppid() != os.getpid()
+            ):
                 return None
             self.ended = True
             worker.kill()
@@ -177,18 +210,30 @@ class Watch:
         return Verdict(int(position), late, error)
 
 
-def beyond(limits: Limits, seconds: float, worker: "psutil.Process") -> tuple[bool, str]:
-    """Whether a job that has taken `seconds` is late, and which limit it is beyond, in words; none where empty."""
+def beyond(
+    limits: Limits, seconds: float, worker: "psutil.Process"
+) -> tuple[bool, str]:
+    """Whether a job that has taken `seconds` is late, and which limit it is beyond, in
+    words; none where empty.
+    """
     if limits.deadline is not None and seconds > limits.deadline:
         return True, f"did not return within {limits.deadline:g} s, and was ended"
     if limits.memory is not None and (held := worker.memory_info().rss) > limits.memory:
-        return False, f"memory limit of {limits.memory / 2**20:.0f} MiB: its worker held {held / 2**20:.0f} MiB"
+        return (
+            False,
+            (
+                f"memory limit of {limits.memory / 2**20:.0f} MiB: its worker held"
+                f" {held / 2**20:.0f} MiB"
+            ),
+        )
     return False, ""
 
 
 @lru_cache(maxsize=4)
 def board(path: str) -> "memoryview[float]":
-    """The board as numbers of 8 bytes, each written at once: `since`, `position` and `process` of every seat."""
+    """The board as numbers of 8 bytes, each written at once: `since`, `position` and
+    `process` of every seat.
+    """
     descriptor = os.open(path, os.O_RDWR)
     try:
         return memoryview(mmap.mmap(descriptor, 0)).cast("d")

@@ -15,21 +15,31 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Failure:
-    """What became of a job that never returned: `error` is a traceback or one sentence."""
+    """What became of a job that never returned: `error` is a
+    traceback or one sentence.
+    """
 
     error: str
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""What became of each job of a chunk, and the wall seconds that they took together; or why the worker refuses it."""
+"""What became of each job of a chunk, and the wall seconds that they took together; or
+why the worker refuses it.
+"""
 
 
-def run_chunk(run: Callable[[J], R], jobs: Sequence[J], place: Place | None, expected: str) -> Outcomes[R]:
-    """Run the jobs, unless this process differs from the one whose fingerprint is `expected`."""
+def run_chunk(
+    run: Callable[[J], R], jobs: Sequence[J], place: Place | None, expected: str
+) -> Outcomes[R]:
+    """Run the jobs, unless this process differs from the one whose fingerprint is
+    `expected`.
+    """
     if refusal := fingerprint.refusal(expected):
         return refusal
     start = time.perf_counter()
-    outcomes = [_attempt(run, job) for job in (jobs if place is None else place.noting(jobs))]
+    outcomes = [
+        _attempt(run, job) for job in (jobs if place is None else place.noting(jobs))
+    ]
     return outcomes, time.perf_counter() - start
 
 

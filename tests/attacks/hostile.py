@@ -1,4 +1,6 @@
-"""A stranger's store: rows that no launch writes, in parts that are sealed as a launch does."""
+"""A stranger's store: rows that no launch writes, in parts that are sealed as a launch
+does.
+"""
 
 import json
 from pathlib import Path
@@ -12,7 +14,9 @@ from sweep.store.origin import PROVENANCE
 
 
 def give(study: Path, table: str = "trials", **columns: Any) -> None:
-    """Put one value into all rows of some columns of a table, in every part of a study."""
+    """Put one value into all rows of some columns of a
+    table, in every part of a study.
+    """
     for part in sorted((study / "parts").iterdir()):
         path = part / f"{table}.parquet"
         pq.write_table(_given(pq.read_table(path), columns), path)

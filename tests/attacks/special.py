@@ -108,12 +108,20 @@ def outcome(act: Callable[[Path], str], results: Path) -> str:
         return f"StoreError: {error}"
 
 
-def replaced(place: Path, kind: Callable[[Path], None]) -> None:
-    place.parent.mkdir(exist_ok=True)
-    if place.is_dir():
-        shutil.rmtree(place)
-    place.unlink(missing_ok=True)
-    kind(place)
+def replacing(
+    where: Callable[[Path], Path], kind: Callable[[Path], None]
+) -> Callable[[Path], None]:
+    """An attack: something else is where a file or folder of a study was."""
+
+    def attack(study: Path) -> None:
+        place = where(study)
+        place.parent.mkdir(exist_ok=True)
+        if place.is_dir():
+            shutil.rmtree(place)
+        place.unlink(missing_ok=True)
+        kind(place)
+
+    return attack
 
 
 def main(home: Path) -> None:
@@ -122,16 +130,21 @@ def main(home: Path) -> None:
     sweep.trial.simulation.BOID_STEPS_A_CALL = 60
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
 
-    def attack(name: str, prepare: Callable[[Path], object], act: Callable[[Path], str]) -> None:
+    def attack(
+        name: str, prepare: Callable[[Path], object], act: Callable[[Path], str]
+    ) -> None:
         shutil.copytree(home / "whole", home / "results")
         prepare(home / "results" / "small")
-        print(json.dumps([f"{name} {act.__name__}", outcome(act, home / "results")]), flush=True)
+        print(
+            json.dumps([f"{name} {act.__name__}", outcome(act, home / "results")]),
+            flush=True,
+        )
         shutil.rmtree(home / "results")
 
     for act in (launch, read):
         for kind in KINDS:
             for name, place in (FILES | FOLDERS).items():
-                attack(f"{name} {kind.__name__}", lambda study: replaced(place(study), kind), act)  # noqa: B023
+                attack(f"{name} {kind.__name__}", replacing(place, kind), act)
         for name in LISTED:
             attack(f"listed {name}", listing(name), act)
     checkpoints(home)
@@ -139,7 +152,11 @@ def main(home: Path) -> None:
 
 def checkpoints(home: Path) -> None:
     """The same with the checkpoints of a study that has no trial stored."""
-    trials = Store(home / "long" / "small").trial_ids() if relaunch(LONG, home / "long") else ()
+    trials = (
+        Store(home / "long" / "small").trial_ids()
+        if relaunch(LONG, home / "long")
+        else ()
+    )
 
     def launch_long(results: Path) -> str:
         return str(relaunch(LONG, results).statuses.total())

@@ -1,4 +1,6 @@
-"""An object store that lies, over the wire: each answer ends in one sentence, within bounds, and writes nothing."""
+"""An object store that lies, over the wire: each answer ends in one sentence, within
+bounds, and writes nothing.
+"""
 
 import subprocess
 import sys
@@ -22,17 +24,25 @@ TIME = "2026-01-01T00:00:00.000Z"
 
 
 def listing(*objects: tuple[str, int], token: str = "") -> bytes:
-    """What a server says of the objects below a prefix; with a token there are said to be more."""
+    """What a server says of the objects below a prefix; with a token there are said to
+    be more.
+    """
     each = "".join(
         f"<Contents><Key>{escape(key)}</Key><LastModified>{TIME}</LastModified><Size>{size}</Size></Contents>"
         for key, size in objects
     )
-    more = f"<IsTruncated>true</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>" if token else ""
+    more = (
+        f"<IsTruncated>true</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>"
+        if token
+        else ""
+    )
     return f'<?xml version="1.0"?><ListBucketResult>{each}{more}</ListBucketResult>'.encode()
 
 
 class Liar:
-    """A server that answers listings by `lists`, and everything else by `gives`; what was asked is counted."""
+    """A server that answers listings by `lists`, and everything else by `gives`; what
+    was asked is counted.
+    """
 
     def __init__(self, lists: Answer, gives: Answer) -> None:
         self.lists, self.gives = lists, gives
@@ -52,7 +62,9 @@ class Liar:
         return f"s3://bucket/results?endpoint_override=127.0.0.1:{self.server.port}&scheme=http&region=us-east-1"
 
 
-def answer(body: bytes, status: int = 200, size: int | None = None, **headers: str) -> Answer:
+def answer(
+    body: bytes, status: int = 200, size: int | None = None, **headers: str
+) -> Answer:
     """An answer of so many bytes as it says, or not."""
 
     def said(request: Request) -> None:
@@ -90,7 +102,19 @@ def store_of(liar: Liar) -> Store:
 
 
 BELOW = f"results/study/parts/{PART}"
-WEIRD = ["../../../up", "..", "/etc/x", "a/../../../up", "./x", "a\\b", "\x7f", "%2e%2e/up", "x" * 900, "con", "~/x"]
+WEIRD = [
+    "../../../up",
+    "..",
+    "/etc/x",
+    "a/../../../up",
+    "./x",
+    "a\\b",
+    "\x7f",
+    "%2e%2e/up",
+    "x" * 900,
+    "con",
+    "~/x",
+]
 
 
 def test_names_from_a_listing_never_leave_the_folder_of_downloads(
@@ -102,15 +126,23 @@ def test_names_from_a_listing_never_leave_the_folder_of_downloads(
         found = listing((f"{BELOW}/manifest.json", 2), (f"{BELOW}/{name}", 2))
         with lying(answer(found), answer(b"{}")) as liar:
             store = store_of(liar)
-            with suppress(StoreError), store.place.fetched(store.all_parts()) as folders:
+            with (
+                suppress(StoreError),
+                store.place.fetched(store.all_parts()) as folders,
+            ):
                 inside = {path for folder in folders for path in folder.rglob("*")}
-                assert {path for path in tmp_path.rglob("*") if path.is_file()} <= inside
+                assert {
+                    path for path in tmp_path.rglob("*") if path.is_file()
+                } <= inside
         assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
 BOMB = (
     b'<?xml version="1.0"?><!DOCTYPE l [<!ENTITY a "aaaaaaaaaa">'
-    + b"".join(b'<!ENTITY %c "%s">' % (c, b"&%c;" % (c - 1) * 10) for c in range(ord("b"), ord("k")))
+    + b"".join(
+        b'<!ENTITY %c "%s">' % (c, b"&%c;" % (c - 1) * 10)
+        for c in range(ord("b"), ord("k"))
+    )
     + b"]><ListBucketResult><Contents><Key>&j;</Key><Size>1</Size></Contents></ListBucketResult>"
 )
 LISTS = {
@@ -118,8 +150,13 @@ LISTS = {
     "html": b"<html><body>Sign in</body></html>",
     "nothing": b"",
     "a bomb": BOMB,
-    "an entity": b'<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><ListBucketResult>&a;</ListBucketResult>',
-    "sizes that are none": listing((f"{BELOW}/manifest.json", 1)).replace(b"<Size>1<", b"<Size>-9e99<"),
+    "an entity": (
+        b"<!DOCTYPE l [<!ENTITY a SYSTEM"
+        b' "file:///etc/passwd">]><ListBucketResult>&a;</ListBucketResult>'
+    ),
+    "sizes that are none": (
+        listing((f"{BELOW}/manifest.json", 1)).replace(b"<Size>1<", b"<Size>-9e99<")
+    ),
     "nesting": b"<a>" * 100_000,
 }
 

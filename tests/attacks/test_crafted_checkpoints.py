@@ -26,7 +26,10 @@ from sweep.workers.checkpoint_file import Saved, write_state
 from sweep.workers.checkpoint_key import own_key
 
 STRANGER = bytes(range(32))
-FORGED = "is damaged, or was written by somebody else or on a machine where you have another key"
+FORGED = (
+    "is damaged, or was written by somebody else or on a machine where you have"
+    " another key"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +72,9 @@ LIES: dict[str, Callable[[State], State]] = {
     "in step for ever": filled("record.watch.in_step", 2**62),
     "room beyond": lambda state: state._replace(room=2**62),
     "room below": lambda state: state._replace(room=-1),
-    "another generator": lambda state: state._replace(generator={"bit_generator": "MT19937"}),
+    "another generator": lambda state: state._replace(
+        generator={"bit_generator": "MT19937"}
+    ),
 }
 
 
@@ -77,7 +82,9 @@ LIES: dict[str, Callable[[State], State]] = {
 def test_a_sealed_checkpoint_of_a_stranger_is_refused_in_a_sentence(
     lie: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """It is complete, of this very code, machine and trial, and well sealed, but with another key."""
+    """It is complete, of this very code, machine and trial, and well sealed, but with
+    another key.
+    """
     a_job = named(small("nguyen2024"))
     saved = Saved(LIES[lie](_advanced(a_job).state()), seconds=1.0)
     write_state(tmp_path / f"{TRIAL}.state", TRIAL, saved, STRANGER)
@@ -91,7 +98,9 @@ def test_a_sealed_checkpoint_of_a_stranger_is_refused_in_a_sentence(
 
 
 def test_with_the_stranger_s_key_it_would_have_been_believed(tmp_path: Path) -> None:
-    """So that the test above shows the key at work, and not something else that is wrong with the file."""
+    """So that the test above shows the key at work, and not something else that is
+    wrong with the file.
+    """
     a_job, found = named(small("nguyen2024")), []
     for lie in ("the truth", "boids elsewhere"):
         state = LIES[lie](_advanced(a_job).state())
@@ -106,8 +115,12 @@ def test_with_the_stranger_s_key_it_would_have_been_believed(tmp_path: Path) -> 
     assert lied["last"] != truth["last"]
 
 
-def test_a_launch_in_a_stranger_s_folder_is_undisturbed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Every trial has a checkpoint of the stranger's, in which all boids stand in one place."""
+def test_a_launch_in_a_stranger_s_folder_is_undisturbed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Every trial has a checkpoint of the stranger's, in which all boids stand in one
+    place.
+    """
     folder, study = tmp_path / "theirs" / "small" / "checkpoints", parse_spec(SMALL)
     folder.mkdir(parents=True)
     jobs = Jobs(study, expand(study), KERNELS_SHA)
@@ -118,9 +131,13 @@ def test_a_launch_in_a_stranger_s_folder_is_undisturbed(tmp_path: Path, caplog: 
     with caplog.at_level(logging.WARNING, "sweep"):
         relaunch(SMALL, tmp_path / "theirs")
     assert caplog.text.count(FORGED) == len(jobs)
-    mine, theirs = (Store(tmp_path / who / "small").read("trials") for who in ("mine", "theirs"))
+    mine, theirs = (
+        Store(tmp_path / who / "small").read("trials") for who in ("mine", "theirs")
+    )
     same = [name for name in mine.column_names if name != "seconds"]
-    assert theirs.sort_by("trial_id").select(same) == mine.sort_by("trial_id").select(same)
+    assert theirs.sort_by("trial_id").select(same) == mine.sort_by("trial_id").select(
+        same
+    )
 
 
 @pytest.fixture
@@ -160,7 +177,9 @@ SPOILT: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("what", SPOILT)
-def test_a_key_that_others_may_know_is_not_used(what: str, place: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_key_that_others_may_know_is_not_used(
+    what: str, place: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     before = own_key()
     own_key.cache_clear()
     SPOILT[what](place)
@@ -170,10 +189,15 @@ def test_a_key_that_others_may_know_is_not_used(what: str, place: Path, caplog: 
     assert key != before
     [record] = caplog.records
     assert str(place) in record.getMessage()
-    assert "no later launch goes on from the checkpoints of this one" in record.getMessage()
+    assert (
+        "no later launch goes on from the checkpoints of this one"
+        in record.getMessage()
+    )
 
 
-def test_without_a_home_the_key_is_that_of_the_process(place: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_without_a_home_the_key_is_that_of_the_process(
+    place: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     place.parent.parent.write_text("no folder")
     with caplog.at_level(logging.WARNING, "sweep"):
         assert own_key() == own_key()

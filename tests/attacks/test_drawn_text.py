@@ -1,4 +1,6 @@
-"""Hostile text in figures, pages and files for other programs: it is shown, and does nothing."""
+"""Hostile text in figures, pages and files for other programs: it is shown, and does
+nothing.
+"""
 
 import json
 import re
@@ -23,7 +25,17 @@ from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.recording import _document as page_of
 
-MATHS = ["$\\frac{1$", "$\\evil$", "$$", "$", "a$b$c", "\\$", "$x^{y^{z$", "${}^{" * 4 + "$", "\\\\$a$"]
+MATHS = [
+    "$\\frac{1$",
+    "$\\evil$",
+    "$$",
+    "$",
+    "a$b$c",
+    "\\$",
+    "$x^{y^{z$",
+    "${}^{" * 4 + "$",
+    "\\\\$a$",
+]
 SWEEPS = """
 study: maps
 model: aziel_chen2025
@@ -36,12 +48,17 @@ replicates: 2
 seed: 5
 record: {series: [speed], every: 2}
 """
-HOSTILE = "$\\frac{1$ $\\evil$ <script>alert(1)</script> </svg>]]> --> \x1b[2J\u202e &amp; %s {n}"
+HOSTILE = (
+    "$\\frac{1$ $\\evil$ <script>alert(1)</script> </svg>]]> --> \x1b[2J\u202e &amp;"
+    " %s {n}"
+)
 
 
 @pytest.mark.parametrize("text", MATHS, ids=range(len(MATHS)))
 def test_no_text_of_a_figure_is_mathematics(text: str, tmp_path: Path) -> None:
-    """Unfinished mathematics would end the figure in a traceback, wherever in it the text stands."""
+    """Unfinished mathematics would end the figure in a traceback, wherever in it the
+    text stands.
+    """
     figure = Figure()
     axes = figure.subplots()
     axes.plot([1, 2], label=text)
@@ -51,7 +68,9 @@ def test_no_text_of_a_figure_is_mathematics(text: str, tmp_path: Path) -> None:
     axes.legend(title=text)
     figure.suptitle(text)
     axes.annotate(text, (1, 1))
-    written = save(figure, tmp_path / "x", {"Study": text}, formats=("png", "svg", "pdf"))
+    written = save(
+        figure, tmp_path / "x", {"Study": text}, formats=("png", "svg", "pdf")
+    )
     assert [path.suffix for path in written] == [".png", ".svg", ".pdf"]
     assert as_text(as_text(text)) == as_text(text)
 
@@ -67,14 +86,26 @@ def test_mathematics_of_the_axes_stays(tmp_path: Path) -> None:
 
 @pytest.fixture
 def evil(tmp_path: Path) -> Path:
-    """A folder with results/maps, in which a map and the kernels have a hostile name."""
+    """A folder with results/maps, in which a map and the
+    kernels have a hostile name.
+    """
     folder = launched(SWEEPS, tmp_path / "results").store.folder
     assert isinstance(folder, Path)
     names = [HOSTILE[:24], "$\\evil$"]
     plan = StoredStudy("maps", tmp_path / "results").plan
     which = {"cafeteria": names[0], "empty": names[1]}
-    give(folder, map=[which[name] for name in StoredStudy("maps", tmp_path / "results").trials["map"]])
-    give_plan(folder, {"kernels_sha": HOSTILE}, map=[which[name] for name in plan["map"].to_pylist()])
+    give(
+        folder,
+        map=[
+            which[name]
+            for name in StoredStudy("maps", tmp_path / "results").trials["map"]
+        ],
+    )
+    give_plan(
+        folder,
+        {"kernels_sha": HOSTILE},
+        map=[which[name] for name in plan["map"].to_pylist()],
+    )
     return tmp_path
 
 
@@ -86,7 +117,9 @@ def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
     figures = evil / "results" / "maps" / "figures"
     for path in figures.glob("*.svg"):
         root = ElementTree.parse(path).getroot()
-        assert not [element for element in root.iter() if element.tag.endswith("script")]
+        assert not [
+            element for element in root.iter() if element.tag.endswith("script")
+        ]
         assert "\x1b" not in path.read_text(encoding="utf-8")
     for path in figures.glob("*.png"):
         with Image.open(path) as image:
@@ -95,13 +128,19 @@ def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
 
 
 BOMB = "a: &a [x, x]\n" + "".join(
-    f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("abcdefghijklmnopqrstuvwx", "bcdefghijklmnopqrstuvwxy", strict=True)
+    f"{b}: &{b} [*{a}, *{a}]\n"
+    for a, b in zip("abcdefghijklmnopqrstuvwx", "bcdefghijklmnopqrstuvwxy", strict=True)
 )
 
 
-@pytest.mark.parametrize("spec", [BOMB, "[" * 10_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"])
+@pytest.mark.parametrize(
+    "spec",
+    [BOMB, "[" * 10_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"],
+)
 def test_a_stored_spec_is_read_as_strictly_as_one_to_launch(spec: str) -> None:
-    """Figures look in it which axes are logarithmic; of a bomb they would have walked every branch."""
+    """Figures look in it which axes are logarithmic; of a bomb they would have walked
+    every branch.
+    """
     with pytest.raises(SpecError, match="the stored spec"):
         _document(spec)
 
@@ -113,11 +152,18 @@ def test_netcdf_and_csv_hold_hostile_text_as_it_is(evil: Path) -> None:
         assert set(data["map"].values.tolist()) == {HOSTILE[:24], "$\\evil$"}
         assert json.loads(str(data["provenance"].values))["kernels_sha"] == HOSTILE
     export(study, evil / "x.csv")
-    assert json.loads((evil / "x.csv.json").read_text())["provenance"]["kernels_sha"] == HOSTILE
+    assert (
+        json.loads((evil / "x.csv.json").read_text())["provenance"]["kernels_sha"]
+        == HOSTILE
+    )
 
 
-@pytest.mark.parametrize("column", ["a/b", "", "=1+1", "\x1b[2J", "a b", "../x", "<script>"])
-def test_a_column_of_another_name_than_a_metric_s_is_refused(tmp_path: Path, column: str) -> None:
+@pytest.mark.parametrize(
+    "column", ["a/b", "", "=1+1", "\x1b[2J", "a b", "../x", "<script>"]
+)
+def test_a_column_of_another_name_than_a_metric_s_is_refused(
+    tmp_path: Path, column: str
+) -> None:
     """netCDF would make groups of some names, and others are formulas."""
     folder = launched(SWEEPS, tmp_path / "results").store.folder
     assert isinstance(folder, Path)
@@ -127,16 +173,27 @@ def test_a_column_of_another_name_than_a_metric_s_is_refused(tmp_path: Path, col
     assert "no column is called" in done.stderr
 
 
-TAGS = "</script><script>alert(1)</script><!--<script>\"'><img src=x onerror=alert(1)>\u2028"
+TAGS = (
+    "</script><script>alert(1)</script><!--<script>\"'><img src=x"
+    " onerror=alert(1)>\u2028"
+)
 
 
 def test_a_recorded_page_has_no_element_of_its_data() -> None:
     said = dict.fromkeys(("Study", "Trial", "Model", "kernels_sha", "Software"), TAGS)
-    recording: dict[str, Any] = {"about": said, "spec": TAGS, "state": {"map": TAGS, TAGS: [TAGS]}}
+    recording: dict[str, Any] = {
+        "about": said,
+        "spec": TAGS,
+        "state": {"map": TAGS, TAGS: [TAGS]},
+    }
     page = page_of(recording)
     harmless = page_of({"about": dict.fromkeys(said, "x"), "spec": "x"})
     assert re.findall(r"</?\w+|<!-*", page) == re.findall(r"</?\w+|<!-*", harmless)
-    data = re.search(r'<script type="application/json" id="recording">(.*?)</script>', page, re.DOTALL)
+    data = re.search(
+        r'<script type="application/json" id="recording">(.*?)</script>',
+        page,
+        re.DOTALL,
+    )
     assert data
     assert json.loads(data[1]) == recording
 

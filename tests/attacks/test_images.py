@@ -49,7 +49,9 @@ SLOW = {
 
 
 @pytest.mark.parametrize("case", SLOW)
-def test_what_pillow_reads_in_python_is_refused_undecoded(tmp_path: Path, case: str) -> None:
+def test_what_pillow_reads_in_python_is_refused_undecoded(
+    tmp_path: Path, case: str
+) -> None:
     (tmp_path / "t.pgm").write_bytes(SLOW[case])
     assert "would take long to read (ppm" in refused(tmp_path, "t.pgm")
 
@@ -60,7 +62,9 @@ def test_a_packed_bmp_is_refused_undecoded(tmp_path: Path) -> None:
     content = bytearray(made.getvalue())
     content[30:34] = struct.pack("<I", 1)
     (tmp_path / "t.bmp").write_bytes(content)
-    assert "would take long to read (bmp_rle): save it as PNG" in refused(tmp_path, "t.bmp")
+    assert "would take long to read (bmp_rle): save it as PNG" in refused(
+        tmp_path, "t.bmp"
+    )
 
 
 PIECES = {
@@ -105,12 +109,16 @@ OTHERS = ["GIF", "TIFF", "WEBP", "ICO", "PDF", "EPS", "ICNS", "JPEG2000", "TGA",
 @pytest.mark.parametrize("form", OTHERS)
 def test_other_formats_are_not_tried(tmp_path: Path, form: str) -> None:
     Image.new("RGB", (32, 32)).save(tmp_path / "t.png", format=form)
-    assert "is not an image; allowed are PNG, PPM, BMP, JPEG" in refused(tmp_path, "t.png")
+    assert "is not an image; allowed are PNG, PPM, BMP, JPEG" in refused(
+        tmp_path, "t.png"
+    )
 
 
 @pytest.mark.parametrize("form", images.FORMATS)
 @pytest.mark.parametrize("mode", ["1", "L", "RGB"])
-def test_the_formats_that_are_allowed_are_read(tmp_path: Path, form: str, mode: str) -> None:
+def test_the_formats_that_are_allowed_are_read(
+    tmp_path: Path, form: str, mode: str
+) -> None:
     Image.new(mode, (32, 16)).save(tmp_path / "t.png", format=form)
     assert brightness(tmp_path / "t.png").tolist() == [[0.0] * 32] * 16
 
@@ -154,6 +162,8 @@ def test_the_image_of_a_ros_map_is_an_ordinary_file(tmp_path: Path) -> None:
 
 
 def test_maps_are_counted_before_any_is_read() -> None:
-    maps = ", ".join(f"m{index}: {{image: absent.png, resolution: 1}}" for index in range(101))
+    maps = ", ".join(
+        f"m{index}: {{image: absent.png, resolution: 1}}" for index in range(101)
+    )
     with pytest.raises(SpecError, match="has 101 maps; at most 100 are allowed"):
         parse_spec(short(f"maps: {{{maps}}}"))

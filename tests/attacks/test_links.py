@@ -44,11 +44,15 @@ def untouched(folder: Path) -> bool:
 
 
 @pytest.mark.parametrize("ending", ["png", "png.unfinished", "svg"])
-def test_figures_are_not_drawn_through_links_to_files(folder: Path, ending: str) -> None:
+def test_figures_are_not_drawn_through_links_to_files(
+    folder: Path, ending: str
+) -> None:
     figures = folder / "results" / "small" / "figures"
     figures.mkdir()
     (figures / f"curves.{ending}").symlink_to(folder / "mine")
-    done = sweep(folder, "plot", "small", "curves", "--format", "png", "--format", "svg")
+    done = sweep(
+        folder, "plot", "small", "curves", "--format", "png", "--format", "svg"
+    )
     assert (done.returncode, untouched(folder)) == (0, True)
     assert not (figures / "curves.png").is_symlink()
     assert (figures / "curves.png").read_bytes().startswith(b"\x89PNG")
@@ -72,14 +76,18 @@ def test_results_that_the_user_names_may_be_a_link(folder: Path) -> None:
     (folder / "named").symlink_to(folder / "results")
     relaunch(SMALL.replace("replicates: 3", "replicates: 4"), folder / "named")
     assert len(Store(folder / "results" / "small").trial_ids()) == 8
-    assert sweep(folder, "plot", "small", "curves", "--results", "named").returncode == 0
+    assert (
+        sweep(folder, "plot", "small", "curves", "--results", "named").returncode == 0
+    )
     assert (folder / "results" / "small" / "figures" / "curves.png").exists()
 
 
 def reproduced(folder: Path, *, quick: bool = False) -> Outcome:
     experiments(folder)
     publications = read_all(folder / "experiments", quick=quick)
-    return reproduce(publications, folder / "results", Serial(), ProgressBar, quick=quick)
+    return reproduce(
+        publications, folder / "results", Serial(), ProgressBar, quick=quick
+    )
 
 
 @pytest.mark.parametrize("name", ["scorecard.html", "scorecard.md"])
@@ -90,13 +98,20 @@ def test_the_page_is_not_written_through_a_link(folder: Path, name: str) -> None
     assert "tiny" in (folder / "results" / name).read_text()
 
 
-@pytest.mark.parametrize(("link", "quick"), [("figures", False), ("figures/tiny", False), ("quick/figures", True)])
-def test_figures_of_publications_are_not_drawn_elsewhere(folder: Path, link: str, quick: bool) -> None:
+@pytest.mark.parametrize(
+    ("link", "quick"),
+    [("figures", False), ("figures/tiny", False), ("quick/figures", True)],
+)
+def test_figures_of_publications_are_not_drawn_elsewhere(
+    folder: Path, link: str, quick: bool
+) -> None:
     place = folder / "results" / link
     place.parent.mkdir(exist_ok=True)
     place.symlink_to(folder / "elsewhere")
     outcome = reproduced(folder, quick=quick)
-    assert [f"{link} is a symbolic link" in failure for failure in outcome.failures] == [True]
+    assert [
+        f"{link} is a symbolic link" in failure for failure in outcome.failures
+    ] == [True]
     assert untouched(folder)
 
 
@@ -115,8 +130,13 @@ def test_no_folder_above_a_study_is_a_link(folder: Path, link: str) -> None:
     place = folder / "results" / link
     place.parent.mkdir(parents=True, exist_ok=True)
     place.symlink_to(folder / "elsewhere")
-    with pytest.raises(StoreError, match=f"results/{link}: is a symbolic link; nothing is read or written outside"):
-        relaunch(SMALL.replace("study: small", "study: evil/deep/x"), folder / "results")
+    with pytest.raises(
+        StoreError,
+        match=f"results/{link}: is a symbolic link; nothing is read or written outside",
+    ):
+        relaunch(
+            SMALL.replace("study: small", "study: evil/deep/x"), folder / "results"
+        )
     assert untouched(folder)
 
 
@@ -131,7 +151,9 @@ FILES = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_file_for_the_user_replaces_a_link_and_not_its_target(folder: Path, name: str) -> None:
+def test_a_file_for_the_user_replaces_a_link_and_not_its_target(
+    folder: Path, name: str
+) -> None:
     [trial, *_] = Store(folder / "results" / "small").trial_ids()
     for beside in (name, f"{name}.sha256", f"{name}.json"):
         (folder / beside).symlink_to(folder / "mine")
@@ -142,10 +164,14 @@ def test_a_file_for_the_user_replaces_a_link_and_not_its_target(folder: Path, na
     assert (folder / name).stat().st_size > 100
 
 
-def test_a_folder_of_parts_that_is_a_link_is_not_read(folder: Path, whole: Path) -> None:
+def test_a_folder_of_parts_that_is_a_link_is_not_read(
+    folder: Path, whole: Path
+) -> None:
     shutil.rmtree(folder / "results" / "small" / "parts")
     (folder / "results" / "small" / "parts").symlink_to(whole / "small" / "parts")
-    with pytest.raises(StoreError, match=r"parts: is a symbolic link; .* put the folder itself there"):
+    with pytest.raises(
+        StoreError, match=r"parts: is a symbolic link; .* put the folder itself there"
+    ):
         StoredStudy("small", folder / "results").statuses()
 
 
@@ -157,13 +183,20 @@ def test_a_part_that_is_a_link_is_not_read(folder: Path) -> None:
     part = a_part(folder)
     part.rename(folder / "elsewhere" / part.name)
     part.symlink_to(folder / "elsewhere" / part.name)
-    with pytest.raises(StoreError, match=rf"{part.name}: is a symbolic link; .* put the folder itself there"):
+    with pytest.raises(
+        StoreError,
+        match=rf"{part.name}: is a symbolic link; .* put the folder itself there",
+    ):
         StoredStudy("small", folder / "results").statuses()
 
 
 @pytest.mark.parametrize("name", ["trials.parquet", "series.parquet", "manifest.json"])
-def test_a_file_of_a_part_that_is_a_link_ends_a_launch_and_costs_nothing(folder: Path, name: str) -> None:
-    """As in a store that a tool for large files manages: its parts are sound, and stay where they are."""
+def test_a_file_of_a_part_that_is_a_link_ends_a_launch_and_costs_nothing(
+    folder: Path, name: str
+) -> None:
+    """As in a store that a tool for large files manages: its parts are sound, and stay
+    where they are.
+    """
     file = a_part(folder) / name
     file.rename(folder / "moved")
     file.symlink_to(folder / "moved")
@@ -181,7 +214,10 @@ def test_tables_are_not_read_through_links(folder: Path, name: str) -> None:
     (place / name).rename(folder / "moved")
     (place / name).symlink_to(folder / "moved")
     with pytest.raises(StoreError, match=f"{name}: cannot be read .is a symbolic link"):
-        _ = StoredStudy("small", folder / "results").trials, Store(folder / "results" / "small").read("series")
+        _ = (
+            StoredStudy("small", folder / "results").trials,
+            Store(folder / "results" / "small").read("series"),
+        )
 
 
 def symlinked(place: Path, target: Path) -> None:

@@ -24,19 +24,26 @@ def named(name: str) -> str:
 @pytest.mark.parametrize("own", OWN)
 @pytest.mark.parametrize("form", ["{}", "fresh/{}", "{}/fresh", "a/{}/b"])
 def test_no_part_of_a_name_is_one_that_results_use(own: str, form: str) -> None:
-    with pytest.raises(SpecError, match=f'is not allowed: "{own}" is a name that results use'):
+    with pytest.raises(
+        SpecError, match=f'is not allowed: "{own}" is a name that results use'
+    ):
         parse_spec(named(form.format(own)))
     with pytest.raises(SpecError, match="is a name that results use"):
         parse_spec(named(form.format(own.upper())))
 
 
-def test_the_names_are_those_that_a_launch_and_a_reproduction_make(tmp_path: Path) -> None:
+def test_the_names_are_those_that_a_launch_and_a_reproduction_make(
+    tmp_path: Path,
+) -> None:
     """A file that the store learns to write must be entered in the layout."""
     seen = set[str]()
     study = launched(SMALL, tmp_path)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sweep.trial.simulation.BOID_STEPS_A_CALL", 60)
-        store, long = study.store, SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
+        store, long = (
+            study.store,
+            SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n",
+        )
 
         def note(_self: Checkpoints, _trials: object) -> None:
             seen.update(path.name for path in store.folder.iterdir())
@@ -49,8 +56,12 @@ def test_the_names_are_those_that_a_launch_and_a_reproduction_make(tmp_path: Pat
     assert seen == set(STORED)
 
 
-@pytest.mark.parametrize("name", ["fresh/lock", "fresh/plan.parquet", "damaged", "a/spec.yaml"])
-def test_studies_of_older_versions_with_such_names_are_read(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    "name", ["fresh/lock", "fresh/plan.parquet", "damaged", "a/spec.yaml"]
+)
+def test_studies_of_older_versions_with_such_names_are_read(
+    tmp_path: Path, name: str
+) -> None:
     relaunch(named("fresh2"), tmp_path / "results")
     (tmp_path / "results" / name).parent.mkdir(exist_ok=True)
     (tmp_path / "results" / "fresh2").rename(tmp_path / "results" / name)
@@ -59,7 +70,9 @@ def test_studies_of_older_versions_with_such_names_are_read(tmp_path: Path, name
 
 
 def test_studies_within_each_other_do_not_meet(tmp_path: Path) -> None:
-    """Launched, extended, damaged, cleaned and merged in turn, each keeps what it has."""
+    """Launched, extended, damaged, cleaned and merged in
+    turn, each keeps what it has.
+    """
     names = ["a", "a/b", "a/b/c"]
     for name in names:
         launched(named(name).replace("seed: 5", f"seed: {len(name)}"), tmp_path)

@@ -48,7 +48,9 @@ def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
     assert code_files(folder, ("tiny",)) == [folder / "tiny" / "figures.py"]
 
 
-@pytest.mark.parametrize("name", ["published.yaml", "small.yaml", "figures.py", "other.yaml"])
+@pytest.mark.parametrize(
+    "name", ["published.yaml", "small.yaml", "figures.py", "other.yaml"]
+)
 def test_no_pipe_is_waited_for(folder: Path, name: str) -> None:
     (folder / "evil" / name).unlink(missing_ok=True)
     os.mkfifo(folder / "evil" / name)

@@ -1,4 +1,6 @@
-"""What a spec asks for is counted before memory is taken: one sentence, with its line."""
+"""What a spec asks for is counted before memory is taken:
+one sentence, with its line.
+"""
 
 import json
 import tracemalloc
@@ -52,7 +54,9 @@ FLOATS = [one.name for one in FIELDS if one.kind == "float"]
 
 def sampled(sampler: str, points: int, fields: int) -> str:
     drawn = [f"    {name}: {{uniform: [1, 1]}}" for name in FLOATS[:fields]]
-    return short("sweep:", "  j:", f"    sample: {sampler}", f"    points: {points}", *drawn)
+    return short(
+        "sweep:", "  j:", f"    sample: {sampler}", f"    points: {points}", *drawn
+    )
 
 
 SPLIT = "are allowed: split the study into several, by seeds or by an axis"
@@ -93,8 +97,13 @@ LISTED = {
         f"4: the study has 21,000,000 trials; at most 20,000,000 {SPLIT}",
     ),
     "cells of trials": (
-        short(f"sweep: {{j: {{zip: {{{SIX}}}}}}}").replace("replicates: 2", "replicates: 9000000"),
-        "4: the study has 18,000,000 trials with 6 fields that vary, 108,000,000 cells;",
+        short(f"sweep: {{j: {{zip: {{{SIX}}}}}}}").replace(
+            "replicates: 2", "replicates: 9000000"
+        ),
+        (
+            "4: the study has 18,000,000 trials with 6 fields that vary, 108,000,000"
+            " cells;"
+        ),
     ),
     "cells of points": (
         short(*ELEVEN_FIELDS),
@@ -104,7 +113,8 @@ LISTED = {
 LISTED |= {
     f"cells of {sampler}": (
         sampled(sampler, 10**7, 30),
-        "9: 10,000,000 points of 30 fields make 300,000,000 cells; at most 100,000,000 " + SPLIT,
+        "9: 10,000,000 points of 30 fields make 300,000,000 cells; at most 100,000,000 "
+        + SPLIT,
     )
     for sampler in ("random", "lhs", "sobol", "halton")
 }
@@ -113,7 +123,10 @@ LISTED |= {
         sampled(sampler, points, 20),
         f"9: {cells} points of 20 fields make",
     )
-    for sampler, points, cells in (("morris", 400_000, "8,400,000"), ("saltelli", 200_000, "8,400,000"))
+    for sampler, points, cells in (
+        ("morris", 400_000, "8,400,000"),
+        ("saltelli", 200_000, "8,400,000"),
+    )
 }
 
 
@@ -123,7 +136,9 @@ def test_too_much_is_refused_before_it_is_held(case: str) -> None:
     assert refused(text).startswith(f"spec.yaml:{message}")
 
 
-def test_fields_of_a_zip_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fields_of_a_zip_are_counted_as_they_come(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(limits, "MOST_CELLS", 100)
     grids = ", ".join(f"{name}: {{linspace: [1, 1, 30]}}" for name in FLOATS[:9])
     message = refused(short("sweep:", f"  j: {{zip: {{{grids}}}}}"))
@@ -145,7 +160,11 @@ def test_computations_are_counted_before_they_are_made() -> None:
         "  drag: {linspace: [0, 0.001, 2000]}",
         "  n: {linspace: [2, 1001, 1000]}",
         "derive:",
-        *(f"  {name}: {' + '.join([least] * 6)}" for name in FLOATS[:9] if name != "drag"),
+        *(
+            f"  {name}: {' + '.join([least] * 6)}"
+            for name in FLOATS[:9]
+            if name != "drag"
+        ),
     ]
     message = refused(short(*lines))
     assert message.startswith("spec.yaml:6: the study has 2,000,000 points, and its")
@@ -201,13 +220,20 @@ def searching(line: str, budget: int = 600) -> Study:
     ("line", "budget", "message"),
     [
         ("racing: true", 10**9, '9: "budget" must be a whole number from 1 to 1000000'),
-        ("batch: 1000000000", 600, '10: "batch" must be a whole number from 1 to 10000'),
+        (
+            "batch: 1000000000",
+            600,
+            '10: "batch" must be a whole number from 1 to 10000',
+        ),
         ("held_out: {candidates: 1000000000}", 600, '10: "candidates" must be'),
         (
             "held_out: {candidates: 1000000, replicates: 1000000}",
             600,
-            "9: the search could come to 1,000,000,000,600 trials, of which 1,000,000,000,000 on held-out seeds; "
-            "at most 1,000,000 are allowed: lower budget, held_out or the number of scenarios",
+            (
+                "9: the search could come to 1,000,000,000,600 trials, of which"
+                " 1,000,000,000,000 on held-out seeds; at most 1,000,000 are allowed:"
+                " lower budget, held_out or the number of scenarios"
+            ),
         ),
         (
             "over: {n: {linspace: [1, 10000, 10000]}}",
@@ -233,15 +259,25 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
     study = searching("racing: true")
     with counted_memory() as peaks, pytest.raises(SpecError) as error:
         search(study, tmp_path, Serial(), repetitions=10**9)
-    assert "and its 1,000,000,000 repetitions could come to 1,280,000,000,800 trials" in str(error.value)
+    assert (
+        "and its 1,000,000,000 repetitions could come to 1,280,000,000,800 trials"
+        in str(error.value)
+    )
     assert peaks[0] < MOST_BYTES
 
 
 def test_the_schema_has_the_same_limits() -> None:
-    schema = json.loads((Path(limits.__file__).parents[2] / "spec.schema.json").read_text())
+    schema = json.loads(
+        (Path(limits.__file__).parents[2] / "spec.schema.json").read_text()
+    )
     fixed, until = schema["properties"]["replicates"]["anyOf"]
-    assert fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS
-    assert schema["properties"]["search"]["properties"]["budget"]["maximum"] == limits.MOST_SEARCHED
+    assert (
+        fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS
+    )
+    assert (
+        schema["properties"]["search"]["properties"]["budget"]["maximum"]
+        == limits.MOST_SEARCHED
+    )
 
 
 LONG = "x" * 100_000
@@ -250,7 +286,9 @@ QUOTING = {
     "value": f"fixed: {{n: {LONG}}}",
     "study": f'study: "{LONG}!"',
     "key": f"fixed: {{{LONG[:900]}: 1}}",
-    "key that stands twice": f"fixed:\n  ? {LONG[:40_000]}\n  : 1\n  ? {LONG[:40_000]}\n  : 2",
+    "key that stands twice": (
+        f"fixed:\n  ? {LONG[:40_000]}\n  : 1\n  ? {LONG[:40_000]}\n  : 2"
+    ),
     "map": f"maps:\n  ? {LONG}\n  : 1",
     "memory": f"memory_limit: {LONG}",
     "file": f"sweep: {{j: {{sample: table, file: {LONG}.csv}}}}",

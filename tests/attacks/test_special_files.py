@@ -28,7 +28,10 @@ def launched(name: str, kind: str) -> str:
     if name == "unlisted":
         return "0"
     if name == "manifest" and kind == "device":  # which is a link to one
-        return "StoreError: .*is a symbolic link, which is not followed.*nothing was set aside.*"
+        return (
+            "StoreError: .*is a symbolic link, which is not followed.*nothing was set"
+            " aside.*"
+        )
     if name in OF_A_PART:
         return "6"
     if name in FOLDERS and kind in ("pipe", "huge"):
@@ -46,25 +49,53 @@ def launched(name: str, kind: str) -> str:
 def expected() -> dict[str, str]:
     """The outcome of every attack, as a pattern."""
     kinds = [kind.__name__ for kind in KINDS]
-    found = {f"{name} {kind} launch": launched(name, kind) for name in FILES | FOLDERS for kind in kinds}
+    found = {
+        f"{name} {kind} launch": launched(name, kind)
+        for name in FILES | FOLDERS
+        for kind in kinds
+    }
     read = dict.fromkeys(FOLDERS, "6, 36") | {"parts/": "0, 0"}
-    found |= {f"{name} {kind} read": said for name, said in read.items() for kind in kinds}
+    found |= {
+        f"{name} {kind} read": said for name, said in read.items() for kind in kinds
+    }
     found["parts/ device read"] = LINK
     refused = r"StoreError: [^\n]*: cannot be read \([^\n]*\); [^\n]*"
-    found |= {f"{name} {kind} read": refused if name in READ else "6, 36" for name in FILES for kind in kinds}
-    found |= {f"listed {name} launch": "6" for name in LISTED} | {f"listed {name} read": "6, 36" for name in LISTED}
-    return found | {f"{name} {kind} launch": "6" for name in ("state", "tried-1", "frames") for kind in kinds}
+    found |= {
+        f"{name} {kind} read": refused if name in READ else "6, 36"
+        for name in FILES
+        for kind in kinds
+    }
+    found |= {f"listed {name} launch": "6" for name in LISTED} | {
+        f"listed {name} read": "6, 36" for name in LISTED
+    }
+    return found | {
+        f"{name} {kind} launch": "6"
+        for name in ("state", "tried-1", "frames")
+        for kind in kinds
+    }
 
 
-def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(tmp_path: Path) -> None:
+def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(
+    tmp_path: Path,
+) -> None:
     """All in one process: after one that hangs, the others have no outcome."""
     command = [sys.executable, "-m", "attacks.special", str(tmp_path)]
     # Threads of libraries take room for addresses, which is bounded, with each core.
-    few = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
+    few = os.environ | {
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        "MALLOC_ARENA_MAX": "2",
+    }
     try:
-        said = subprocess.run(command, cwd=TESTS, env=few, capture_output=True, text=True, timeout=SECONDS).stdout
+        said = subprocess.run(
+            command, cwd=TESTS, env=few, capture_output=True, text=True, timeout=SECONDS
+        ).stdout
     except subprocess.TimeoutExpired as ending:
-        said = ending.stdout.decode() if isinstance(ending.stdout, bytes) else ending.stdout or ""
+        said = (
+            ending.stdout.decode()
+            if isinstance(ending.stdout, bytes)
+            else ending.stdout or ""
+        )
     outcomes = dict(json.loads(line) for line in said.splitlines())
     wrong = {
         name: outcomes.get(name, "no outcome")
@@ -83,8 +114,13 @@ def test_what_is_read_whole_has_a_bound(tmp_path: Path) -> None:
     assert read_json(tmp_path / "x.json", 6, [int]) == [1, 2]
 
 
-@pytest.mark.parametrize("text", ["", "[", "5", '["x"]', '{"a": 1}', "[" * 100_000, "9" * 5000, "\x00", '["\xff"]'])
-def test_json_of_another_shape_is_an_error_of_one_kind(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    "text",
+    ["", "[", "5", '["x"]', '{"a": 1}', "[" * 100_000, "9" * 5000, "\x00", '["\xff"]'],
+)
+def test_json_of_another_shape_is_an_error_of_one_kind(
+    tmp_path: Path, text: str
+) -> None:
     (tmp_path / "x.json").write_text(text, encoding="latin-1")
     with pytest.raises(ValueError, match=r"."):
         read_json(tmp_path / "x.json", 10**6, [int])
@@ -100,7 +136,9 @@ def test_a_file_with_a_second_name_is_read_and_not_written(tmp_path: Path) -> No
 
 
 def test_frames_that_a_checkpoint_makes_up_take_no_memory(tmp_path: Path) -> None:
-    """As in an endless file without content, which a header with right checksums declares."""
+    """As in an endless file without content, which a header with right checksums
+    declares.
+    """
     kind = frame_type(1, 100)
     with (tmp_path / "x.frames").open("wb") as file:
         file.truncate(2 * MOST_MEMORY)

@@ -39,7 +39,9 @@ def test_a_password_is_refused_and_never_said(tmp_path: Path, url: str) -> None:
     assert not (tmp_path / "results").exists()
 
 
-def test_the_password_of_the_environment_is_used_and_never_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_password_of_the_environment_is_used_and_never_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setenv(PASSWORD, "SEC:RET@/")
     used = module._with_password("postgresql://me@host/db", "")
     assert used == "postgresql://me:SEC%3ARET%40%2F@host/db"
@@ -49,9 +51,16 @@ def test_the_password_of_the_environment_is_used_and_never_said(monkeypatch: pyt
 
 
 @pytest.mark.parametrize(
-    "place", ["s3://key:SECRET@bucket/x", "s3://key:SECRET@bucket", "s3://a@b:SECRET@c/x?region=y"]
+    "place",
+    [
+        "s3://key:SECRET@bucket/x",
+        "s3://key:SECRET@bucket",
+        "s3://a@b:SECRET@c/x?region=y",
+    ],
 )
-def test_credentials_in_a_place_of_results_are_refused_and_never_said(place: str) -> None:
+def test_credentials_in_a_place_of_results_are_refused_and_never_said(
+    place: str,
+) -> None:
     with pytest.raises(StoreError) as caught:
         location(place)
     assert "SECRET" not in str(caught.value)
@@ -68,7 +77,9 @@ class Payload:
 
 
 def test_nothing_of_a_strangers_storage_is_run_or_written_over(tmp_path: Path) -> None:
-    """Each text and number of its studies is a pickle or an escape, and a trigger refuses more of them."""
+    """Each text and number of its studies is a pickle or an escape, and a trigger
+    refuses more of them.
+    """
     storage, trap = f"sqlite:///{tmp_path}/theirs.db", tmp_path / "trap"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -89,7 +100,10 @@ def test_nothing_of_a_strangers_storage_is_run_or_written_over(tmp_path: Path) -
     with sqlite3.connect(tmp_path / "theirs.db") as database:
         assert list(database.iterdump()) == before
         database.execute("update studies set study_name = 'theirs'")
-        database.execute("create trigger t before insert on studies begin select raise(abort, '\x1b]0;mine\x07'); end")
+        database.execute(
+            "create trigger t before insert on studies begin select raise(abort,"
+            " '\x1b]0;mine\x07'); end"
+        )
     database.close()
     spoiled = sweep(tmp_path, "search", "spec.yaml", "--export", storage)
     assert spoiled.returncode == 2

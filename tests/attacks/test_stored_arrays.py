@@ -17,7 +17,9 @@ from sweep.errors import StoreError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 
-KEPT = COVERING.replace("record: {", "record: {trajectories: true, every: 10, ").replace("n: 10,", "n: 3,")
+KEPT = COVERING.replace(
+    "record: {", "record: {trajectories: true, every: 10, "
+).replace("n: 10,", "n: 3,")
 TRIALS, FRAMES, BOIDS = 4, 3, 3
 ROWS = TRIALS * FRAMES
 INT32, BODIES = pa.int32(), pa.list_(pa.float64())
@@ -31,40 +33,123 @@ def lists(*rows: object, kind: pa.DataType = BODIES) -> pa.Array:
 TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "rows -1": ("heatmaps", {"rows": pa.array([-1] * TRIALS, INT32)}, "not as many as"),
     "rows 0": ("heatmaps", {"rows": pa.array([0] * TRIALS, INT32)}, "not as many as"),
-    "rows of too many": ("heatmaps", {"rows": pa.array([2**31 - 1] * TRIALS, INT32)}, "not as many"),
+    "rows of too many": (
+        "heatmaps",
+        {"rows": pa.array([2**31 - 1] * TRIALS, INT32)},
+        "not as many",
+    ),
     "both negative": (
         "heatmaps",
-        {"rows": pa.array([-600] * TRIALS, INT32), "columns": pa.array([-800] * TRIALS, INT32)},
+        {
+            "rows": pa.array([-600] * TRIALS, INT32),
+            "columns": pa.array([-800] * TRIALS, INT32),
+        },
         "not as many as",
     ),
-    "rows null": ("heatmaps", {"rows": pa.nulls(TRIALS, INT32)}, '"rows" has empty cells'),
-    "rows fractions": ("heatmaps", {"rows": pa.array([1.5] * TRIALS)}, '"rows" holds double'),
+    "rows null": (
+        "heatmaps",
+        {"rows": pa.nulls(TRIALS, INT32)},
+        '"rows" has empty cells',
+    ),
+    "rows fractions": (
+        "heatmaps",
+        {"rows": pa.array([1.5] * TRIALS)},
+        '"rows" holds double',
+    ),
     "columns texts": ("heatmaps", {"columns": "800"}, '"columns" holds string'),
-    "visits too few": ("heatmaps", {"visits": pa.array([[1]] * TRIALS, pa.list_(INT32))}, "not as many"),
-    "visits empty": ("heatmaps", {"visits": pa.array([[]] * TRIALS, pa.list_(INT32))}, "not as many"),
-    "visits null": ("heatmaps", {"visits": pa.nulls(TRIALS, pa.list_(INT32))}, '"visits" has empty'),
-    "visits of nulls": ("heatmaps", {"visits": pa.array([[None]] * TRIALS, pa.list_(INT32))}, "empty places"),
-    "visits of texts": ("heatmaps", {"visits": pa.array([["x"]] * TRIALS)}, "not lists of int32"),
-    "visits a number": ("heatmaps", {"visits": pa.array([1] * TRIALS)}, "not lists of int32"),
+    "visits too few": (
+        "heatmaps",
+        {"visits": pa.array([[1]] * TRIALS, pa.list_(INT32))},
+        "not as many",
+    ),
+    "visits empty": (
+        "heatmaps",
+        {"visits": pa.array([[]] * TRIALS, pa.list_(INT32))},
+        "not as many",
+    ),
+    "visits null": (
+        "heatmaps",
+        {"visits": pa.nulls(TRIALS, pa.list_(INT32))},
+        '"visits" has empty',
+    ),
+    "visits of nulls": (
+        "heatmaps",
+        {"visits": pa.array([[None]] * TRIALS, pa.list_(INT32))},
+        "empty places",
+    ),
+    "visits of texts": (
+        "heatmaps",
+        {"visits": pa.array([["x"]] * TRIALS)},
+        "not lists of int32",
+    ),
+    "visits a number": (
+        "heatmaps",
+        {"visits": pa.array([1] * TRIALS)},
+        "not lists of int32",
+    ),
     "x shorter": ("trajectories", {"x": lists([0.0])}, "not of the same boids"),
     "all shorter in one frame": (
         "trajectories",
         {name: lists([0.0]) for name in ("x", "y", "vx", "vy")},
         "the number of boids changes",
     ),
-    "no boids": ("trajectories", {name: pa.array([[]] * ROWS, BODIES) for name in ("x", "y", "vx", "vy")}, "same"),
+    "no boids": (
+        "trajectories",
+        {name: pa.array([[]] * ROWS, BODIES) for name in ("x", "y", "vx", "vy")},
+        "same",
+    ),
     "x null": ("trajectories", {"x": pa.nulls(ROWS, BODIES)}, '"x" has empty cells'),
-    "x NaN": ("trajectories", {"x": lists([math.nan] * BOIDS)}, "x has values that are not finite"),
-    "vy infinite": ("trajectories", {"vy": lists([math.inf] * BOIDS)}, "vy has values that are not"),
-    "y of texts": ("trajectories", {"y": pa.array([["a"] * BOIDS] * ROWS)}, "not lists of double"),
-    "y a number": ("trajectories", {"y": pa.array([1.0] * ROWS)}, "not lists of double"),
-    "frames backwards": ("trajectories", {"frame": pa.array([20, 10, 0] * TRIALS)}, "not in their order"),
-    "frames alike": ("trajectories", {"frame": pa.array([0] * ROWS)}, "not in their order"),
-    "frames null": ("trajectories", {"frame": pa.nulls(ROWS, pa.int64())}, '"frame" has empty cells'),
-    "series of texts": ("trials", {"coverage": "high"}, '"coverage" holds string, not double'),
+    "x NaN": (
+        "trajectories",
+        {"x": lists([math.nan] * BOIDS)},
+        "x has values that are not finite",
+    ),
+    "vy infinite": (
+        "trajectories",
+        {"vy": lists([math.inf] * BOIDS)},
+        "vy has values that are not",
+    ),
+    "y of texts": (
+        "trajectories",
+        {"y": pa.array([["a"] * BOIDS] * ROWS)},
+        "not lists of double",
+    ),
+    "y a number": (
+        "trajectories",
+        {"y": pa.array([1.0] * ROWS)},
+        "not lists of double",
+    ),
+    "frames backwards": (
+        "trajectories",
+        {"frame": pa.array([20, 10, 0] * TRIALS)},
+        "not in their order",
+    ),
+    "frames alike": (
+        "trajectories",
+        {"frame": pa.array([0] * ROWS)},
+        "not in their order",
+    ),
+    "frames null": (
+        "trajectories",
+        {"frame": pa.nulls(ROWS, pa.int64())},
+        '"frame" has empty cells',
+    ),
+    "series of texts": (
+        "trials",
+        {"coverage": "high"},
+        '"coverage" holds string, not double',
+    ),
     "a setting of texts": ("trials", {"n": "12"}, '"n" holds string, not int64'),
-    "status null": ("trials", {"status": pa.nulls(TRIALS, pa.string())}, '"status" has empty cells'),
-    "status a number": ("trials", {"status": pa.array([1] * TRIALS)}, '"status" holds int64'),
+    "status null": (
+        "trials",
+        {"status": pa.nulls(TRIALS, pa.string())},
+        '"status" has empty cells',
+    ),
+    "status a number": (
+        "trials",
+        {"status": pa.array([1] * TRIALS)},
+        '"status" holds int64',
+    ),
     "models unknown": ("trials", {"model": "evil"}, "of the models evil"),
 }
 """The table, its columns, and what is said."""
@@ -87,7 +172,9 @@ READERS: dict[str, tuple[Callable[[StoredStudy], object], ...]] = {
     "heatmaps": (lambda study: study.heatmaps,),
     "trajectories": (
         lambda study: study.trajectories,
-        lambda study: [study.trajectory(trial) for trial in study.plan["trial_id"].to_pylist()],
+        lambda study: [
+            study.trajectory(trial) for trial in study.plan["trial_id"].to_pylist()
+        ],
     ),
     "trials": (lambda study: study.trials,),
 }
@@ -98,9 +185,15 @@ def test_a_table_that_no_launch_writes_is_refused(folder: Path, name: str) -> No
     table, columns, message = TABLES[name]
     give(folder / "results" / "covering", table, **columns)
     study = StoredStudy("covering", folder / "results")
-    exports = [lambda study, ending=ending: export(study, folder / f"x{ending}", table) for ending in (".csv", ".nc")]
+    exports = [
+        lambda study, ending=ending: export(study, folder / f"x{ending}", table)
+        for ending in (".csv", ".nc")
+    ]
     for read in (*READERS[table], *exports):
-        with pytest.raises(StoreError, match=f"study covering: the stored {table} are not what a launch writes"):
+        with pytest.raises(
+            StoreError,
+            match=f"study covering: the stored {table} are not what a launch writes",
+        ):
             read(study)
     with pytest.raises(StoreError, match=message):
         READERS[table][0](study)
@@ -115,7 +208,9 @@ def test_a_table_that_no_launch_writes_is_refused(folder: Path, name: str) -> No
         ("coverage", "trials", {"height": 0.0}),
     ],
 )
-def test_a_figure_of_it_is_one_line(folder: Path, kind: str, table: str, columns: dict[str, Any]) -> None:
+def test_a_figure_of_it_is_one_line(
+    folder: Path, kind: str, table: str, columns: dict[str, Any]
+) -> None:
     give(folder / "results" / "covering", table, **columns)
     done = sweep(folder, "plot", "covering", kind)
     assert done.returncode == 2, done.stdout
@@ -125,11 +220,20 @@ def test_a_figure_of_it_is_one_line(folder: Path, kind: str, table: str, columns
 
 def test_honest_tables_pass(honest: Path) -> None:
     study = StoredStudy("covering", honest)
-    assert [len(study.heatmaps), len(study.trajectories), len(study.trials)] == [TRIALS, ROWS, TRIALS]
+    assert [len(study.heatmaps), len(study.trajectories), len(study.trials)] == [
+        TRIALS,
+        ROWS,
+        TRIALS,
+    ]
 
 
 def test_a_series_whose_frames_are_no_numbers_is_refused(tmp_path: Path) -> None:
-    study = launched(COVERING.replace("series: [coverage], heatmaps: true", "series: [speed], every: 20"), tmp_path)
+    study = launched(
+        COVERING.replace(
+            "series: [coverage], heatmaps: true", "series: [speed], every: 20"
+        ),
+        tmp_path,
+    )
     folder = study.store.folder
     assert isinstance(folder, Path)
     for columns in ({"frame": pa.array([0.5] * 8)}, {"speed": "fast"}):
@@ -138,9 +242,15 @@ def test_a_series_whose_frames_are_no_numbers_is_refused(tmp_path: Path) -> None
             _ = StoredStudy("covering", tmp_path).series
 
 
-def test_an_array_of_all_trials_has_a_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One wide and one high map, or one frame of many boids, would make an array of far more than is stored."""
+def test_an_array_of_all_trials_has_a_bound(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One wide and one high map, or one frame of many boids, would make an array of far
+    more than is stored.
+    """
     monkeypatch.setattr(netcdf, "MOST_PLACES", TRIALS * 600 * 800 - 1)
     study = StoredStudy("covering", folder / "results")
-    with pytest.raises(StoreError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"):
+    with pytest.raises(
+        StoreError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"
+    ):
         export(study, folder / "x.nc", "heatmaps")

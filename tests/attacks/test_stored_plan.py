@@ -1,4 +1,6 @@
-"""What a stranger's plan says of its study is what a spec could have said, or one sentence says what is not."""
+"""What a stranger's plan says of its study is what a spec could have said, or one
+sentence says what is not.
+"""
 
 import math
 import shutil
@@ -23,7 +25,12 @@ def until(**changes: Any) -> dict[str, Any]:
 
 
 def axis(**about: Any) -> dict[str, Any]:
-    return {"axes": {"x": {"fields": WEIGHT, "sampler": "saltelli", "size": 3, "levels": None} | about}}
+    return {
+        "axes": {
+            "x": {"fields": WEIGHT, "sampler": "saltelli", "size": 3, "levels": None}
+            | about
+        }
+    }
 
 
 PLANS: dict[str, tuple[dict[str, Any], str]] = {
@@ -41,7 +48,10 @@ PLANS: dict[str, tuple[dict[str, Any], str]] = {
     "max 10^400": (until(max=10**400), '"max" must be'),
     "ablated preset": ({"ablated": {"evil": [WEIGHT]}}, 'no preset "evil"'),
     "ablated setting": ({"ablated": {"as_written": [["evil"]]}}, 'no setting "evil"'),
-    "ablated status": ({"ablated": {"as_written": [["status"]]}}, 'no setting "status"'),
+    "ablated status": (
+        {"ablated": {"as_written": [["status"]]}},
+        'no setting "status"',
+    ),
     "ablated group of none": ({"ablated": {"as_written": [[]]}}, "ablates nothing"),
     "ablated none": ({"ablated": {"as_written": []}}, "ablates nothing"),
     "model": ({"model": "evil"}, 'of "evil"'),
@@ -53,7 +63,10 @@ PLANS: dict[str, tuple[dict[str, Any], str]] = {
     "no metrics": ({"record": []}, "it records nothing"),
     "axis of ids": (axis(fields=["trial_id"]), 'no setting "trial_id"'),
     "axis of nothing": (axis(fields=[]), "has no fields"),
-    "blocks without size": (axis(size=None), "no blocks of the size of a saltelli sample"),
+    "blocks without size": (
+        axis(size=None),
+        "no blocks of the size of a saltelli sample",
+    ),
     "blocks of a negative size": (axis(size=-5), "no blocks of the size"),
     "blocks of 10^9": (axis(size=10**9), "no blocks of the size"),
     "rows a text": (axis(rows="x"), "no blocks of the size"),
@@ -87,7 +100,9 @@ def test_a_plan_that_no_launch_writes_is_refused(folder: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize("rows", [[0, 1, 10**9], [0, 1, 2], None])
-def test_blocks_without_their_points_are_refused(folder: Path, rows: list[int] | None) -> None:
+def test_blocks_without_their_points_are_refused(
+    folder: Path, rows: list[int] | None
+) -> None:
     """The plan has two points, and a block of this sample three."""
     give_plan(folder / "results" / "small", axis(rows=rows) if rows else axis())
     done = sweep(folder, "plot", "small", "sensitivity")

@@ -1,4 +1,6 @@
-"""What a stranger's row asks for passes the checks of a spec before a kernel meets it."""
+"""What a stranger's row asks for passes the checks of a
+spec before a kernel meets it.
+"""
 
 import json
 import math
@@ -34,9 +36,15 @@ INTEGER = pa.int64()
 ROWS: dict[str, tuple[dict[str, Any], str]] = {
     "every 0": ({"every": 0}, '"every" must be a whole number from 1, not 0'),
     "every -1": ({"every": -1}, '"every" must be a whole number from 1, not -1'),
-    "every -2^63": ({"every": -(2**63)}, '"every" must be a whole number from 1, not -9223'),
+    "every -2^63": (
+        {"every": -(2**63)},
+        '"every" must be a whole number from 1, not -9223',
+    ),
     "every a text": ({"every": "1"}, '"every" must be a whole number from 1, not "1"'),
-    "steps 2^60": ({"steps": 2**60}, "steps: it is a whole number from 1 to 1,000,000,000"),
+    "steps 2^60": (
+        {"steps": 2**60},
+        "steps: it is a whole number from 1 to 1,000,000,000",
+    ),
     "steps 0": ({"steps": 0}, "0 is not allowed for steps"),
     "steps negative": ({"steps": -5}, "-5 is not allowed for steps"),
     "n 10^8": ({"n": 10**8}, "n: it is a whole number from 1 to 10,000,000"),
@@ -48,7 +56,10 @@ ROWS: dict[str, tuple[dict[str, Any], str]] = {
     "n null": ({"n": pa.array([None] * 6, INTEGER)}, "None is not allowed for n"),
     "n a list": ({"n": pa.array([[1, 2]] * 6)}, r"\[1, 2\] is not allowed for n"),
     "width NaN": ({"width": math.nan}, "nan is not allowed for width"),
-    "width infinite": ({"width": math.inf}, "the world is larger than 1e[+]15, where .* width = inf"),
+    "width infinite": (
+        {"width": math.inf},
+        "the world is larger than 1e[+]15, where .* width = inf",
+    ),
     "width 0": ({"width": 0.0}, "0.0 is not allowed for width"),
     "width negative": ({"width": -1.0}, "-1.0 is not allowed for width"),
     "width tiny": ({"width": 5e-324}, "no room|has no"),
@@ -58,22 +69,43 @@ ROWS: dict[str, tuple[dict[str, Any], str]] = {
     "model another": ({"model": "rustamani2024"}, "is not allowed for"),
     "model null": ({"model": pa.nulls(6, pa.string())}, '"model" must be a text'),
     "preset unknown": ({"preset": "evil"}, 'unknown preset of nguyen2024 "evil"'),
-    "stream unknown": ({"streams": "start=evil world=common noise=common"}, 'unknown kind of stream "evil"'),
+    "stream unknown": (
+        {"streams": "start=evil world=common noise=common"},
+        'unknown kind of stream "evil"',
+    ),
     "stream of another name": ({"streams": "evil=common"}, 'unknown key "evil"'),
     "streams without =": ({"streams": "start"}, 'unknown kind of stream ""'),
-    "streams empty": ({"streams": ""}, '"streams" must be a mapping with at least one entry'),
+    "streams empty": (
+        {"streams": ""},
+        '"streams" must be a mapping with at least one entry',
+    ),
     "streams a number": ({"streams": pa.array([7] * 6)}, '"streams" must be a text'),
-    "obstacles 10^12": ({"n_obstacles": 10**12}, "1000000000000 is not allowed for n_obstacles"),
-    "footprint 5000": ({"footprint_radius": 5000.0}, "5000.0 is not allowed for footprint_radius"),
+    "obstacles 10^12": (
+        {"n_obstacles": 10**12},
+        "1000000000000 is not allowed for n_obstacles",
+    ),
+    "footprint 5000": (
+        {"footprint_radius": 5000.0},
+        "5000.0 is not allowed for footprint_radius",
+    ),
     "pixel 0": ({"pixel": 0.0}, "0.0 is not allowed for pixel"),
     "seed -1": ({"seed": -1}, '"seed" must be a whole number from 0, not -1'),
     "seed null": ({"seed": pa.nulls(6, INTEGER)}, '"seed" must be a whole number'),
     "replicate -1": ({"replicate": -1}, '"replicate" must be a whole number from 0'),
-    "replicate 2^62": ({"replicate": 2**62}, '"replicate" must be a whole number from 0'),
-    "seed_listed a number": ({"seed_listed": pa.array([1] * 6)}, '"seed_listed" must be true or false'),
+    "replicate 2^62": (
+        {"replicate": 2**62},
+        '"replicate" must be a whole number from 0',
+    ),
+    "seed_listed a number": (
+        {"seed_listed": pa.array([1] * 6)},
+        '"seed_listed" must be true or false',
+    ),
     "borders": ({"borders": "evil"}, 'unknown borders "evil"'),
     "start margin": ({"start_margin": 1e9}, "start_margin leaves boids no room"),
-    "draws": ({"start_draws": "python_random", "start_radius": 5.0}, "needs start_radius 0"),
+    "draws": (
+        {"start_draws": "python_random", "start_radius": 5.0},
+        "needs start_radius 0",
+    ),
     "status a number": ({"status": pa.array([1] * 6)}, '"status" must be a text'),
     "error a number": ({"error": pa.array([1] * 6)}, '"error" must be a text'),
 }
@@ -121,7 +153,9 @@ def test_a_row_that_no_launch_writes_is_refused(folder: Path, name: str) -> None
     for meet in (replay, StoredStudy.world, lambda study, trial: Replay(study, trial)):
         with pytest.raises(StoreError, match=message) as error:
             meet(study, trial)  # type: ignore[operator]
-        assert str(error.value).startswith(f"study small: trial {trial} cannot be run again")
+        assert str(error.value).startswith(
+            f"study small: trial {trial} cannot be run again"
+        )
 
 
 @pytest.mark.parametrize("command", [("replay",), ("view", "--no-open")])
@@ -130,9 +164,10 @@ def test_commands_say_so_in_one_line(folder: Path, command: tuple[str, ...]) -> 
     _, trial = first(folder)
     done = sweep(folder, command[0], "small", trial, *command[1:])
     assert done.returncode == 2
-    assert done.stderr == (
-        f"study small: trial {trial} cannot be run again, as no launch accepts what is stored of it: "
-        '"every" must be a whole number from 1, not 0\n'
+    assert (
+        done.stderr
+        == f"study small: trial {trial} cannot be run again, as no launch accepts what"
+        ' is stored of it: "every" must be a whole number from 1, not 0\n'
     )
 
 
@@ -140,17 +175,25 @@ def test_a_view_of_the_study_checks_its_first_trial_too(folder: Path) -> None:
     give(folder / "results" / "small", n=10**8)
     done = sweep(folder, "view", "small", "--no-open")
     assert done.returncode == 2
-    assert "100000000 is not allowed for n: it is a whole number from 1 to 10,000,000" in done.stderr
+    assert (
+        "100000000 is not allowed for n: it is a whole number from 1 to 10,000,000"
+        in done.stderr
+    )
 
 
 def test_verify_goes_on_past_a_refused_trial_and_counts_it(folder: Path) -> None:
-    """Of six trials one asks for every = 0: five are compared, and the exit code is 1."""
+    """Of six trials one asks for every = 0: five are
+    compared, and the exit code is 1.
+    """
     give(folder / "results" / "small", every=pa.array([2, 2, 0, 2, 2, 2]))
     done = sweep(folder, "verify", "small", "--fraction", "1")
     assert done.returncode == 1
     assert "result     5 of 6 the same" in done.stdout
     assert "1 of all 6 trials differ" in done.stdout
-    refused = r'study small: trial \w{24} cannot be run again.*"every" must be a whole number from 1, not 0\n'
+    refused = (
+        r'study small: trial \w{24} cannot be run again.*"every" must be a whole number'
+        r" from 1, not 0\n"
+    )
     assert len(re.findall(refused, done.stdout)) == 1
 
 
@@ -161,15 +204,27 @@ def test_verify_of_refused_trials_alone_is_a_report_too(folder: Path) -> None:
     assert "result     0 of 6 the same" in done.stdout
 
 
-@pytest.mark.parametrize("spec", [SMALL, COVERING, OWN, IMPOSSIBLE], ids=["small", "covering", "own map", "failing"])
+@pytest.mark.parametrize(
+    "spec",
+    [SMALL, COVERING, OWN, IMPOSSIBLE],
+    ids=["small", "covering", "own map", "failing"],
+)
 def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) -> None:
-    """To the last bit and in every type, also where the trial has failed: nothing is coerced to something else."""
+    """To the last bit and in every type, also where the trial has failed: nothing is
+    coerced to something else.
+    """
     study = launched(spec, tmp_path)
     for trial in study.plan["trial_id"].to_pylist():
         stored = study.trial(trial)
         job = study.job(stored)
-        row = {name: (value, type(value)) for name, value in stored.row.items() if name in job.settings}
-        assert row == {name: (value, type(value)) for name, value in job.settings.items()}
+        row = {
+            name: (value, type(value))
+            for name, value in stored.row.items()
+            if name in job.settings
+        }
+        assert row == {
+            name: (value, type(value)) for name, value in job.settings.items()
+        }
         assert (job.trial_id, job.point) == (trial, stored.row["point"])
         assert job.record == stored.record
         assert [job.seed, job.literal, job.replicate] == [
@@ -181,7 +236,14 @@ def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) ->
 @pytest.mark.parametrize("preset", ["as_written", "as_run"])
 def test_every_preset_passes_as_a_row(tmp_path: Path, model: str, preset: str) -> None:
     settings = preset_settings(model, preset)
-    spec = {"study": "one", "model": model, "preset": preset, "fixed": {"n": 3, "steps": 2}, "replicates": 1, "seed": 1}
+    spec = {
+        "study": "one",
+        "model": model,
+        "preset": preset,
+        "fixed": {"n": 3, "steps": 2},
+        "replicates": 1,
+        "seed": 1,
+    }
     study = launched(json.dumps(spec), tmp_path)
     job = study.job(study.trial(study.plan["trial_id"][0].as_py()))
     assert job.settings.keys() == settings.keys()
@@ -218,27 +280,72 @@ def test_a_table_that_no_launch_writes_is_a_difference(folder: Path) -> None:
 
 MAPS: dict[str, tuple[Any, str]] = {
     "no mapping": ([1], "does not say, or not rightly"),
-    "a built-in name": ({"cafeteria": {"size": [9, 9], "obstacles": []}}, '"cafeteria" is no name'),
-    "a name with escapes": ({"\x1b[2J": {"size": [9, 9], "obstacles": []}}, "is no name of a map"),
+    "a built-in name": (
+        {"cafeteria": {"size": [9, 9], "obstacles": []}},
+        '"cafeteria" is no name',
+    ),
+    "a name with escapes": (
+        {"\x1b[2J": {"size": [9, 9], "obstacles": []}},
+        "is no name of a map",
+    ),
     "null": ({"room": None}, "no size"),
     "no size": ({"room": {"obstacles": []}}, "no size"),
     "size of one": ({"room": {"size": [9], "obstacles": []}}, "no size"),
     "size of three": ({"room": {"size": [9, 9, 9], "obstacles": []}}, "no size"),
     "size a text": ({"room": {"size": "big", "obstacles": []}}, "no size"),
-    "size negative": ({"room": {"size": [-9, 9], "obstacles": []}}, "its size is -9.0 x 9.0"),
-    "size NaN": ({"room": {"size": [math.nan, 9], "obstacles": []}}, "its size is nan x 9.0"),
-    "size infinite": ({"room": {"size": [math.inf, 9], "obstacles": []}}, "its size is inf x 9.0"),
+    "size negative": (
+        {"room": {"size": [-9, 9], "obstacles": []}},
+        "its size is -9.0 x 9.0",
+    ),
+    "size NaN": (
+        {"room": {"size": [math.nan, 9], "obstacles": []}},
+        "its size is nan x 9.0",
+    ),
+    "size infinite": (
+        {"room": {"size": [math.inf, 9], "obstacles": []}},
+        "its size is inf x 9.0",
+    ),
     "size of 10^400": ({"room": {"size": [10**400, 9], "obstacles": []}}, "no size"),
-    "obstacles a number": ({"room": {"size": [9, 9], "obstacles": 7}}, "no size, or no table"),
-    "obstacles ragged": ({"room": {"size": [9, 9], "obstacles": [[1], [1, 2]]}}, "no size, or no table"),
-    "obstacles of four": ({"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1]]}}, "no size, or no table"),
-    "obstacles of texts": ({"room": {"size": [9, 9], "obstacles": [list("abcde")]}}, "no size, or no table"),
-    "obstacle NaN": ({"room": {"size": [9, 9], "obstacles": [[math.nan, 1, 1, 1, 1]]}}, "a shape at nan"),
-    "obstacle infinite": ({"room": {"size": [9, 9], "obstacles": [[1, 1, math.inf, math.inf, 1]]}}, "a shape"),
-    "obstacle negative": ({"room": {"size": [9, 9], "obstacles": [[1, 1, -1, 1, 0]]}}, "a shape at 1.0"),
-    "obstacle far away": ({"room": {"size": [9, 9], "obstacles": [[1e300, 1, 1, 1, 1]]}}, "a shape at 1e[+]300"),
-    "neither disc nor rectangle": ({"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 7]]}}, "a shape at"),
-    "too many": ({"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1]] * 100_001}}, "100,001 shapes"),
+    "obstacles a number": (
+        {"room": {"size": [9, 9], "obstacles": 7}},
+        "no size, or no table",
+    ),
+    "obstacles ragged": (
+        {"room": {"size": [9, 9], "obstacles": [[1], [1, 2]]}},
+        "no size, or no table",
+    ),
+    "obstacles of four": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1]]}},
+        "no size, or no table",
+    ),
+    "obstacles of texts": (
+        {"room": {"size": [9, 9], "obstacles": [list("abcde")]}},
+        "no size, or no table",
+    ),
+    "obstacle NaN": (
+        {"room": {"size": [9, 9], "obstacles": [[math.nan, 1, 1, 1, 1]]}},
+        "a shape at nan",
+    ),
+    "obstacle infinite": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, math.inf, math.inf, 1]]}},
+        "a shape",
+    ),
+    "obstacle negative": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, -1, 1, 0]]}},
+        "a shape at 1.0",
+    ),
+    "obstacle far away": (
+        {"room": {"size": [9, 9], "obstacles": [[1e300, 1, 1, 1, 1]]}},
+        "a shape at 1e[+]300",
+    ),
+    "neither disc nor rectangle": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 7]]}},
+        "a shape at",
+    ),
+    "too many": (
+        {"room": {"size": [9, 9], "obstacles": [[1, 1, 1, 1, 1]] * 100_001}},
+        "100,001 shapes",
+    ),
 }
 
 
@@ -255,13 +362,20 @@ def test_stored_maps_that_are_none_are_refused(folder: Path, name: str) -> None:
 
 def test_a_map_that_is_not_the_trial_s_is_refused(folder: Path) -> None:
     give(folder / "results" / "small", map="room")
-    give_plan(folder / "results" / "small", {"maps": {"room": {"size": [9, 9], "obstacles": []}}})
+    give_plan(
+        folder / "results" / "small",
+        {"maps": {"room": {"size": [9, 9], "obstacles": []}}},
+    )
     with pytest.raises(StoreError, match="map room is 9 x 9 px"):
         replay(*first(folder))
 
 
-def test_ctrl_c_ends_a_replay_whose_kernel_call_never_returns(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row may ask for ten million boids that all see each other: Python would see Ctrl-C after years."""
+def test_ctrl_c_ends_a_replay_whose_kernel_call_never_returns(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A row may ask for ten million boids that all see each other: Python would see
+    Ctrl-C after years.
+    """
     during = []
 
     def endless(_job: object) -> None:

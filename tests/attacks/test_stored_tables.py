@@ -1,4 +1,6 @@
-"""Parts, plans and claims that somebody has made up: one sentence each, or set aside."""
+"""Parts, plans and claims that somebody has made up: one
+sentence each, or set aside.
+"""
 
 import errno
 import json
@@ -62,8 +64,13 @@ def part_of(results: Path, study: str = "small") -> Path:
 
 def resealed(part: Path, trials: int = 6) -> None:
     """The manifest says what the files are now."""
-    contents = {file.name: file.read_bytes() for file in part.iterdir() if file.name != MANIFEST}
-    files = {name: {"bytes": len(content), "crc32": zlib.crc32(content)} for name, content in contents.items()}
+    contents = {
+        file.name: file.read_bytes() for file in part.iterdir() if file.name != MANIFEST
+    }
+    files = {
+        name: {"bytes": len(content), "crc32": zlib.crc32(content)}
+        for name, content in contents.items()
+    }
     (part / MANIFEST).write_text(json.dumps({"trials": trials, "files": files}))
 
 
@@ -103,34 +110,59 @@ def test_a_small_plan_with_many_rows_is_not_read(results: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.undo()
         schema = pq.read_schema(file)
-    row = pa.table({name: pa.array([None], kind) for name, kind in zip(schema.names, schema.types, strict=True)})
+    row = pa.table(
+        {
+            name: pa.array([None], kind)
+            for name, kind in zip(schema.names, schema.types, strict=True)
+        }
+    )
     packed(file, row.cast(schema), 3_000_000)
     assert file.stat().st_size < SMALL_FILE
-    with pytest.raises(StoreError, match=r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot lie"):
+    with pytest.raises(
+        StoreError,
+        match=(
+            r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot lie"
+        ),
+    ):
         StoredStudy("small", results)
 
 
 @pytest.mark.parametrize("sealed", [True, False])
-def test_a_small_part_with_many_rows_counts_as_damaged(results: Path, sealed: bool) -> None:
+def test_a_small_part_with_many_rows_counts_as_damaged(
+    results: Path, sealed: bool
+) -> None:
     file = part_of(results) / "trials.parquet"
     packed(file, pq.read_table(file).select(["trial_id", "status"]), 2_000_000)
-    resealed(part_of(results), 2_000_000) if sealed else (part_of(results) / MANIFEST).unlink()
-    with pytest.raises(StoreError, match="2,000,000 rows with an id each cannot lie in"):
+    (
+        resealed(part_of(results), 2_000_000)
+        if sealed
+        else (part_of(results) / MANIFEST).unlink()
+    )
+    with pytest.raises(
+        StoreError, match="2,000,000 rows with an id each cannot lie in"
+    ):
         Store(results / "small").trial_ids()
     assert set_aside(results)
 
 
-def test_what_unpacks_to_more_than_the_machine_has_is_not_read(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_unpacks_to_more_than_the_machine_has_is_not_read(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = part_of(results) / "series.parquet"
     packed(file, pq.read_table(file), 3_000_000)
     assert file.stat().st_size < SMALL_FILE
     monkeypatch.setattr(bounds, "_memory", lambda: 60_000_000)
-    words = r"it unpacks to 72,000,000 bytes, this machine has 60,000,000; use a machine with more memory"
+    words = (
+        r"it unpacks to 72,000,000 bytes, this machine has 60,000,000; use a machine"
+        r" with more memory"
+    )
     with pytest.raises(StoreError, match=words):
         _ = StoredStudy("small", results).series
 
 
-def test_what_this_machine_cannot_hold_is_no_damage(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_this_machine_cannot_hold_is_no_damage(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(bounds, "_memory", lambda: 1000)
     with pytest.raises(StoreError, match="use a machine with more memory"):
         relaunch(SMALL, results)
@@ -144,7 +176,10 @@ def test_what_else_lies_in_a_part_costs_nothing(results: Path, name: str) -> Non
     relaunch(SMALL.replace("[0.5, 1]", "[2]"), results)
     for part in (results / "small" / "parts").iterdir():
         (part / name).write_text("mine")
-    assert relaunch(SMALL.replace("[0.5, 1]", "[0.5, 1, 2]"), results).statuses.total() == 0
+    assert (
+        relaunch(SMALL.replace("[0.5, 1]", "[0.5, 1, 2]"), results).statuses.total()
+        == 0
+    )
     assert StoredStudy("small", results).statuses() == {"done": 9}
 
 
@@ -161,7 +196,9 @@ def test_what_cannot_be_read_now_is_no_damage(
         return open_regular(path, *flags)
 
     monkeypatch.setattr(regular, "open_regular", opened_badly)
-    with pytest.raises(StoreError, match=rf"{name}: cannot be read .*; nothing was set aside"):
+    with pytest.raises(
+        StoreError, match=rf"{name}: cannot be read .*; nothing was set aside"
+    ):
         relaunch(SMALL, results)
     monkeypatch.undo()
     assert relaunch(SMALL, results).statuses.total() == 0
@@ -172,7 +209,10 @@ UNTIL = "replicates: {until: {metric: speed, half_width: 0.15}, min: 3, max: 60}
 
 @pytest.mark.parametrize(
     ("spec", "run", "metric"),
-    [(TINY, search, "flock_radius"), (SMALL.replace("replicates: 3", UNTIL), launch, "speed")],
+    [
+        (TINY, search, "flock_radius"),
+        (SMALL.replace("replicates: 3", UNTIL), launch, "speed"),
+    ],
     ids=["search", "until"],
 )
 def test_texts_in_the_place_of_numbers_are_one_sentence_for_those_who_go_on(
@@ -182,7 +222,10 @@ def test_texts_in_the_place_of_numbers_are_one_sentence_for_those_who_go_on(
     study = parse_spec(spec)
     run(study, tmp_path, Serial())
     give(tmp_path / study.name, **{metric: "evil"})
-    with pytest.raises(StoreError, match=f'the stored trials are not what a launch writes: column "{metric}"'):
+    with pytest.raises(
+        StoreError,
+        match=f'the stored trials are not what a launch writes: column "{metric}"',
+    ):
         run(study, tmp_path, Serial())
 
 
@@ -195,8 +238,13 @@ def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
     file = tmp_path / "study" / "plan.parquet"
     assert file.stat().st_size > 12 * len(ids)
     with opened(file) as content:
-        assert excess_rows("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS)) == ""
-        assert excess_rows("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS) - 8)
+        assert (
+            excess_rows("plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS))
+            == ""
+        )
+        assert excess_rows(
+            "plan.parquet", content.metadata, 8 * (len(ids) - FREE_ROWS) - 8
+        )
 
 
 def test_ids_are_what_the_bound_takes_them_for() -> None:
@@ -221,7 +269,9 @@ def less(name: str) -> Callable[[dict[str, Any]], object]:
 
 
 def other(name: str) -> Callable[[dict[str, Any]], object]:
-    return lambda about: about.update({name: 5 if name != "versions" else {"python": 5}})
+    return lambda about: about.update(
+        {name: 5 if name != "versions" else {"python": 5}}
+    )
 
 
 WRONG: dict[str, Callable[[dict[str, Any]], object]] = {
@@ -232,9 +282,13 @@ WRONG: dict[str, Callable[[dict[str, Any]], object]] = {
     "nothing": lambda _about: b"{}",
     "deep": lambda _about: b"[" * 100_000,
 }
-OF_PARTS = WRONG | {f"no {name}": less(name) for name in PART} | {f"other {name}": other(name) for name in PART}
-OF_PLANS = OF_PARTS | {f"no {name}": less(name) for name in (PLAN | LATER)}
-OF_PLANS |= {f"other {name}": other(name) for name in (PLAN | LATER | ALONE)}
+OF_PARTS = (
+    WRONG
+    | {f"no {name}": less(name) for name in PART}
+    | {f"other {name}": other(name) for name in PART}
+)
+OF_PLANS = OF_PARTS | {f"no {name}": less(name) for name in PLAN | LATER}
+OF_PLANS |= {f"other {name}": other(name) for name in PLAN | LATER | ALONE}
 
 
 def no_metadata(file: Path) -> None:
@@ -242,21 +296,35 @@ def no_metadata(file: Path) -> None:
 
 
 @pytest.mark.parametrize("how", OF_PLANS)
-def test_a_plan_that_does_not_say_where_it_comes_from_is_one_sentence(results: Path, how: str) -> None:
+def test_a_plan_that_does_not_say_where_it_comes_from_is_one_sentence(
+    results: Path, how: str
+) -> None:
     changed(results / "small" / "plan.parquet", OF_PLANS[how])
-    with pytest.raises(StoreError, match=r"plan.parquet: does not say, or not rightly.*; delete it and launch"):
+    with pytest.raises(
+        StoreError,
+        match=r"plan.parquet: does not say, or not rightly.*; delete it and launch",
+    ):
         StoredStudy("small", results)
 
 
 @pytest.mark.parametrize("how", OF_PARTS)
-def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(results: Path, how: str) -> None:
+def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(
+    results: Path, how: str
+) -> None:
     part = part_of(results)
     changed(part / "trials.parquet", OF_PARTS[how])
     resealed(part)
     study = StoredStudy("small", results)
     ids = study.plan["trial_id"].to_pylist()
-    for look in (find_waste, lambda one: origins(one.store, ids), lambda one: stored_trials(one.store, ids)):
-        with pytest.raises(StoreError, match=r"trials.parquet: does not say, or not rightly, where it comes from"):
+    for look in (
+        find_waste,
+        lambda one: origins(one.store, ids),
+        lambda one: stored_trials(one.store, ids),
+    ):
+        with pytest.raises(
+            StoreError,
+            match=r"trials.parquet: does not say, or not rightly, where it comes from",
+        ):
             look(study)
     assert set_aside(results)
 
@@ -273,16 +341,22 @@ def test_without_any_metadata_it_is_the_same(results: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["trial_id", "point", "separation_weight"])
-def test_a_plan_without_a_column_that_it_speaks_of_is_one_sentence(results: Path, name: str) -> None:
+def test_a_plan_without_a_column_that_it_speaks_of_is_one_sentence(
+    results: Path, name: str
+) -> None:
     file = results / "small" / "plan.parquet"
     pq.write_table(pq.read_table(file).drop_columns([name]), file)
-    with pytest.raises(StoreError, match=f"plan.parquet: has no column {name}; delete it"):
+    with pytest.raises(
+        StoreError, match=f"plan.parquet: has no column {name}; delete it"
+    ):
         StoredStudy("small", results)
 
 
 @pytest.mark.parametrize("name", ["trial_id", "status"])
 @pytest.mark.parametrize("gone", [True, False])
-def test_a_part_without_ids_or_statuses_is_set_aside(results: Path, name: str, gone: bool) -> None:
+def test_a_part_without_ids_or_statuses_is_set_aside(
+    results: Path, name: str, gone: bool
+) -> None:
     file = part_of(results) / "trials.parquet"
     table = pq.read_table(file)
     left = table.drop_columns([name])
@@ -293,7 +367,9 @@ def test_a_part_without_ids_or_statuses_is_set_aside(results: Path, name: str, g
 
 
 @pytest.mark.parametrize("name", ["point", "separation_weight", "speed"])
-def test_trials_without_a_column_of_the_plan_are_one_sentence(results: Path, name: str) -> None:
+def test_trials_without_a_column_of_the_plan_are_one_sentence(
+    results: Path, name: str
+) -> None:
     file = part_of(results) / "trials.parquet"
     pq.write_table(pq.read_table(file).drop_columns([name]), file)
     resealed(file.parent)
@@ -302,10 +378,24 @@ def test_trials_without_a_column_of_the_plan_are_one_sentence(results: Path, nam
     assert re.match(f'study small: .* no column "?{name}"?', done.stderr)
 
 
-MANIFESTS = ["", "5", "[]", "{}", "[" * 60_000, '{"trials": 6}', '{"trials": "6", "files": {}}']
-MANIFESTS += ['{"trials": 6, "files": []}', '{"trials": 6, "files": {"trials.parquet": 5}}']
+MANIFESTS = [
+    "",
+    "5",
+    "[]",
+    "{}",
+    "[" * 60_000,
+    '{"trials": 6}',
+    '{"trials": "6", "files": {}}',
+]
+MANIFESTS += [
+    '{"trials": 6, "files": []}',
+    '{"trials": 6, "files": {"trials.parquet": 5}}',
+]
 MANIFESTS += ['{"trials": 6, "files": {"trials.parquet": {"bytes": "5", "crc32": 5}}}']
-MANIFESTS += ['{"trials": 6, "files": {"../plan.parquet": {"bytes": 5, "crc32": 5}}}', " " * 2**17]
+MANIFESTS += [
+    '{"trials": 6, "files": {"../plan.parquet": {"bytes": 5, "crc32": 5}}}',
+    " " * 2**17,
+]
 
 
 @pytest.mark.parametrize("text", MANIFESTS, ids=range(len(MANIFESTS)))
@@ -316,9 +406,13 @@ def test_a_manifest_that_is_none_counts_as_damaged(results: Path, text: str) -> 
 
 
 @pytest.mark.parametrize("trials", [-1, 0, 7, True])
-def test_a_manifest_with_another_number_of_trials_counts_as_damaged(results: Path, trials: int) -> None:
+def test_a_manifest_with_another_number_of_trials_counts_as_damaged(
+    results: Path, trials: int
+) -> None:
     manifest = part_of(results) / MANIFEST
-    manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"trials": trials}))
+    manifest.write_text(
+        json.dumps(json.loads(manifest.read_text()) | {"trials": trials})
+    )
     assert set_aside(results)
 
 
@@ -326,7 +420,9 @@ LISTS = ["5", "null", '"x"', "{}", "[5]", '[["x"]]', "[" * 60_000, "", "\xff"]
 
 
 @pytest.mark.parametrize("text", LISTS, ids=range(len(LISTS)))
-def test_a_list_of_replaced_parts_that_is_none_counts_as_damaged(results: Path, text: str) -> None:
+def test_a_list_of_replaced_parts_that_is_none_counts_as_damaged(
+    results: Path, text: str
+) -> None:
     part = part_of(results, "merged")
     (part / "replaces.json").write_text(text, encoding="latin-1")
     resealed(part)
@@ -336,8 +432,23 @@ def test_a_list_of_replaced_parts_that_is_none_counts_as_damaged(results: Path, 
     assert set_aside(results, "merged")
 
 
-CLAIMS = ["5", "[]", '"x"', "[" * 60_000, '{"share": 5}', '{"process": "x"}', '{"who": ["x"]}', '{"state": {}}']
-CLAIMS += ['{"process": 1e400}', f'{{"process": {"9" * 400}}}', '{"machine": 5, "started": 7}', "\xff", ""]
+CLAIMS = [
+    "5",
+    "[]",
+    '"x"',
+    "[" * 60_000,
+    '{"share": 5}',
+    '{"process": "x"}',
+    '{"who": ["x"]}',
+    '{"state": {}}',
+]
+CLAIMS += [
+    '{"process": 1e400}',
+    f'{{"process": {"9" * 400}}}',
+    '{"machine": 5, "started": 7}',
+    "\xff",
+    "",
+]
 
 
 @pytest.mark.parametrize("text", CLAIMS, ids=range(len(CLAIMS)))
@@ -349,8 +460,13 @@ def test_a_claim_that_is_none_is_that_of_somebody(results: Path, text: str) -> N
         relaunch(SMALL, results)
 
 
-@pytest.mark.parametrize("name", ["x~1~y", "\x1b[2J~1~y", "99999999999999999999-ab", "x", "00000000000000000001-AB"])
-def test_a_folder_with_another_name_than_parts_have_is_left_alone(results: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    "name",
+    ["x~1~y", "\x1b[2J~1~y", "99999999999999999999-ab", "x", "00000000000000000001-AB"],
+)
+def test_a_folder_with_another_name_than_parts_have_is_left_alone(
+    results: Path, name: str
+) -> None:
     """Even where it is a part otherwise."""
     part = part_of(results)
     shutil.copytree(part, part.with_name(name))
@@ -360,9 +476,14 @@ def test_a_folder_with_another_name_than_parts_have_is_left_alone(results: Path,
     assert not (results / "small" / "damaged").exists()
 
 
-def test_after_a_part_of_the_far_future_nothing_is_stored_and_that_is_said(results: Path) -> None:
+def test_after_a_part_of_the_far_future_nothing_is_stored_and_that_is_said(
+    results: Path,
+) -> None:
     """The next would sort before it, and count for less."""
     part = part_of(results)
     part.rename(part.with_name("0" + "9" * 19 + "-ab"))
-    with pytest.raises(StoreError, match="has a part of the year 2286; nothing can be stored after it: delete it"):
+    with pytest.raises(
+        StoreError,
+        match="has a part of the year 2286; nothing can be stored after it: delete it",
+    ):
         relaunch(SMALL.replace("replicates: 3", "replicates: 4"), results)

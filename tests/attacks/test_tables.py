@@ -70,7 +70,13 @@ def test_pages_are_counted_without_unpacking(
     dictionary: bool,
 ) -> None:
     rng = np.random.default_rng(1)
-    table = pa.table({"drag": rng.random(50_000), "n": np.arange(50_000) % 7, "map": ["empty"] * 50_000})
+    table = pa.table(
+        {
+            "drag": rng.random(50_000),
+            "n": np.arange(50_000) % 7,
+            "map": ["empty"] * 50_000,
+        }
+    )
     path = tmp_path / "t.parquet"
     options = {"data_page_version": version, "use_dictionary": dictionary}
     pq.write_table(table, path, compression="zstd", row_group_size=9000, **options)
@@ -117,7 +123,9 @@ def test_pages_without_a_true_head_are_refused(tmp_path: Path, head: str) -> Non
         unpacked(path, about, ["drag"])
 
 
-def test_pages_are_not_counted_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pages_are_not_counted_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "t.parquet"
     pq.write_table(pa.table({"drag": np.arange(9.0)}), path, row_group_size=1)
     monkeypatch.setattr(pages, "MOST_PAGES", 5)
@@ -129,7 +137,9 @@ def test_a_long_footer_is_not_read(tmp_path: Path) -> None:
     path.write_bytes(b"PAR1" + bytes(pages.MOST_FOOTER + 9))
     with path.open("ab") as file:
         file.write((pages.MOST_FOOTER + 1).to_bytes(4, "little") + b"PAR1")
-    assert "has a footer of more than 10,000,000 bytes" in refused(tmp_path, "t.parquet")
+    assert "has a footer of more than 10,000,000 bytes" in refused(
+        tmp_path, "t.parquet"
+    )
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1" * 2, b"x" * 100])
@@ -167,7 +177,9 @@ def test_odd_heads_of_csv_files_end_in_a_sentence(tmp_path: Path) -> None:
     assert "unknown field" in refused(tmp_path, "t.csv")
 
 
-def test_lines_that_end_in_returns_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_that_end_in_returns_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(tables, "MOST_POINTS", 100)
     (tmp_path / "t.csv").write_bytes(b"drag\n" + b"1\r" * 101)
     assert "has 101 rows; at most 100 are allowed" in refused(tmp_path, "t.csv")

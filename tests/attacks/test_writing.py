@@ -22,7 +22,13 @@ WRITERS = {
     *("savefig", "imsave", "imwrite", "save", "tofile", "savez", "savetxt"),
     *("to_csv", "to_parquet", "to_feather", "to_excel", "to_netcdf", "to_pickle"),
     *("ParquetWriter", "CSVWriter", "write_csv", "OSFile", "create_memory_map"),
-    *("NamedTemporaryFile", "TemporaryFile", "TemporaryDirectory", "mkstemp", "mkdtemp"),
+    *(
+        "NamedTemporaryFile",
+        "TemporaryFile",
+        "TemporaryDirectory",
+        "mkstemp",
+        "mkdtemp",
+    ),
     *("mktemp", "shutil.copy", "copy2", "copyfile", "copytree", "fdopen", "FileIO"),
 }
 """What can write to a path, or make a file."""
@@ -43,23 +49,45 @@ INTO_A_FILE = {
 OTHERWISE = {
     "sweep/store/new_files.py open": "this is the one place",
     "sweep/store/new_files.py fdopen": "this is the one place",
-    "sweep/store/regular.py fdopen": "reads, and opens what is there for `lock_files.py` and checkpoints",
-    "sweep/workers/checkpoint_file.py open_regular": "frames are added to a file, which may be no link",
-    "sweep/store/lock_files.py open_regular": "a claim of our own that must not come back once deleted",
-    "sweep/trial/compiled.py TemporaryFile": "a try whether numba can write in its folder",
-    "sweep/trial/compiled.py mkdtemp": "where kernels are compiled; nobody else may enter it",
-    "sweep/workers/checkpoint_key.py open": "a key that must never be replaced: made exclusively",
+    "sweep/store/regular.py fdopen": (
+        "reads, and opens what is there for `lock_files.py` and checkpoints"
+    ),
+    "sweep/workers/checkpoint_file.py open_regular": (
+        "frames are added to a file, which may be no link"
+    ),
+    "sweep/store/lock_files.py open_regular": (
+        "a claim of our own that must not come back once deleted"
+    ),
+    "sweep/trial/compiled.py TemporaryFile": (
+        "a try whether numba can write in its folder"
+    ),
+    "sweep/trial/compiled.py mkdtemp": (
+        "where kernels are compiled; nobody else may enter it"
+    ),
+    "sweep/workers/checkpoint_key.py open": (
+        "a key that must never be replaced: made exclusively"
+    ),
     "sweep/workers/checkpoint_key.py fdopen": "the same key",
-    "sweep/workers/checkpoint_key.py hardlink_to": "the same key, which comes to be whole",
-    "sweep/workers/watch.py NamedTemporaryFile": "the board, which workers map: made exclusively, for us alone",
+    "sweep/workers/checkpoint_key.py hardlink_to": (
+        "the same key, which comes to be whole"
+    ),
+    "sweep/workers/watch.py NamedTemporaryFile": (
+        "the board, which workers map: made exclusively, for us alone"
+    ),
     "sweep/workers/watch.py open": "the same board, in a worker",
-    "sweep/tables/outputs.py TemporaryDirectory": "for programs that know paths only; nobody else may enter it",
-    "sweep/store/buckets.py TemporaryDirectory": "where parts are made up; nobody else may enter it",
+    "sweep/tables/outputs.py TemporaryDirectory": (
+        "for programs that know paths only; nobody else may enter it"
+    ),
+    "sweep/store/buckets.py TemporaryDirectory": (
+        "where parts are made up; nobody else may enter it"
+    ),
     "sweep/tables/netcdf.py to_netcdf": "into that folder",
     "sweep/cli/__init__.py open": "os.devnull",
     "sweep/spec/images.py FileIO": "reads",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
-    "notebooks/execute.py TemporaryDirectory": "an empty folder in which a notebook runs",
+    "notebooks/execute.py TemporaryDirectory": (
+        "an empty folder in which a notebook runs"
+    ),
     "notebooks/execute.py shutil.copy": "into that folder",
 }
 
@@ -74,10 +102,26 @@ def written(path: Path) -> Iterator[str]:
         name = node.func.id if bare else getattr(node.func, "attr", "")  # type: ignore[attr-defined]
         name = "shutil.copy" if ast.unparse(node.func) == "shutil.copy" else name
         values = [*node.args, *(word.value for word in node.keywords)]
-        texts = [one.value for one in values if isinstance(one, ast.Constant) and isinstance(one.value, str)]
-        inner = {one.attr for value in values for one in ast.walk(value) if isinstance(one, ast.Attribute)}
-        names = {one.id for value in values for one in ast.walk(value) if isinstance(one, ast.Name)}
-        modes = name == "open" and any(set(text) & set("wax+") and len(text) < 5 for text in texts)
+        texts = [
+            one.value
+            for one in values
+            if isinstance(one, ast.Constant) and isinstance(one.value, str)
+        ]
+        inner = {
+            one.attr
+            for value in values
+            for one in ast.walk(value)
+            if isinstance(one, ast.Attribute)
+        }
+        names = {
+            one.id
+            for value in values
+            for one in ast.walk(value)
+            if isinstance(one, ast.Name)
+        }
+        modes = name == "open" and any(
+            set(text) & set("wax+") and len(text) < 5 for text in texts
+        )
         flags = name in ("open", "open_regular") and inner & CHANGING
         # os.open(path, FLAGS) with flags that are named elsewhere
         flagged = name == "open" and names & {"NEW"}
@@ -105,13 +149,17 @@ def test_no_module_writes_a_file_in_a_way_of_its_own() -> None:
         "shutil.copyfile(a, b)",
     ],
 )
-def test_another_way_would_be_found(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_way_would_be_found(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     (tmp_path / "module.py").write_text(line)
     assert list(written(tmp_path / "module.py"))
 
 
-def test_a_file_appears_whole_and_under_no_name_that_can_be_foreseen(tmp_path: Path) -> None:
+def test_a_file_appears_whole_and_under_no_name_that_can_be_foreseen(
+    tmp_path: Path,
+) -> None:
     names = set()
     for _ in range(2):
         with replacing(tmp_path / "x.txt") as file:
@@ -124,7 +172,9 @@ def test_a_file_appears_whole_and_under_no_name_that_can_be_foreseen(tmp_path: P
 
 
 @pytest.mark.parametrize("error", [RuntimeError, OSError, KeyboardInterrupt])
-def test_after_an_error_the_old_file_is_there_and_nothing_else(tmp_path: Path, error: type[BaseException]) -> None:
+def test_after_an_error_the_old_file_is_there_and_nothing_else(
+    tmp_path: Path, error: type[BaseException]
+) -> None:
     (tmp_path / "x.txt").write_text("old")
 
     def failing() -> None:
@@ -151,10 +201,14 @@ def test_what_lies_under_the_temporary_name_is_not_written_through(
     assert (tmp_path / "mine").read_text() == "precious"
 
 
-def test_a_folder_that_is_swapped_for_a_link_meanwhile_makes_no_difference(tmp_path: Path) -> None:
+def test_a_folder_that_is_swapped_for_a_link_meanwhile_makes_no_difference(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "results" / "study").mkdir(parents=True)
     (tmp_path / "elsewhere").mkdir()
-    with replacing(tmp_path / "results" / "study" / "x.txt", tmp_path / "results") as file:
+    with replacing(
+        tmp_path / "results" / "study" / "x.txt", tmp_path / "results"
+    ) as file:
         (tmp_path / "results" / "study").rename(tmp_path / "results" / "was")
         (tmp_path / "results" / "study").symlink_to(tmp_path / "elsewhere")
         file.write(b"new")
@@ -163,7 +217,9 @@ def test_a_folder_that_is_swapped_for_a_link_meanwhile_makes_no_difference(tmp_p
 
 
 @pytest.mark.parametrize("link", ["a", "a/b"])
-def test_between_the_named_folder_and_the_file_no_folder_is_a_link(tmp_path: Path, link: str) -> None:
+def test_between_the_named_folder_and_the_file_no_folder_is_a_link(
+    tmp_path: Path, link: str
+) -> None:
     """The named folder itself may be one: that is what its user wants."""
     (tmp_path / "real").mkdir()
     (tmp_path / "elsewhere" / "b").mkdir(parents=True)
@@ -192,7 +248,9 @@ def test_who_may_read_a_file_is_decided_by_the_umask(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "x.txt").stat().st_mode) == 0o640
 
 
-def test_the_folder_for_programs_that_know_paths_only_is_closed_to_others(tmp_path: Path) -> None:
+def test_the_folder_for_programs_that_know_paths_only_is_closed_to_others(
+    tmp_path: Path,
+) -> None:
     modes = []
 
     def write(path: Path) -> None:

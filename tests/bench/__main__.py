@@ -1,4 +1,5 @@
-"""The benchmarks: `python -m bench` in the tests folder, or `make bench`. Every comparison is a ratio within one run.
+"""The benchmarks: `python -m bench` in the tests folder, or `make bench`. Every
+comparison is a ratio within one run.
 
     kernels     aziel_chen2025 with coverage against a plain all-pairs loop of the same model, same bits
     scaling     cost of a boid-step from N = 100 to 10,000 at constant density
@@ -39,7 +40,13 @@ BEST = {
 }
 
 
-def job(map_name: str, n: int, steps: int, gains: tuple[float, float, float], **settings: float) -> Job:
+def job(
+    map_name: str,
+    n: int,
+    steps: int,
+    gains: tuple[float, float, float],
+    **settings: float,
+) -> Job:
     """A trial of aziel_chen2025 as run, with the metrics of the published study."""
     cohesion, alignment, separation = gains
     values = MODELS["aziel_chen2025"].presets["as_run"] | {
@@ -52,11 +59,25 @@ def job(map_name: str, n: int, steps: int, gains: tuple[float, float, float], **
         **settings,
     }
     record = Record(MODELS["aziel_chen2025"].metrics)
-    return Job("bench", "0" * 16, 0, 27, True, "aziel_chen2025", "as_run", values, record, Streams(), None)
+    return Job(
+        "bench",
+        "0" * 16,
+        0,
+        27,
+        True,
+        "aziel_chen2025",
+        "as_run",
+        values,
+        record,
+        Streams(),
+        None,
+    )
 
 
 def ours(one: Job) -> tuple[float, int]:
-    """Seconds of a trial from its first step to its metrics, and the pixels it visited."""
+    """Seconds of a trial from its first step to its metrics,
+    and the pixels it visited.
+    """
     simulation = Simulation(one)
     began = time.perf_counter()
     simulation.result(began)
@@ -66,23 +87,40 @@ def ours(one: Job) -> tuple[float, int]:
 def plain(one: Job) -> tuple[float, int]:
     """The same for the plain loop."""
     simulation = Simulation(one)
-    world, flock, coverage = simulation.world, simulation.flock, simulation.record.coverage
+    world, flock, coverage = (
+        simulation.world,
+        simulation.flock,
+        simulation.record.coverage,
+    )
     obstacles = np.column_stack([world.obstacle_x, world.obstacle_y, world.half_width])
-    weights = tuple(float(one.settings[f"{name}_weight"]) for name in ("cohesion", "alignment", "separation"))
+    weights = tuple(
+        float(one.settings[f"{name}_weight"])
+        for name in ("cohesion", "alignment", "separation")
+    )
     visits = coverage.visits.reshape(coverage.rows, coverage.columns)
-    arrays: list[NDArray[np.float64]] = [flock.x, flock.y, flock.vx, flock.vy, obstacles]
+    arrays: list[NDArray[np.float64]] = [
+        flock.x,
+        flock.y,
+        flock.vx,
+        flock.vy,
+        obstacles,
+    ]
     began = time.perf_counter()
     visited = plain_run(*arrays, weights, visits, int(one.settings["steps"]))
     return time.perf_counter() - began, visited
 
 
 def compare(one: Job) -> tuple[float, float, float]:
-    """Nanoseconds a boid-step, ours and plain, and the median ratio of paired runs; both must visit the same."""
+    """Nanoseconds a boid-step, ours and plain, and the median ratio of paired runs;
+    both must visit the same.
+    """
     ours(one), plain(one)
     pairs = [(ours(one), plain(one)) for _ in range(ROUNDS)]
     assert all(mine[1] == theirs[1] for mine, theirs in pairs), "the two loops differ"
     boid_steps = float(one.settings["n"]) * float(one.settings["steps"])
-    mine, theirs = (median(pair[k][0] for pair in pairs) / boid_steps * 1e9 for k in (0, 1))
+    mine, theirs = (
+        median(pair[k][0] for pair in pairs) / boid_steps * 1e9 for k in (0, 1)
+    )
     return mine, theirs, median(theirs[0] / mine[0] for mine, theirs in pairs)
 
 
@@ -91,8 +129,14 @@ def kernels() -> None:
     cases = [
         ("cafeteria, N=50", job("cafeteria", 50, 3600, BEST["cafeteria"])),
         ("cafeteria, N=100", job("cafeteria", 100, 3600, BEST["cafeteria"])),
-        ("dense_cafeteria, N=50", job("dense_cafeteria", 50, 3600, BEST["dense_cafeteria"])),
-        ("dense_cafeteria, N=100", job("dense_cafeteria", 100, 3600, BEST["dense_cafeteria"])),
+        (
+            "dense_cafeteria, N=50",
+            job("dense_cafeteria", 50, 3600, BEST["dense_cafeteria"]),
+        ),
+        (
+            "dense_cafeteria, N=100",
+            job("dense_cafeteria", 100, 3600, BEST["dense_cafeteria"]),
+        ),
         ("empty, N=100", job("empty", 100, 3600, BEST["cafeteria"])),
         ("empty, N=1000, same density", large(1000, 360)),
     ]
@@ -105,11 +149,20 @@ def kernels() -> None:
 def large(n: int, steps: int) -> Job:
     """N boids in an empty world at the density of 100 boids in 800 x 600."""
     scale = (n / 100) ** 0.5
-    return job("empty", n, steps, BEST["cafeteria"], width=round(800 * scale), height=round(600 * scale))
+    return job(
+        "empty",
+        n,
+        steps,
+        BEST["cafeteria"],
+        width=round(800 * scale),
+        height=round(600 * scale),
+    )
 
 
 def scaling() -> None:
-    """Cost of a boid-step at constant density, relative to N = 100; the median of ROUNDS interleaved runs."""
+    """Cost of a boid-step at constant density, relative to N = 100; the median of
+    ROUNDS interleaved runs.
+    """
     sizes = (100, 1000, 10_000)
     trials = {n: large(n, 36_000 // n + 40) for n in sizes}
     for one in trials.values():
@@ -120,11 +173,15 @@ def scaling() -> None:
             times[n].append(ours(one)[0] / (n * float(one.settings["steps"])) * 1e9)
     for n in sizes:
         ratio = median(a / b for a, b in zip(times[n], times[100], strict=True))
-        print(f"scaling, N={n:<26,} {median(times[n]):8.0f} ns, {ratio:.2f} times N=100")
+        print(
+            f"scaling, N={n:<26,} {median(times[n]):8.0f} ns, {ratio:.2f} times N=100"
+        )
 
 
 def mesa() -> None:
-    """Boid-steps a second against Mesa's flocking example with its own settings, both at N = 100."""
+    """Boid-steps a second against Mesa's flocking example with its own settings, both
+    at N = 100.
+    """
     try:
         from mesa.examples.basic.boid_flockers.model import BoidFlockers
     except ImportError:
@@ -141,7 +198,8 @@ def mesa() -> None:
         mine.append(ours(job("cafeteria", 100, 3600, BEST["cafeteria"]))[0] / 360_000)
     ratio = median(a / b for a, b in zip(theirs, mine, strict=True))
     print(
-        f"mesa: {median(theirs) * 1e6:.1f} us a boid-step, ours {median(mine) * 1e9:.0f} ns, {ratio:.0f} times faster"
+        f"mesa: {median(theirs) * 1e6:.1f} us a boid-step, ours"
+        f" {median(mine) * 1e9:.0f} ns, {ratio:.0f} times faster"
     )
 
 
@@ -163,10 +221,14 @@ seed: 1
 
 
 def timed_launch(points: int, workers: int) -> tuple[float, float]:
-    """Wall seconds of a launch into an empty store with warm workers, and the seconds spent inside its trials."""
+    """Wall seconds of a launch into an empty store with warm workers, and the seconds
+    spent inside its trials.
+    """
     engine = Loky(workers)
     with tempfile.TemporaryDirectory() as folder:
-        launch(parse_spec(SHORT.format(points=10 * workers)), Path(folder) / "warm", engine)
+        launch(
+            parse_spec(SHORT.format(points=10 * workers)), Path(folder) / "warm", engine
+        )
         began = time.perf_counter()
         launch(parse_spec(SHORT.format(points=points)), Path(folder), engine)
         wall = time.perf_counter() - began
@@ -180,7 +242,8 @@ def framework() -> None:
     points = 10_000
     wall, inside = timed_launch(points, 2)
     print(
-        f"framework: {points:,} trials of {inside / points * 1e3:.0f} ms on 2 workers: {wall:.1f} s wall, ",
+        f"framework: {points:,} trials of {inside / points * 1e3:.0f} ms on 2 workers:"
+        f" {wall:.1f} s wall, ",
         end="",
     )
     print(f"{inside:.1f} s in trials, overhead {(2 * wall / inside - 1) * 100:.1f} %")
@@ -190,15 +253,23 @@ def framework() -> None:
 
 
 def study() -> None:
-    """The full 48,000 trials, extrapolated from 10 random gain vectors for each map and size."""
+    """The full 48,000 trials, extrapolated from 10 random gain vectors for each map and
+    size.
+    """
     rng = np.random.default_rng(0)
     total = 0.0
     for map_name in ("dense_cafeteria", "cafeteria", "narrow_corridor", "empty"):
         for n in (50, 100):
             gains = rng.uniform(0, [0.5, 0.1, 0.5], (10, 3))
-            seconds = [run(job(map_name, n, 3600, tuple(one))).seconds for one in gains.tolist()]
+            seconds = [
+                run(job(map_name, n, 3600, tuple(one))).seconds
+                for one in gains.tolist()
+            ]
             total += 6000 * sum(seconds) / len(seconds)
-            print(f"study: {map_name:16} N={n:<4} {sum(seconds) / len(seconds) * 1e3:6.1f} ms a trial")
+            print(
+                f"study: {map_name:16} N={n:<4}"
+                f" {sum(seconds) / len(seconds) * 1e3:6.1f} ms a trial"
+            )
     print(f"study: 48,000 trials take {total / 120:.1f} min on 2 cores at this pace")
 
 

@@ -1,4 +1,6 @@
-"""What the page draws of a run in a browser without a screen or a graphics card, on the cores that the run has too."""
+"""What the page draws of a run in a browser without a screen or a graphics card, on the
+cores that the run has too.
+"""
 
 import subprocess
 import sys
@@ -59,8 +61,21 @@ def served(text: str) -> Iterator[str]:
     """The address of a server of this spec, a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "spec.yaml").write_text(text)
-        command = [sys.executable, "-c", "from sweep.cli import main; main()", "view", "spec.yaml", "--no-open"]
-        server = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        command = [
+            sys.executable,
+            "-c",
+            "from sweep.cli import main; main()",
+            "view",
+            "spec.yaml",
+            "--no-open",
+        ]
+        server = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
         with server:
             try:
                 assert server.stdout
@@ -70,7 +85,9 @@ def served(text: str) -> Iterator[str]:
 
 
 def measured(browser: Browser, n: int) -> dict[str, float]:
-    """Frames drawn and received a second, steps a second, and ms of script for a frame."""
+    """Frames drawn and received a second, steps a second,
+    and ms of script for a frame.
+    """
     with served(spec(n)) as address:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(address)
@@ -86,5 +103,11 @@ def page() -> None:
     with running_browser() as browser:
         for n, wanted in WANTED.items():
             found = measured(browser, n)
-            shown = f"{found['drawn']:5.1f} frames/s drawn (wanted {wanted}), {found['received']:5.1f} received"
-            print(f"page: {n:6,} boids: {shown}, {found['steps']:5.1f} steps/s, {found['busy']:4.1f} ms of script each")
+            shown = (
+                f"{found['drawn']:5.1f} frames/s drawn (wanted {wanted}),"
+                f" {found['received']:5.1f} received"
+            )
+            print(
+                f"page: {n:6,} boids: {shown}, {found['steps']:5.1f} steps/s,"
+                f" {found['busy']:4.1f} ms of script each"
+            )

@@ -1,4 +1,6 @@
-"""The baseline: aziel_chen2025 as_run as one careful all-pairs loop, hand-inlined, with nothing shared."""
+"""The baseline: aziel_chen2025 as_run as one careful all-pairs loop, hand-inlined, with
+nothing shared.
+"""
 
 import math
 
@@ -7,9 +9,11 @@ import numba
 
 @numba.njit(cache=True, error_model="numpy")
 def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
-    """Advance `steps` updates; `obstacles` (M, 3) holds centre and size, `weights` cohesion, alignment, separation.
+    """Advance `steps` updates; `obstacles` (M, 3) holds centre and size, `weights`
+    cohesion, alignment, separation.
 
-    `visits` (height, width) counts footprints, negative in obstacles; returns the number of pixels visited.
+    `visits` (height, width) counts footprints, negative in obstacles; returns the
+    number of pixels visited.
     """
     n, m = x.size, obstacles.shape[0]
     rows, columns = visits.shape
@@ -51,7 +55,10 @@ def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
             ali_x, ali_y, coh_x, coh_y = 0.0, 0.0, 0.0, 0.0
             if count > 0:
                 share = 1.0 / count
-                ali_x, ali_y = alignment * (mu * share - ui), alignment * (mw * share - wi)
+                ali_x, ali_y = (
+                    alignment * (mu * share - ui),
+                    alignment * (mw * share - wi),
+                )
                 coh_x, coh_y = cohesion * (mx * share), cohesion * (my * share)
             ax, ay, left = 0.0, 0.0, 0.5
             for f in range(5):
@@ -88,7 +95,9 @@ def plain_run(x, y, vx, vy, obstacles, weights, visits, steps):
                 reach = 2 if dr == 0 else (1 if abs(dr) == 1 else 0)
                 r = row + dr
                 if 0 <= r < rows:
-                    for c in range(max(0, column - reach), min(columns - 1, column + reach) + 1):
+                    for c in range(
+                        max(0, column - reach), min(columns - 1, column + reach) + 1
+                    ):
                         covered += visits[r, c] == 0
                         visits[r, c] += 1
     return covered

@@ -1,4 +1,6 @@
-"""What the live simulator costs: stepping while being watched, frames, and how many of both a page gets."""
+"""What the live simulator costs: stepping while being watched, frames, and how many of
+both a page gets.
+"""
 
 import json
 import threading
@@ -21,10 +23,18 @@ OVERLAYS = ("flocks", "coverage", "accelerations")
 
 
 def state(n: int) -> ViewState:
-    """N boids of aziel_chen2025 in an empty world at the density of 100 boids in 800 x 600."""
+    """N boids of aziel_chen2025 in an empty world at the density of 100 boids in 800 x
+    600.
+    """
     scale = (n / 100) ** 0.5
-    size = {"width": round(800 * scale), "height": round(600 * scale), "pixel": max(1.0, scale / 4)}
-    return begin("aziel_chen2025", "as_run").with_settings({"map": "empty", "n": n, "steps": 10**6, **size})
+    size = {
+        "width": round(800 * scale),
+        "height": round(600 * scale),
+        "pixel": max(1.0, scale / 4),
+    }
+    return begin("aziel_chen2025", "as_run").with_settings(
+        {"map": "empty", "n": n, "steps": 10**6, **size}
+    )
 
 
 def milliseconds(work: Callable[[], object]) -> float:
@@ -39,13 +49,20 @@ def milliseconds(work: Callable[[], object]) -> float:
 
 
 def served(n: int, overlays: tuple[str, ...]) -> tuple[float, float]:
-    """Frames and steps a second at full speed, for a page that asks for the next frame as soon as it has one."""
+    """Frames and steps a second at full speed, for a page that asks for the next frame
+    as soon as it has one.
+    """
     server = Server(lambda: Live(state(n)))
     thread = threading.Thread(target=server.run)
     thread.start()
     address, frames, steps = urlsplit(server.url), 0, 0
-    with connect(f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}") as socket:  # type: ignore[arg-type]
-        asked = [{"type": "hello", "page": "bench"}, {"type": "speed", "steps_per_second": 0}]
+    with connect(
+        f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}"
+    ) as socket:  # type: ignore[arg-type]
+        asked = [
+            {"type": "hello", "page": "bench"},
+            {"type": "speed", "steps_per_second": 0},
+        ]
         asked += [{"type": "overlays", "names": overlays}, {"type": "run"}]
         for message in asked:
             socket.send(json.dumps(message))
@@ -71,12 +88,18 @@ def cost(n: int) -> str:
         alone.advance(steps)
         alone.take_frames()
 
-    plain, watched = milliseconds(sweep) / steps, milliseconds(lambda: live.advance(steps)) / steps
+    plain, watched = (
+        milliseconds(sweep) / steps,
+        milliseconds(lambda: live.advance(steps)) / steps,
+    )
     frame = milliseconds(live.picture)
     live.pause()
     live.overlays = OVERLAYS
     words = f"a step {watched:.2f} ms, {watched / plain:.1f} times that of a sweep"
-    return f"{words}; a frame {frame:.2f} ms, with all overlays {milliseconds(live.picture):.2f} ms"
+    return (
+        f"{words}; a frame {frame:.2f} ms, with all overlays"
+        f" {milliseconds(live.picture):.2f} ms"
+    )
 
 
 def view() -> None:
@@ -86,4 +109,7 @@ def view() -> None:
     for n, overlays in ((1000, ()), (10_000, ()), (1000, OVERLAYS)):
         frames, steps = served(n, overlays)
         words = " with all overlays" if overlays else ""
-        print(f"view, N={n:<6,} over a socket{words}: {frames:.0f} frames and {steps:.0f} steps a second")
+        print(
+            f"view, N={n:<6,} over a socket{words}: {frames:.0f} frames and {steps:.0f}"
+            " steps a second"
+        )

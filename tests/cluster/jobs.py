@@ -10,7 +10,9 @@ PATIENCE_SECONDS = 120.0
 
 
 class Staged(NamedTuple):
-    """A job that notes in `folder` which process runs it, and waits until its stage is allowed."""
+    """A job that notes in `folder` which process runs it, and waits until its stage is
+    allowed.
+    """
 
     number: int
     stage: int
@@ -31,7 +33,9 @@ def staged(job: Staged) -> int:
 
 def processes(folder: Path, stage: int) -> set[int]:
     """The processes that have begun jobs of a stage."""
-    return {int(path.name.rpartition("-")[2]) for path in folder.glob(f"began-{stage}-*")}
+    return {
+        int(path.name.rpartition("-")[2]) for path in folder.glob(f"began-{stage}-*")
+    }
 
 
 def square_or_die(job: int) -> tuple[int, int]:

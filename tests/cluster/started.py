@@ -1,4 +1,6 @@
-"""A dask cluster on this machine, started by dask's own commands; nothing of it is left at the end."""
+"""A dask cluster on this machine, started by dask's own commands; nothing of it is left
+at the end.
+"""
 
 import json
 import os
@@ -29,12 +31,16 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 
 class Cluster:
-    """A scheduler and workers, each a process in a session of its own, with a log file in `folder`.
+    """A scheduler and workers, each a process in a session of its own, with a log file
+    in `folder`.
 
-    The scheduler takes a free port whenever it is started; `line` leads to it, from where everybody expects it.
+    The scheduler takes a free port whenever it is started; `line` leads to it, from
+    where everybody expects it.
     """
 
-    def __init__(self, folder: Path, environment: dict[str, str], protocol: str = "tcp") -> None:
+    def __init__(
+        self, folder: Path, environment: dict[str, str], protocol: str = "tcp"
+    ) -> None:
         self.folder = folder
         self.environment = os.environ | SETTINGS | environment
         self.line = Line()
@@ -47,22 +53,51 @@ class Cluster:
     def start_scheduler(self, *options: str) -> "subprocess.Popen[bytes]":
         """A scheduler at our address."""
         told = self.folder / f"scheduler-{len(self.logs)}.json"
-        usual = ["--host", HERE, "--port", "0", "--protocol", self.protocol, "--no-dashboard"]
+        usual = [
+            "--host",
+            HERE,
+            "--port",
+            "0",
+            "--protocol",
+            self.protocol,
+            "--no-dashboard",
+        ]
         usual += ["--dashboard-address", f"{HERE}:0"]
-        self.scheduler = self._started("dask_scheduler", [*usual, "--scheduler-file", str(told), *options], {})
-        until(lambda: told.exists() and told.read_text().endswith("}"), "the scheduler listens")
+        self.scheduler = self._started(
+            "dask_scheduler", [*usual, "--scheduler-file", str(told), *options], {}
+        )
+        until(
+            lambda: told.exists() and told.read_text().endswith("}"),
+            "the scheduler listens",
+        )
         self.line.cut()
         self.line.target = urlsplit(json.loads(told.read_text())["address"]).port
         self.line.mend()
         return self.scheduler
 
-    def start_worker(self, *options: str, **environment: str) -> "subprocess.Popen[bytes]":
-        """A worker process of one thread, without a nanny unless `options` say otherwise."""
-        plain = ["--nthreads", "1", "--no-dashboard", "--death-timeout", "60", "--local-directory", str(self.folder)]
+    def start_worker(
+        self, *options: str, **environment: str
+    ) -> "subprocess.Popen[bytes]":
+        """A worker process of one thread, without a nanny unless `options` say
+        otherwise.
+        """
+        plain = [
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+            "--death-timeout",
+            "60",
+            "--local-directory",
+            str(self.folder),
+        ]
         nanny = [] if "--nanny" in options else ["--no-nanny"]
-        return self._started("dask_worker", [self.address, *plain, *nanny, *options], environment)
+        return self._started(
+            "dask_worker", [self.address, *plain, *nanny, *options], environment
+        )
 
-    def _started(self, command: str, options: Sequence[str], environment: dict[str, str]) -> "subprocess.Popen[bytes]":
+    def _started(
+        self, command: str, options: Sequence[str], environment: dict[str, str]
+    ) -> "subprocess.Popen[bytes]":
         self.logs.append(self.folder / f"{len(self.logs)}-{command}.log")
         with self.logs[-1].open("wb") as log:
             process = subprocess.Popen(

@@ -1,4 +1,6 @@
-"""Launches on a cluster while its network, its workers, its scheduler and the launches are disturbed."""
+"""Launches on a cluster while its network, its workers, its scheduler and the launches
+are disturbed.
+"""
 
 import os
 import random
@@ -58,8 +60,12 @@ class Keeper:
                 self.workers[place] = self.made.start_worker()
 
 
-def disturbed(line: Line, seed: int, *, most: int, resets: int, seconds: float, stalls: int = 0) -> None:
-    """Close the first connection; delay each packet, stall some, and reset after packets that are drawn."""
+def disturbed(
+    line: Line, seed: int, *, most: int, resets: int, seconds: float, stalls: int = 0
+) -> None:
+    """Close the first connection; delay each packet, stall some, and reset after
+    packets that are drawn.
+    """
     drawn = random.Random(seed)
     cuts = [drawn.randint(1, most)]
     stalled = {drawn.randint(1, resets * most) for _ in range(stalls)}
@@ -90,14 +96,30 @@ def test_a_launch_over_a_line_that_is_cut_has_the_tables_of_an_undisturbed_one(
     assert tables(tmp_path / "cut" / "faulty") == tables(tmp_path / "whole" / "faulty")
 
 
-LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--executor", "dask", "--address"]
+LAUNCH = [
+    *campaign.LAUNCH[:3],
+    "launch",
+    "spec.yaml",
+    "--executor",
+    "dask",
+    "--address",
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["workers", "a frozen worker", "scheduler", "line", "launches", "all"])
-def test_whatever_is_disturbed_the_tables_are_those_of_an_undisturbed_launch(tmp_path: Path, what: str) -> None:
-    spec, drawn = campaign.SPEC.replace("replicates: 30", "replicates: 300"), random.Random(what)
-    launched(campaign.SPEC.replace("replicates: 30", "replicates: 300"), tmp_path / "whole")
+@pytest.mark.parametrize(
+    "what", ["workers", "a frozen worker", "scheduler", "line", "launches", "all"]
+)
+def test_whatever_is_disturbed_the_tables_are_those_of_an_undisturbed_launch(
+    tmp_path: Path, what: str
+) -> None:
+    spec, drawn = (
+        campaign.SPEC.replace("replicates: 30", "replicates: 300"),
+        random.Random(what),
+    )
+    launched(
+        campaign.SPEC.replace("replicates: 30", "replicates: 300"), tmp_path / "whole"
+    )
     (tmp_path / "spec.yaml").write_text(spec)
     done = {"kills": 0, "froze": 0, "restarts": 0, "launches": 0}
     with cluster(tmp_path, 0, **TESTS) as made, closing(Line(made.line.target)) as line:
@@ -129,26 +151,40 @@ def test_whatever_is_disturbed_the_tables_are_those_of_an_undisturbed_launch(tmp
                 line.target = made.line.target
                 done["restarts"] += 1
 
-        acts = {"workers": [kill], "a frozen worker": [freeze], "scheduler": [restart], "line": [], "launches": []}
+        acts = {
+            "workers": [kill],
+            "a frozen worker": [freeze],
+            "scheduler": [restart],
+            "line": [],
+            "launches": [],
+        }
         chosen = acts.get(what, [kill, freeze, restart])
         with meanwhile(keeper.keep, *chosen):
             for _ in range(4 if what in ("launches", "all") else 0):
                 launch = started(tmp_path, line)
                 before = stored(tmp_path)
-                until(lambda: launch.poll() is not None or stored(tmp_path) > before, "a part is stored")  # noqa: B023
+                until(
+                    lambda: launch.poll() is not None or stored(tmp_path) > before,  # noqa: B023
+                    "a part is stored",
+                )
                 launch.kill()
                 launch.wait()
                 done["launches"] += 1
             code = started(tmp_path, line).wait(LAUNCH_SECONDS)
     assert code == 0, (tmp_path / "errors.txt").read_text()
-    assert tables(tmp_path / "results" / "faulty") == tables(tmp_path / "whole" / "faulty")
+    assert tables(tmp_path / "results" / "faulty") == tables(
+        tmp_path / "whole" / "faulty"
+    )
     print(what, done)
 
 
 def started(folder: Path, line: Line) -> "subprocess.Popen[bytes]":
     with (folder / "errors.txt").open("w") as errors:
         return subprocess.Popen(
-            [*LAUNCH, f"tcp://{HERE}:{line.port}"], cwd=folder, stderr=errors, start_new_session=True
+            [*LAUNCH, f"tcp://{HERE}:{line.port}"],
+            cwd=folder,
+            stderr=errors,
+            start_new_session=True,
         )
 
 

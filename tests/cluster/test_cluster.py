@@ -1,4 +1,6 @@
-"""Trials on a dask cluster of real processes: the same bits as here, whatever becomes of workers and scheduler."""
+"""Trials on a dask cluster of real processes: the same bits as here, whatever becomes
+of workers and scheduler.
+"""
 
 import os
 import shutil
@@ -35,21 +37,31 @@ def engines() -> Iterator[list[Dask]]:
         engine.stop()
 
 
-def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_other_code(tmp_path: Path) -> None:
+def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_other_code(
+    tmp_path: Path,
+) -> None:
     whole = launched(SMALL, tmp_path / "here")
     (tmp_path / "small.yaml").write_text(SMALL, encoding="utf-8")
     launch = ["launch", "small.yaml", "--executor", "dask", "--address"]
     with cluster(tmp_path, 1, **TESTS) as made:
         done = sweep(tmp_path, *launch, made.address, "--results", "there")
-        assert (done.returncode, "6 new trials (6 done)" in done.stderr) == (0, True), done.stderr
+        assert (done.returncode, "6 new trials (6 done)" in done.stderr) == (
+            0,
+            True,
+        ), done.stderr
         made.start_worker(PYTHONPATH=str(edited_copy(tmp_path)))
         until(lambda: "Registered to" in log(made, 2), "another worker joins")
         refused = sweep(tmp_path, *launch, made.address, "--results", "elsewhere")
     stored = StoredStudy("small", tmp_path / "there")
-    pd.testing.assert_frame_equal(stored.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds"))
+    pd.testing.assert_frame_equal(
+        stored.trials.drop(columns="seconds"), whole.trials.drop(columns="seconds")
+    )
     pd.testing.assert_frame_equal(stored.series, whole.series)
     assert refused.returncode == 2
-    assert "workers have another environment than this process: tcp://127.0.0.1:" in refused.stderr
+    assert (
+        "workers have another environment than this process: tcp://127.0.0.1:"
+        in refused.stderr
+    )
     assert refused.stderr.rstrip().endswith(": other code in sweep/trial/simulation.py")
     assert not (tmp_path / "elsewhere").exists()
 
@@ -58,14 +70,18 @@ def edited_copy(folder: Path) -> Path:
     """A copy of the code with one line more in `sweep/trial/simulation.py`."""
     copy = folder / "copy"
     for package in ("kernels", "sweep"):
-        shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(
+            ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__")
+        )
     with (copy / "sweep" / "trial.py").open("a") as code:
         code.write("\n# edited\n")
     return copy
 
 
 def log(made: Cluster, number: int) -> str:
-    """What the command of a process of the cluster has said so far; the scheduler is the first."""
+    """What the command of a process of the cluster has said so far; the scheduler is
+    the first.
+    """
     return made.logs[number].read_text(encoding="utf-8")
 
 
@@ -78,7 +94,11 @@ def test_late_joiners_get_work_and_neither_a_killed_worker_nor_a_scheduler_that_
         disturbing.start()
         work = [jobs.Staged(number, number // 8, str(tmp_path)) for number in range(24)]
         results = runner_jobs.run_all(
-            work, jobs.staged, engines[0], costs=lambda jobs: [24.0 - job.number for job in jobs], chunk_seconds=1e-6
+            work,
+            jobs.staged,
+            engines[0],
+            costs=lambda jobs: [24.0 - job.number for job in jobs],
+            chunk_seconds=1e-6,
         )
         disturbing.join()
     assert sorted(results) == list(range(24))
@@ -96,8 +116,13 @@ def earlier_first(work: Sequence[jobs.Staged]) -> list[float]:
 
 
 def disturb(made: Cluster, folder: Path) -> None:
-    """In the second stage a worker joins and the first is killed, in the third the scheduler is, and comes back."""
-    until(lambda: bool(jobs.processes(folder, 1)), "the first worker is at the second stage")
+    """In the second stage a worker joins and the first is killed, in the third the
+    scheduler is, and comes back.
+    """
+    until(
+        lambda: bool(jobs.processes(folder, 1)),
+        "the first worker is at the second stage",
+    )
     [first] = jobs.processes(folder, 1)
     made.start_worker()
     until(lambda: len(jobs.processes(folder, 1)) > 1, "the late joiner has work")
@@ -111,18 +136,33 @@ def disturb(made: Cluster, folder: Path) -> None:
     (folder / "allowed-2").touch()
 
 
-def test_a_job_that_kills_its_workers_or_hangs_convicts_only_itself(tmp_path: Path, engines: list[Dask]) -> None:
-    """With one worker the next job queues behind it, again and again, and dask gives both up at the first death."""
-    with cluster(tmp_path, 0, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0", **TESTS) as made:
+def test_a_job_that_kills_its_workers_or_hangs_convicts_only_itself(
+    tmp_path: Path, engines: list[Dask]
+) -> None:
+    """With one worker the next job queues behind it, again and again, and dask gives
+    both up at the first death.
+    """
+    with cluster(
+        tmp_path, 0, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0", **TESTS
+    ) as made:
         made.start_worker("--nanny")
         engines.append(Dask(made.address))
         results = dict(runner_jobs.run_all([7, 8, 9], jobs.square_or_die, engines[0]))
         died = results.pop(7)
-        assert died == Failure("worker process died 3 times while running this trial alone: dask gave it up")
+        assert died == Failure(
+            "worker process died 3 times while running this trial alone: dask gave"
+            " it up"
+        )
         assert results == {8: 64, 9: 81}
         limits = Limits(deadline=2.0)
-        hung = runner_jobs.run_all([0, 7, 8], faulty.square_or_hang, engines[0], overdue=late, limits=limits)
-        assert sorted(hung) == [(0, 0), (7, "late: did not return within 2 s, and was ended"), (8, 64)]
+        hung = runner_jobs.run_all(
+            [0, 7, 8], faulty.square_or_hang, engines[0], overdue=late, limits=limits
+        )
+        assert sorted(hung) == [
+            (0, 0),
+            (7, "late: did not return within 2 s, and was ended"),
+            (8, 64),
+        ]
     until(lambda: not wardens(made.address), "wardens end with their workers")
 
 
@@ -132,22 +172,34 @@ def wardens(address: str) -> list[str]:
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):
             commands.append(path.read_text(encoding="utf-8"))
-    return [command for command in commands if "sweep.workers.warden" in command and address in command]
+    return [
+        command
+        for command in commands
+        if "sweep.workers.warden" in command and address in command
+    ]
 
 
 @pytest.mark.slow
-def test_a_job_of_too_much_memory_is_ended_on_the_cluster_too(tmp_path: Path, engines: list[Dask]) -> None:
+def test_a_job_of_too_much_memory_is_ended_on_the_cluster_too(
+    tmp_path: Path, engines: list[Dask]
+) -> None:
     with cluster(tmp_path, 0, **TESTS) as made:
         made.start_worker("--nanny", "--memory-limit", "0")
         engines.append(Dask(made.address))
         limits = Limits(memory=900 * faulty.MEGABYTE)
-        results = dict(runner_jobs.run_all(range(10), faulty.square_or_grow, engines[0], limits=limits))
+        results = dict(
+            runner_jobs.run_all(
+                range(10), faulty.square_or_grow, engines[0], limits=limits
+            )
+        )
     assert results.pop(5).error.startswith("memory limit of 900 MiB: its worker held ")
     assert results == {job: job * job for job in range(10) if job != 5}
 
 
 @pytest.mark.slow
-def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(tmp_path: Path, engines: list[Dask]) -> None:
+def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(
+    tmp_path: Path, engines: list[Dask]
+) -> None:
     from distributed import Client
 
     with cluster(tmp_path, 1, **TESTS) as made:
@@ -155,7 +207,12 @@ def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(tmp_path:
         work = [jobs.Staged(number, number // 8, str(tmp_path)) for number in range(16)]
         kept: list[int] = []
         batches = drive(
-            work, jobs.staged, executor=engines[0], costs=earlier_first, failed=runner_jobs.failed, chunk_seconds=1e-6
+            work,
+            jobs.staged,
+            executor=engines[0],
+            costs=earlier_first,
+            failed=runner_jobs.failed,
+            chunk_seconds=1e-6,
         )
         while len(kept) < 5:
             kept += next(batches)
@@ -163,7 +220,10 @@ def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(tmp_path:
         with pytest.raises(KeyboardInterrupt):
             kept.extend(chain.from_iterable(batches))
         with Client(made.address, set_as_default=False) as client:
-            until(lambda: not client.run_on_scheduler(task_names), "nothing of ours is left on the cluster")
+            until(
+                lambda: not client.run_on_scheduler(task_names),
+                "nothing of ours is left on the cluster",
+            )
     assert set(range(5)) <= set(kept) < set(range(16))
 
 
@@ -176,8 +236,12 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
     options, environment = (["--nthreads", "2"], {}) if several else ([], path)
     with cluster(tmp_path, 1, **TESTS) as made:
         engines.append(Dask(made.address))
-        work = [jobs.Staged(number, min(number, 1), str(tmp_path)) for number in range(400)]
-        joining = threading.Thread(target=join_and_allow, args=(made, tmp_path, options, environment))
+        work = [
+            jobs.Staged(number, min(number, 1), str(tmp_path)) for number in range(400)
+        ]
+        joining = threading.Thread(
+            target=join_and_allow, args=(made, tmp_path, options, environment)
+        )
         joining.start()
         words = (
             r"as trials hold Python's lock: tcp://\S+ has 2"
@@ -190,7 +254,9 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
 
 
 @pytest.mark.slow
-def test_compiling_on_another_machine_takes_no_time_of_a_trial(tmp_path: Path, engines: list[Dask]) -> None:
+def test_compiling_on_another_machine_takes_no_time_of_a_trial(
+    tmp_path: Path, engines: list[Dask]
+) -> None:
     """It takes some ten seconds; a trial takes a millisecond."""
     with cluster(tmp_path, 1, NUMBA_CACHE_DIR=str(tmp_path / "cold"), **TESTS) as made:
         engines.append(Dask(made.address))
@@ -198,7 +264,9 @@ def test_compiling_on_another_machine_takes_no_time_of_a_trial(tmp_path: Path, e
     assert study.statuses() == {"done": 6}
 
 
-def join_and_allow(made: Cluster, folder: Path, options: Sequence[str], environment: dict[str, str]) -> None:
+def join_and_allow(
+    made: Cluster, folder: Path, options: Sequence[str], environment: dict[str, str]
+) -> None:
     """Once jobs run another worker joins; they go on when it has."""
     until(lambda: bool(jobs.processes(folder, 1)), "jobs run")
     made.start_worker(*options, **environment)

@@ -1,4 +1,6 @@
-"""A connection to a scheduler that is cut, or answers nothing, at any moment of the start of a launch."""
+"""A connection to a scheduler that is cut, or answers nothing, at any moment of the
+start of a launch.
+"""
 
 import socket
 import threading
@@ -45,8 +47,10 @@ def connecting() -> set[threading.Thread]:
 def test_each_packet_of_the_start_may_be_the_last_of_its_connection(
     line: Line, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The first connection is closed at once; each later one carries one packet more than that before, until one is
-    enough: so they are cut while connecting, subscribing, counting workers, asking them, and sending the first task."""
+    """The first connection is closed at once; each later one carries one packet more
+    than that before, until one is enough: so they are cut while connecting,
+    subscribing, counting workers, asking them, and sending the first task.
+    """
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 300.0)
     cuts = [0]
 
@@ -68,7 +72,9 @@ def test_each_packet_of_the_start_may_be_the_last_of_its_connection(
     assert "is lost; waiting up to 10 minutes for it to come back" in caplog.text
 
 
-def test_one_that_is_lost_again_and_again_is_given_up(line: Line, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_that_is_lost_again_and_again_is_given_up(
+    line: Line, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It answers each time, and is cut before it has said which workers it has."""
     looks = []
 
@@ -83,13 +89,19 @@ def test_one_that_is_lost_again_and_again_is_given_up(line: Line, monkeypatch: p
     monkeypatch.setattr(Tasks, "look", look)
     launch = dask(line)
     launch.connect()
-    with pytest.raises(WorkersError, match=r"has been away for 0 minutes .*the same command goes on"):
+    with pytest.raises(
+        WorkersError, match=r"has been away for 0 minutes .*the same command goes on"
+    ):
         runner_jobs.run_all(range(6), square, launch)
     assert len(looks) == 3
 
 
-@pytest.mark.parametrize("said", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.2\r\n"])
-def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "said", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"SSH-2.0-OpenSSH_9.2\r\n"]
+)
+def test_what_is_no_scheduler_is_refused_soon(
+    said: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It says something else, or nothing for as long as one listens; no thread of ours
     stays behind."""
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 60.0 if said else 0.5)
@@ -105,7 +117,11 @@ def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.M
         answering = threading.Thread(target=answer)
         answering.start()
         address = f"tcp://{HERE}:{server.getsockname()[1]}"
-        words = "something else than a scheduler" if said else f"no dask scheduler answers at {address}: "
+        words = (
+            "something else than a scheduler"
+            if said
+            else f"no dask scheduler answers at {address}: "
+        )
         with pytest.raises(WorkersError, match=words):
             Dask(address).connect()
         server.shutdown(socket.SHUT_RDWR)
@@ -113,8 +129,12 @@ def test_what_is_no_scheduler_is_refused_soon(said: bytes, monkeypatch: pytest.M
     until(lambda: not connecting() - before, "the thread of the connection ends")
 
 
-def test_a_plain_address_elsewhere_is_told_from_one_here_and_from_an_encrypted_one() -> None:
-    assert [exposed(f"tcp://{host}:8786") for host in (HERE, "localhost", "[::1]")] == [False] * 3
+def test_a_plain_address_elsewhere_is_told_from_one_here_and_from_an_encrypted_one() -> (
+    None
+):
+    assert [exposed(f"tcp://{host}:8786") for host in (HERE, "localhost", "[::1]")] == [
+        False
+    ] * 3
     assert exposed("tcp://192.0.2.1:8786")
     assert not exposed("tls://192.0.2.1:8786")
 
@@ -122,7 +142,9 @@ def test_a_plain_address_elsewhere_is_told_from_one_here_and_from_an_encrypted_o
 def test_that_others_may_reach_a_scheduler_is_said_once(
     line: Line, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(engine, "exposed", lambda address: address == f"tcp://{HERE}:{line.port}")
+    monkeypatch.setattr(
+        engine, "exposed", lambda address: address == f"tcp://{HERE}:{line.port}"
+    )
     launch = dask(line)
     for _ in range(2):
         launch.connect()

@@ -1,4 +1,6 @@
-"""The cluster that the documentation describes gives a job script that starts one worker of one thread on each core."""
+"""The cluster that the documentation describes gives a job script that starts one
+worker of one thread on each core.
+"""
 
 import re
 import shlex
@@ -14,13 +16,19 @@ DOCUMENT = Path(__file__).parent.parent.parent / "GUIDE.md"
 
 @pytest.fixture
 def snippet(monkeypatch: pytest.MonkeyPatch) -> str:
-    """The Python of the documentation, which asks for no job and prints nothing here."""
+    """The Python of the documentation, which asks for no
+    job and prints nothing here.
+    """
     ctrl_c = signal.getsignal(signal.SIGINT)
     import dask_jobqueue as jobqueue
 
     signal.signal(signal.SIGINT, ctrl_c)  # which the import has made a plain exit
     monkeypatch.setattr(jobqueue.SLURMCluster, "scale", lambda *_, **__: None)
-    [code] = re.findall(r"```python\n(from dask_jobqueue.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
+    [code] = re.findall(
+        r"```python\n(from dask_jobqueue.*?)```",
+        DOCUMENT.read_text(encoding="utf-8"),
+        re.DOTALL,
+    )
     return str(code)
 
 
@@ -34,8 +42,16 @@ def test_the_documented_cluster_asks_slurm_for_workers_of_one_thread(
         address = cluster.scheduler_address
     assert capsys.readouterr().out == f"{address}\n"
     assert lines[0].startswith("#!")
-    assert {"#SBATCH --cpus-per-task=16", "#SBATCH -n 1", "#SBATCH --mem=30G", "#SBATCH -t 08:00:00"} <= set(lines)
-    assert any(line.startswith("export NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1") for line in lines)
+    assert {
+        "#SBATCH --cpus-per-task=16",
+        "#SBATCH -n 1",
+        "#SBATCH --mem=30G",
+        "#SBATCH -t 08:00:00",
+    } <= set(lines)
+    assert any(
+        line.startswith("export NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1")
+        for line in lines
+    )
     worker = shlex.split(lines[-1])
     assert worker[worker.index("distributed.cli.dask_worker") + 1] == address
     options = dict(pairwise(worker))

@@ -1,4 +1,6 @@
-"""Options of a cluster that cannot be are said at once, in one line, before any work."""
+"""Options of a cluster that cannot be are said at once,
+in one line, before any work.
+"""
 
 import importlib.util
 from collections.abc import Callable
@@ -17,7 +19,9 @@ DASK = ["--executor", "dask"]
 
 @pytest.fixture
 def refused(tmp_path: Path) -> Callable[..., str]:
-    """What a launch with such options says, which ends with exit code 2 and stores nothing."""
+    """What a launch with such options says, which ends with exit code 2 and stores
+    nothing.
+    """
     (tmp_path / "small.yaml").write_text(SMALL, encoding="utf-8")
 
     def run(*options: str) -> str:
@@ -31,26 +35,46 @@ def refused(tmp_path: Path) -> Callable[..., str]:
 
 
 def test_options_that_do_not_go_together(refused: Callable[..., str]) -> None:
-    either = "--executor dask: give either --address tcp://HOST:PORT or --scheduler-file FILE"
+    either = (
+        "--executor dask: give either --address tcp://HOST:PORT or --scheduler-file"
+        " FILE"
+    )
     assert refused(*DASK) == either
     assert refused(*DASK, "--address", "tcp://a:1", "--scheduler-file", "b") == either
-    assert refused("--address", "tcp://a:1") == "--address: only a dask cluster has one; add --executor dask"
-    assert refused("--scheduler-file", "b").startswith("--scheduler-file: only a dask cluster has one")
-    assert refused(*DASK, "--workers", "2", "--address", "tcp://a:1").startswith("--workers: a dask cluster has")
-    assert refused(*DASK, "--scheduler-file", "b").startswith("b: no such file; `dask scheduler")
-    assert refused(*DASK, "--address", "a:1") == (
-        "--address a:1: give it as the scheduler prints it, e.g. tcp://10.0.0.1:8786"
+    assert (
+        refused("--address", "tcp://a:1")
+        == "--address: only a dask cluster has one; add --executor dask"
+    )
+    assert refused("--scheduler-file", "b").startswith(
+        "--scheduler-file: only a dask cluster has one"
+    )
+    assert refused(*DASK, "--workers", "2", "--address", "tcp://a:1").startswith(
+        "--workers: a dask cluster has"
+    )
+    assert refused(*DASK, "--scheduler-file", "b").startswith(
+        "b: no such file; `dask scheduler"
+    )
+    assert (
+        refused(*DASK, "--address", "a:1")
+        == "--address a:1: give it as the scheduler prints it, e.g. tcp://10.0.0.1:8786"
     )
 
 
-def test_a_missing_package_is_named(refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_named(
+    refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     find = importlib.util.find_spec
-    monkeypatch.setattr("sweep.cli.engines.find_spec", lambda name: None if name == "distributed" else find(name))
+    monkeypatch.setattr(
+        "sweep.cli.engines.find_spec",
+        lambda name: None if name == "distributed" else find(name),
+    )
     words = '--executor dask: needs dask.distributed: pip install "boidsweep[dask]"'
     assert refused(*DASK, "--address", "tcp://a:1") == words
 
 
-def test_a_scheduler_that_does_not_answer(refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_does_not_answer(
+    refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
     with closing(Line()) as cut:
         address = f"tcp://{HERE}:{cut.port}"

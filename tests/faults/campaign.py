@@ -1,7 +1,9 @@
-"""Launches of a real study that are killed, whose workers are killed and whose parts are cut off, until it is whole.
+"""Launches of a real study that are killed, whose workers are killed and whose parts
+are cut off, until it is whole.
 
-Each launch is the `sweep launch` of a user in a process of its own, except that it stores a part five times a second:
-so more of the moments that are drawn fall into writing one.
+Each launch is the `sweep launch` of a user in a process of its own, except that it
+stores a part five times a second: so more of the moments that are drawn fall into
+writing one.
 """
 
 import os
@@ -33,8 +35,11 @@ record: {series: [speed], every: 50}
 LAUNCH = [
     sys.executable,
     "-c",
-    "from sweep.store.writer import Writer; Writer.__init__.__kwdefaults__['seconds'] = 0.2; "
-    "from sweep.cli import main; main()",
+    (
+        "from sweep.store.writer import Writer;"
+        " Writer.__init__.__kwdefaults__['seconds'] = 0.2; from sweep.cli import main;"
+        " main()"
+    ),
     *("launch", "spec.yaml", "--workers", "2"),
 ]
 WORKER_SECONDS = 1.5
@@ -44,18 +49,24 @@ TIMING = "seconds"
 
 
 def tables(folder: Path) -> dict[str, str]:
-    """The rows of the stored study as text, which tells any two numbers apart; wall times left out."""
+    """The rows of the stored study as text, which tells any two numbers apart; wall
+    times left out.
+    """
     found = {}
     for name in ("trials", "series"):
         table = Store(folder).read(name)
-        keys = [("trial_id", "ascending")] + ([("frame", "ascending")] if name == "series" else [])
+        keys = [("trial_id", "ascending")] + (
+            [("frame", "ascending")] if name == "series" else []
+        )
         wanted = sorted(set(table.column_names) - {TIMING})
         found[name] = repr(table.sort_by(keys).select(wanted).to_pylist())
     return found
 
 
 class Campaign:
-    """Disturbed studies below `folder`, each compared with an undisturbed one; `counts` says what was done to them."""
+    """Disturbed studies below `folder`, each compared with an undisturbed one; `counts`
+    says what was done to them.
+    """
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
@@ -65,7 +76,9 @@ class Campaign:
         self.whole = tables(folder / "undisturbed" / "faulty")
 
     def study(self, launches: int) -> None:
-        """Disturb a new study by that many launches, then let it be completed, and compare."""
+        """Disturb a new study by that many launches, then let it be completed, and
+        compare.
+        """
         self.counts["studies"] += 1
         place = self.folder / f"study-{self.counts['studies']}"
         place.mkdir()
@@ -74,21 +87,30 @@ class Campaign:
             self.disturbed_launch(place)
             if self.random.random() < 0.75:
                 self.cut(place / "results" / "faulty" / "parts")
-        done = subprocess.run(LAUNCH, cwd=place, capture_output=True, text=True, timeout=LAST_RESORT)
+        done = subprocess.run(
+            LAUNCH, cwd=place, capture_output=True, text=True, timeout=LAST_RESORT
+        )
         assert done.returncode == 0, done.stderr
         self.check(place / "results" / "faulty")
 
     def disturbed_launch(self, place: Path) -> None:
-        """A launch that is killed at a random moment; mostly that comes after one or two kills of its workers."""
+        """A launch that is killed at a random moment; mostly that comes after one or
+        two kills of its workers.
+        """
         self.counts["launches"] += 1
         with (place / "errors.txt").open("w") as errors:
-            process = subprocess.Popen(LAUNCH, cwd=place, stderr=errors, start_new_session=True)
+            process = subprocess.Popen(
+                LAUNCH, cwd=place, stderr=errors, start_new_session=True
+            )
         kills = self.random.choices([0, 1, 2], [4, 2, 5])[0]
         for _ in range(kills):
             self.kill_worker(process)
         if self.random.random() < 0.6:
             await_part(place / "results" / "faulty" / "parts", process)
-        if not ended(process, self.random.uniform(0, LAUNCH_SECONDS if kills == 0 else WORKER_SECONDS)):
+        if not ended(
+            process,
+            self.random.uniform(0, LAUNCH_SECONDS if kills == 0 else WORKER_SECONDS),
+        ):
             process.kill()
             self.counts["coordinator kills"] += 1
         code, said = process.wait(LAST_RESORT), (place / "errors.txt").read_text()
@@ -97,31 +119,43 @@ class Campaign:
         assert_no_orphans(process.pid)
 
     def kill_worker(self, process: "subprocess.Popen[bytes]") -> None:
-        """Kill one of the worker processes, a random while after the moment at which there are any."""
+        """Kill one of the worker processes, a random while after the moment at which
+        there are any.
+        """
         while process.poll() is None and not workers(process.pid):
             time.sleep(0.02)
-        if not ended(process, self.random.uniform(0, WORKER_SECONDS)) and (found := workers(process.pid)):
+        if not ended(process, self.random.uniform(0, WORKER_SECONDS)) and (
+            found := workers(process.pid)
+        ):
             with suppress(ProcessLookupError):
                 os.kill(self.random.choice(found), signal.SIGKILL)
                 self.counts["worker kills"] += 1
 
     def cut(self, parts: Path) -> None:
         """Cut a file of a part off at a random place, if there is one."""
-        files = sorted(file for file in parts.glob("*/*") if file.stat().st_size) if parts.is_dir() else []
+        files = (
+            sorted(file for file in parts.glob("*/*") if file.stat().st_size)
+            if parts.is_dir()
+            else []
+        )
         if files:
             file = self.random.choice(files)
             os.truncate(file, self.random.randrange(file.stat().st_size))
             self.counts["truncations"] += 1
 
     def check(self, folder: Path) -> None:
-        """The study is that of the undisturbed launch, no trial is stored twice, and nothing is left over."""
+        """The study is that of the undisturbed launch, no trial is stored twice, and
+        nothing is left over.
+        """
         assert tables(folder) == self.whole
         rows = sum(len(ids) for ids in map(trial_ids, Store(folder).all_parts()))
         assert rows == len(Store(folder).trial_ids()) == 120
         assert list((folder / "writing").iterdir()) == []
         assert not (folder / "lock").exists()
         damaged = folder / "damaged"
-        self.counts["set aside"] += len(list(damaged.iterdir())) if damaged.exists() else 0
+        self.counts["set aside"] += (
+            len(list(damaged.iterdir())) if damaged.exists() else 0
+        )
 
 
 def trial_ids(part: Path) -> list[str]:

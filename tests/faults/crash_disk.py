@@ -121,7 +121,10 @@ class Disk:
         content: Callable[[File], bytes],
     ) -> Tree:
         """What is left where folders keep those names and files that content."""
-        return {path: content(node) if isinstance(node, File) else None for path, node in _walk(self.root, names)}
+        return {
+            path: content(node) if isinstance(node, File) else None
+            for path, node in _walk(self.root, names)
+        }
 
     def without(self, lost: Callable[[int], bool]) -> "Names":
         """What is left where some of the pending changes, by their number, are lost."""
@@ -258,7 +261,9 @@ class Recorder:
         note: Callable[..., None],
         folders: tuple[str, ...] = ("dir_fd",),
     ) -> Callable[..., Any]:
-        """A noted function of `os`; `folders` are the options its paths are relative to."""
+        """A noted function of `os`; `folders` are the options its paths are relative
+        to.
+        """
         original = getattr(os, name)
 
         def call(*arguments: Any, **options: Any) -> Any:

@@ -352,9 +352,12 @@ class Campaign:
 def said() -> Iterator[list[str]]:
     """The messages that are logged inside."""
     messages = list[str]()
-    handler = logging.Handler()
-    note: Any = lambda record: messages.append(record.getMessage())  # noqa: E731
-    handler.emit = note  # type: ignore[method-assign]
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            messages.append(record.getMessage())
+
+    handler = Handler()
     logging.getLogger("sweep").addHandler(handler)
     try:
         yield messages

@@ -1,9 +1,11 @@
-"""Runs operations step by step in every order: which of them takes the next step is decided, never left to luck.
+"""Runs operations step by step in every order: which of them takes the next step is
+decided, never left to luck.
 
-An operation runs in a thread of its own, and stops before each step that others can notice, or whose outcome they can
-change. The explorer lets one thread at a time go on, and tries each of them at each step, from the beginning of a new
-world every time. Two orders that have led to the same state of the world, with each operation having seen the same so
-far, go on alike: one of them is followed.
+An operation runs in a thread of its own, and stops before each step that others can
+notice, or whose outcome they can change. The explorer lets one thread at a time go on,
+and tries each of them at each step, from the beginning of a new world every time. Two
+orders that have led to the same state of the world, with each operation having seen the
+same so far, go on alike: one of them is followed.
 """
 
 import threading
@@ -21,7 +23,9 @@ class Abandoned(BaseException):
 
 
 class World(NamedTuple):
-    """Operations on something new, `state` of which says what it holds; `check` is called when all are over."""
+    """Operations on something new, `state` of which says what it holds; `check` is
+    called when all are over.
+    """
 
     operations: Sequence[Callable[[], None]]
     state: Callable[[], State]
@@ -29,14 +33,18 @@ class World(NamedTuple):
 
 
 class Explored(NamedTuple):
-    """How many orders were followed to their end, and how many different states were met on the way."""
+    """How many orders were followed to their end, and how many different states were
+    met on the way.
+    """
 
     orders: int
     states: int
 
 
 class _Thread:
-    """An operation, which goes on when it is granted a step, until it asks for the next."""
+    """An operation, which goes on when it is granted a step, until it asks for the
+    next.
+    """
 
     def __init__(self, operation: Callable[[], None]) -> None:
         self.seen: list[Hashable] = []
@@ -89,7 +97,9 @@ _current = threading.local()
 
 
 def step(look: Callable[[], Hashable]) -> None:
-    """Called before a step: in the thread of an operation it waits for its turn, elsewhere it does nothing."""
+    """Called before a step: in the thread of an operation it waits for its turn,
+    elsewhere it does nothing.
+    """
     thread = getattr(_current, "thread", None)
     if thread is not None and not (thread.abandoned or thread.over):
         _current.thread = None  # what `look` does is no step
@@ -100,9 +110,11 @@ def step(look: Callable[[], Hashable]) -> None:
 
 
 def explore(make: Callable[[], World], most_switches: int | None = None) -> Explored:
-    """Run the operations of a new world in every order, or in all with so many switches between unfinished ones.
+    """Run the operations of a new world in every order, or in all with so many switches
+    between unfinished ones.
 
-    Raises what an operation or a check raises, with the order: the numbers of the operations, a sign a step.
+    Raises what an operation or a check raises, with the order: the numbers of the
+    operations, a sign a step.
     """
     met, orders, todo = set[Hashable](), 0, [""]
     while todo:
@@ -111,14 +123,21 @@ def explore(make: Callable[[], World], most_switches: int | None = None) -> Expl
         threads = [_Thread(operation) for operation in world.operations]
         taken, switches, known = "", 0, False
         try:
-            while alive := [number for number, thread in enumerate(threads) if not thread.over]:
+            while alive := [
+                number for number, thread in enumerate(threads) if not thread.over
+            ]:
                 choices = _in_order(alive, taken)
                 if len(taken) < len(prefix):
                     choice = int(prefix[len(taken)])
                 else:
                     left = None if most_switches is None else most_switches - switches
                     seen = tuple(tuple(thread.seen) for thread in threads)
-                    key = (world.state(), seen, left, None if left is None else taken[-1:])
+                    key = (
+                        world.state(),
+                        seen,
+                        left,
+                        None if left is None else taken[-1:],
+                    )
                     known = key in met
                     if known:
                         break
@@ -144,7 +163,9 @@ def explore(make: Callable[[], World], most_switches: int | None = None) -> Expl
 
 
 def _is_free(alive: Sequence[int], taken: str) -> bool:
-    """Whether to go on with any operation is no switch: at the beginning, and where the last one is over."""
+    """Whether to go on with any operation is no switch: at the beginning, and where the
+    last one is over.
+    """
     return not taken or int(taken[-1]) not in alive
 
 

@@ -1,6 +1,8 @@
-"""Jobs that hang, fill the memory or die at a bad moment, importable by worker processes.
+"""Jobs that hang, fill the memory or die at a bad moment, importable by worker
+processes.
 
-Workers are started again and again: so what only one of these jobs needs is imported by it alone.
+Workers are started again and again: so what only one of these jobs needs is imported by
+it alone.
 """
 
 import ctypes
@@ -25,7 +27,9 @@ def square(job: int) -> tuple[int, int]:
 
 
 def hang(_job: object = None) -> None:
-    """Within one call, and without letting any other thread run: this way into C keeps Python's lock."""
+    """Within one call, and without letting any other thread run: this way into C keeps
+    Python's lock.
+    """
     ctypes.PyDLL(None).pause()
 
 
@@ -54,7 +58,9 @@ def square_and_leave(job: int) -> tuple[int, int]:
 
 
 def die_while_sending(job: tuple[int, str]) -> int:
-    """The first try of job 3 returns 200 MB, and is killed by `kill_in_the_middle`, which finds its process id."""
+    """The first try of job 3 returns 200 MB, and is killed by `kill_in_the_middle`,
+    which finds its process id.
+    """
     number, marker = job
     if number == 3 and not Path(marker).exists():
         Path(marker).write_text(str(os.getpid()))
@@ -68,7 +74,9 @@ def received() -> int:
 
 
 def kill_in_the_middle(marker: Path) -> Callable[[], bool]:
-    """Kill, from another thread, the sender when 3 MB of its result are here; whether that was in the middle."""
+    """Kill, from another thread, the sender when 3 MB of its result are here; whether
+    that was in the middle.
+    """
     state = {"killed": 0}
 
     def await_and_kill() -> None:
@@ -101,7 +109,9 @@ def trial_or_hang(job: "Job") -> "Result":
 
 
 def run_or_die(marker: str, job: "Job") -> "Result":
-    """The second replicate of each point kills its worker, unless the marker says that one has died."""
+    """The second replicate of each point kills its worker, unless the marker says that
+    one has died.
+    """
     from sweep.trial.simulation import run
 
     if job.replicate == 1 and not Path(marker).exists():

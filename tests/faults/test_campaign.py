@@ -1,4 +1,6 @@
-"""Whatever is killed and cut off, the study becomes the undisturbed one: the same rows, bit by bit, each once."""
+"""Whatever is killed and cut off, the study becomes the undisturbed one: the same rows,
+bit by bit, each once.
+"""
 
 from pathlib import Path
 
@@ -8,9 +10,13 @@ from faults.campaign import Campaign
 
 
 def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
-    """The moments are drawn, so on another machine a launch may be over before its kill: then there is another one."""
+    """The moments are drawn, so on another machine a launch may be over before its
+    kill: then there is another one.
+    """
     campaign = Campaign(tmp_path, seed=2)
-    while not (campaign.counts["worker kills"] and campaign.counts["coordinator kills"]):
+    while not (
+        campaign.counts["worker kills"] and campaign.counts["coordinator kills"]
+    ):
         assert campaign.counts["studies"] < 10
         campaign.study(launches=1)
 
@@ -19,11 +25,15 @@ def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
 def test_many_studies_survive_hundreds_of_kills_and_truncations(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """At least 200 kills of the coordinator, 200 of workers and 100 truncations, and what was done is printed."""
+    """At least 200 kills of the coordinator, 200 of workers and 100 truncations, and
+    what was done is printed.
+    """
     campaign = Campaign(tmp_path, seed=1)
     wanted = {"coordinator kills": 200, "worker kills": 200, "truncations": 100}
     while any(campaign.counts[what] < number for what, number in wanted.items()):
         campaign.study(launches=8)
         with capsys.disabled():
-            done = ", ".join(f"{count} {what}" for what, count in sorted(campaign.counts.items()))
+            done = ", ".join(
+                f"{count} {what}" for what, count in sorted(campaign.counts.items())
+            )
             print(f"\nfault campaign: {done}", flush=True)

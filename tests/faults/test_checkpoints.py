@@ -1,4 +1,6 @@
-"""Whoever is killed in the middle of a long trial, the next to run it goes on, to the tables of a launch in peace."""
+"""Whoever is killed in the middle of a long trial, the next to run it goes on, to the
+tables of a launch in peace.
+"""
 
 import json
 import os
@@ -25,7 +27,15 @@ seed: 5
 checkpoint: 0.02
 record: {metrics: [speed, escapes], series: [speed], trajectories: true, every: 2000}
 """
-LAUNCH = [sys.executable, "-c", "from sweep.cli import main; main()", "launch", "spec.yaml", "--workers", "1"]
+LAUNCH = [
+    sys.executable,
+    "-c",
+    "from sweep.cli import main; main()",
+    "launch",
+    "spec.yaml",
+    "--workers",
+    "1",
+]
 PATIENCE = 120.0
 WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of 80,000")
 
@@ -40,7 +50,9 @@ def awaited(process: "subprocess.Popen[str]", there: Callable[[], bool]) -> None
 
 
 def steps_of(folder: Path) -> dict[str, int]:
-    """By trial the step of its checkpoint, which is being tried where the kill came just after it was read."""
+    """By trial the step of its checkpoint, which is being tried where the kill came
+    just after it was read.
+    """
     whole = [path for path in folder.iterdir() if path.suffix in (".state", ".tried-1")]
     headers = (json.loads(path.read_bytes().split(b"\n")[1]) for path in whole)
     return {header["trial_id"]: header["step"] for header in headers}
@@ -48,16 +60,23 @@ def steps_of(folder: Path) -> dict[str, int]:
 
 def went_on(errors: Path) -> dict[str, int]:
     """By trial the last step from which it has gone on."""
-    return {trial: int(step.replace(",", "")) for trial, step in WENT_ON.findall(errors.read_text())}
+    return {
+        trial: int(step.replace(",", ""))
+        for trial, step in WENT_ON.findall(errors.read_text())
+    }
 
 
 def launch(place: Path, name: str) -> "subprocess.Popen[str]":
     """A launch by its command, which says what it has to say to a file of that name."""
     with (place / name).open("w") as errors:
-        return subprocess.Popen(LAUNCH, cwd=place, stderr=errors, text=True, start_new_session=True)
+        return subprocess.Popen(
+            LAUNCH, cwd=place, stderr=errors, text=True, start_new_session=True
+        )
 
 
-def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(tmp_path: Path) -> None:
+def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "spec.yaml").write_text(SPEC)
     folder = tmp_path / "results" / "long"
     checkpoints = folder / "checkpoints"

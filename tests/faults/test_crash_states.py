@@ -91,7 +91,9 @@ def test_states_of_every_loss_end_as_in_peace(kind: str, tmp_path: Path) -> None
     [(ONE, 7), (SOUGHT, 3), pytest.param(SOUGHT, 100, marks=pytest.mark.slow)],
     ids=["launch", "search", "whole search"],
 )
-def test_a_launch_flushes_what_a_killed_one_had_not(spec: str, points: int, tmp_path: Path) -> None:
+def test_a_launch_flushes_what_a_killed_one_had_not(
+    spec: str, points: int, tmp_path: Path
+) -> None:
     """A launch that finds all stored says so: then a power cut must not take it away.
 
     A search stores its first part before it has flushed any other name in its folder.
@@ -148,7 +150,9 @@ def test_the_recorder_sees_what_is_written_elsewhere_and_takes_nothing_on_trust(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_thousands_of_states_end_as_in_peace(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_thousands_of_states_end_as_in_peace(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     campaign = Campaign(tmp_path)
     recording = recorded(KINDS[kind], tmp_path / "recorded")
     check_all_promises(campaign, recording)

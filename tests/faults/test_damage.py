@@ -1,4 +1,6 @@
-"""A part that lost a file, or a bit of one, is named and set aside, and its trials run again to the same bits."""
+"""A part that lost a file, or a bit of one, is named and set aside, and its trials run
+again to the same bits.
+"""
 
 import logging
 import os
@@ -63,8 +65,13 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
     assert progress.statuses.total() == (0 if sound else 3)
     assert tables(folder) == tables(whole)
     kept = folder / "damaged" / part.name
-    assert sound or {each.name: each.stat().st_size for each in kept.iterdir()} == before
-    lines = [f"{part}: damaged: {name} ", f"set aside as {kept}, its 3 trials run again"]
+    assert (
+        sound or {each.name: each.stat().st_size for each in kept.iterdir()} == before
+    )
+    lines = [
+        f"{part}: damaged: {name} ",
+        f"set aside as {kept}, its 3 trials run again",
+    ]
     assert all(line in caplog.text for line in lines) != sound
     assert relaunch(SMALL, folder.parent).statuses.total() == 0
 
@@ -119,7 +126,12 @@ def test_a_part_without_a_manifest_is_decoded(folder: Path, what: str) -> None:
 def test_reading_names_the_remedy_and_moves_nothing(folder: Path) -> None:
     part = Store(folder).all_parts()[0]
     os.truncate(part / "trials.parquet", 100)
-    with pytest.raises(StoreError, match=rf"{part}/trials.parquet: cannot be read .*; launch the study again: that"):
+    with pytest.raises(
+        StoreError,
+        match=(
+            rf"{part}/trials.parquet: cannot be read .*; launch the study again: that"
+        ),
+    ):
         Store(folder).read("trials")
     assert part.exists()
     assert not (folder / "damaged").exists()
@@ -135,7 +147,11 @@ def test_a_merged_part_that_is_damaged_gives_way_to_those_it_replaced(
     relaunch(SMALL, folder.parent)
     store = Store(folder)
     store.merge(sorted(old), {})
-    [merged] = set(store.current_parts()) - old - {part for part in store.all_parts() if "+" not in part.name}
+    [merged] = (
+        set(store.current_parts())
+        - old
+        - {part for part in store.all_parts() if "+" not in part.name}
+    )
     for name in ("replaces.json", "trials.parquet"):
         os.truncate(merged / name, 10)
     monkeypatch.undo()

@@ -40,11 +40,17 @@ with ended_like_ctrl_c():
 
 def driven(job: str) -> list[str]:
     """A process that drives jobs, of which the last are long."""
-    return [sys.executable, "-c", DRIVEN.format(tests=str(HERE), root=str(HERE.parent), job=job)]
+    return [
+        sys.executable,
+        "-c",
+        DRIVEN.format(tests=str(HERE), root=str(HERE.parent), job=job),
+    ]
 
 
 def await_long_jobs(process: "subprocess.Popen[str]") -> None:
-    """Wait until both workers are at a long job, and three batches are there at least."""
+    """Wait until both workers are at a long job, and three
+    batches are there at least.
+    """
     assert process.stdout is not None
     said = Counter[str]()
     while said["long\n"] < 2 or said["batch\n"] < 3:
@@ -63,9 +69,15 @@ def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
         assert_no_orphans(process.pid, patience=5)
 
 
-@pytest.mark.parametrize(("number", "whole_group"), [(signal.SIGTERM, False), (signal.SIGHUP, True)])
-def test_being_told_to_end_is_like_ctrl_c(number: signal.Signals, whole_group: bool) -> None:
-    """Also where everybody is told, as by a closing terminal: the coordinator alone decides."""
+@pytest.mark.parametrize(
+    ("number", "whole_group"), [(signal.SIGTERM, False), (signal.SIGHUP, True)]
+)
+def test_being_told_to_end_is_like_ctrl_c(
+    number: signal.Signals, whole_group: bool
+) -> None:
+    """Also where everybody is told, as by a closing terminal: the coordinator alone
+    decides.
+    """
     with started(driven("nap"), HERE) as process:
         await_long_jobs(process)
         (os.killpg if whole_group else os.kill)(process.pid, number)
@@ -99,12 +111,15 @@ Writer.__init__.__kwdefaults__["seconds"] = 1e9
 Writer.add = tell
 main()
 """
-"""The command, which says when results have come back, and stores none before its end."""
+"""The command, which says when results have come back, and stores none before its end.
+"""
 
 
 def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -> None:
     """Exit code 130 as after Ctrl-C; the lock is given back."""
-    (tmp_path / "spec.yaml").write_text(SPEC.replace("replicates: 30", "replicates: 3000"))
+    (tmp_path / "spec.yaml").write_text(
+        SPEC.replace("replicates: 30", "replicates: 3000")
+    )
     folder = tmp_path / "results" / "faulty"
     launch = [sys.executable, "-c", HOLDING, "launch", "spec.yaml", "--workers", "2"]
     with started(launch, tmp_path) as process:

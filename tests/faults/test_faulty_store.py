@@ -1,4 +1,6 @@
-"""Launches into an object store that fails, repeats, cuts and comes late: the tables are the undisturbed ones."""
+"""Launches into an object store that fails, repeats, cuts and comes late: the tables
+are the undisturbed ones.
+"""
 
 import http.client
 import random
@@ -28,13 +30,20 @@ FAULTS = ("500", "503", "reset before", "reset after", "cut", "twice", "late", "
 
 
 class Between:
-    """A proxy before an object store: faults by a seeded generator, a draw for each request.
+    """A proxy before an object store: faults by a seeded generator, a draw for each
+    request.
 
     Of each AWAY_EVERY requests in a row the last `away` meet no server.
     """
 
-    def __init__(self, target: int, seed: int, shares: dict[str, float], seconds: float = 0.0) -> None:
-        self.drawn, self.shares, self.seconds = random.Random(seed), dict(shares), seconds
+    def __init__(
+        self, target: int, seed: int, shares: dict[str, float], seconds: float = 0.0
+    ) -> None:
+        self.drawn, self.shares, self.seconds = (
+            random.Random(seed),
+            dict(shares),
+            seconds,
+        )
         self.away = self.shares.pop("away", 0)
         self.counts: Counter[str] = Counter()
         self.late: list[threading.Timer] = []
@@ -53,11 +62,19 @@ class Between:
         """What happens to a request; "" for nothing."""
         with self.drawing:
             self.counts["requests"] += 1
-            if self.away and self.counts["requests"] % AWAY_EVERY >= AWAY_EVERY - self.away:
+            if (
+                self.away
+                and self.counts["requests"] % AWAY_EVERY >= AWAY_EVERY - self.away
+            ):
                 self.counts["away"] += 1
                 return "reset before"
-            [fault] = self.drawn.choices([*self.shares, ""], [*self.shares.values(), 1 - sum(self.shares.values())])
-        if (fault in ("twice", "late") and method != "PUT") or (fault == "cut" and method != "GET"):
+            [fault] = self.drawn.choices(
+                [*self.shares, ""],
+                [*self.shares.values(), 1 - sum(self.shares.values())],
+            )
+        if (fault in ("twice", "late") and method != "PUT") or (
+            fault == "cut" and method != "GET"
+        ):
             return ""
         self.counts[fault] += 1
         return fault
@@ -77,18 +94,26 @@ class Between:
         if fault == "twice":
             status, headers, content = self.ask(asked, body)
         if fault == "late":
-            self.late.append(threading.Timer(1.0 + self.counts["late"] % 4, self.ask, (asked, body)))
+            self.late.append(
+                threading.Timer(1.0 + self.counts["late"] % 4, self.ask, (asked, body))
+            )
             self.late[-1].start()
         if fault == "reset after":
             asked.close_connection = True
             return
-        self.say(asked, status, headers, content, cut=fault == "cut" and len(content) > 1)
+        self.say(
+            asked, status, headers, content, cut=fault == "cut" and len(content) > 1
+        )
 
-    def ask(self, asked: Request, body: bytes) -> tuple[int, list[tuple[str, str]], bytes]:
+    def ask(
+        self, asked: Request, body: bytes
+    ) -> tuple[int, list[tuple[str, str]], bytes]:
         """What the store itself answers."""
         connection = http.client.HTTPConnection("127.0.0.1", self.target, timeout=60)
         try:
-            connection.request(asked.command, asked.path, body, dict(asked.headers.items()))
+            connection.request(
+                asked.command, asked.path, body, dict(asked.headers.items())
+            )
             answer = connection.getresponse()
             return answer.status, answer.getheaders(), answer.read()
         finally:
@@ -104,12 +129,16 @@ class Between:
         cut: bool = False,
     ) -> None:
         """Answer, or the first half of it."""
-        length = {name.lower(): value for name, value in headers}.get("content-length", "0")
+        length = {name.lower(): value for name, value in headers}.get(
+            "content-length", "0"
+        )
         asked.send_response(status)
         for name, value in headers:
             if name.lower() not in HOP:
                 asked.send_header(name, value)
-        asked.send_header("Content-Length", length if asked.command == "HEAD" else str(len(content)))
+        asked.send_header(
+            "Content-Length", length if asked.command == "HEAD" else str(len(content))
+        )
         asked.end_headers()
         with suppress(OSError):
             asked.wfile.write(content[: len(content) // 2] if cut else content)
@@ -117,7 +146,9 @@ class Between:
 
 
 def body_of(asked: Request) -> bytes:
-    """The bytes of a request, in pieces as they come where it does not say how many they are."""
+    """The bytes of a request, in pieces as they come where it does not say how many
+    they are.
+    """
     if "chunked" not in (asked.headers.get("Transfer-Encoding") or ""):
         return asked.rfile.read(int(asked.headers.get("Content-Length") or 0))
     raw = b""
@@ -135,7 +166,14 @@ def server() -> Iterator[ObjectStore]:
         yield started
 
 
-USUAL = {"500": 0.025, "503": 0.025, "reset before": 0.025, "reset after": 0.025, "cut": 0.05, "twice": 0.05}
+USUAL = {
+    "500": 0.025,
+    "503": 0.025,
+    "reset before": 0.025,
+    "reset after": 0.025,
+    "cut": 0.05,
+    "twice": 0.05,
+}
 
 
 def whole(folder: Path, spec: str) -> dict[str, str]:
@@ -146,13 +184,19 @@ def whole(folder: Path, spec: str) -> dict[str, str]:
 def test_a_launch_into_a_store_that_fails_has_the_tables_of_an_undisturbed_one(
     server: ObjectStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each launch stores points of its own, so that there are parts to read, to store and to merge."""
+    """Each launch stores points of its own, so that there are parts to read, to store
+    and to merge.
+    """
     monkeypatch.setattr(locations, "FIRST_PAUSE", 0.05)
     points = ["[0.5]", "[0.5, 1]", "[0.5, 1, 1.5]"]
     specs = [
-        campaign.SPEC.replace("replicates: 30", "replicates: 3").replace("[0.5, 1, 1.5, 2]", one) for one in points
+        campaign.SPEC.replace("replicates: 30", "replicates: 3").replace(
+            "[0.5, 1, 1.5, 2]", one
+        )
+        for one in points
     ]
-    # No three faults in a row among the first 500: a lock is asked for three times, not patiently.
+    # No three faults in a row among the first 500: a lock is asked for three times, not
+    # patiently.
     between = Between(server.port, 5, USUAL | {"late": 0.05})
     results = server.results("faults", between.port)
     try:
@@ -167,7 +211,11 @@ def test_a_launch_into_a_store_that_fails_has_the_tables_of_an_undisturbed_one(
 
 def started(folder: Path, place: str, *options: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [*LAUNCH, place, *options], cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*LAUNCH, place, *options],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
 
 
@@ -190,7 +238,10 @@ def test_launches_that_fail_and_are_killed_end_with_the_tables_of_an_undisturbed
     (tmp_path / "spec.yaml").write_text(campaign.SPEC)
     try:
         for kill in range(8 if name.startswith("killed") else 0):
-            launch, end = started(tmp_path, place), between.counts["requests"] + 20 + 7 * kill
+            launch, end = (
+                started(tmp_path, place),
+                between.counts["requests"] + 20 + 7 * kill,
+            )
             while launch.poll() is None and between.counts["requests"] < end:
                 time.sleep(0.01)
             launch.kill()
@@ -200,12 +251,16 @@ def test_launches_that_fail_and_are_killed_end_with_the_tables_of_an_undisturbed
     finally:
         between.close()
     assert last.returncode == 0, errors
-    assert tables(server.results(f"slow-{name}") / "faulty") == whole(tmp_path, campaign.SPEC)
+    assert tables(server.results(f"slow-{name}") / "faulty") == whole(
+        tmp_path, campaign.SPEC
+    )
     print(name, dict(between.counts))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "faults"), [(4, {}), (2, USUAL)], ids=["peace", "faults"])
+@pytest.mark.parametrize(
+    ("number", "faults"), [(4, {}), (2, USUAL)], ids=["peace", "faults"]
+)
 def test_shares_at_once_store_every_trial_over_a_slow_line(
     server: ObjectStore, tmp_path: Path, number: int, faults: dict[str, float]
 ) -> None:
@@ -214,7 +269,10 @@ def test_shares_at_once_store_every_trial_over_a_slow_line(
     place = server.url(f"shares-{number}", between.port)
     (tmp_path / "spec.yaml").write_text(campaign.SPEC)
     try:
-        shares = [started(tmp_path, place, "--shard", f"{k}/{number}") for k in range(1, number + 1)]
+        shares = [
+            started(tmp_path, place, "--shard", f"{k}/{number}")
+            for k in range(1, number + 1)
+        ]
         said = [share.communicate(timeout=LAUNCH_SECONDS)[1] for share in shares]
     finally:
         between.close()

@@ -1,4 +1,6 @@
-"""Whatever write fails, a launch ends with one clear line, and once there is room the same command completes it."""
+"""Whatever write fails, a launch ends with one clear line, and once there is room the
+same command completes it.
+"""
 
 import os
 import re
@@ -18,7 +20,13 @@ from faults.campaign import tables
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
 
-WRITES = [(os, "mkdir"), (os, "rename"), (os, "replace"), (os, "fsync"), (pq.ParquetWriter, "write_table")]
+WRITES = [
+    (os, "mkdir"),
+    (os, "rename"),
+    (os, "replace"),
+    (os, "fsync"),
+    (pq.ParquetWriter, "write_table"),
+]
 WRITES += [(pq.ParquetWriter, "__init__"), (os, "open")]
 
 
@@ -31,7 +39,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @contextmanager
 def full_after(writes: int) -> Iterator[list[int]]:
-    """Inside, that many writes succeed and all later ones fail; the list holds how many have failed."""
+    """Inside, that many writes succeed and all later ones fail; the list holds how many
+    have failed.
+    """
     numbers, failed = count(), [0]
 
     def failing(original: Callable[..., Any]) -> Callable[..., Any]:
@@ -45,7 +55,9 @@ def full_after(writes: int) -> Iterator[list[int]]:
         return write
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(writer_module.Writer.__init__, "__kwdefaults__", {**KEYWORDS, "rows": 2})
+        patch.setattr(
+            writer_module.Writer.__init__, "__kwdefaults__", {**KEYWORDS, "rows": 2}
+        )
         for owner, name in WRITES:
             patch.setattr(owner, name, failing(getattr(owner, name)))
         yield failed
@@ -55,7 +67,9 @@ KEYWORDS: dict[str, Any] = writer_module.Writer.__init__.__kwdefaults__ or {}
 
 
 def complete(results: Path, whole: dict[str, str]) -> None:
-    """Assert that a launch with room enough makes the study whole, and leaves nothing behind."""
+    """Assert that a launch with room enough makes the study whole, and leaves nothing
+    behind.
+    """
     relaunch(SMALL, results)
     assert tables(results / "small") == whole
     assert list((results / "small" / "writing").iterdir()) == []
@@ -63,7 +77,9 @@ def complete(results: Path, whole: dict[str, str]) -> None:
 
 
 def survives(results: Path, writes: int, whole: dict[str, str]) -> bool:
-    """Whether a launch needs no more than that many writes; one that does ends with one line, and can be completed."""
+    """Whether a launch needs no more than that many writes; one that does ends with one
+    line, and can be completed.
+    """
     with full_after(writes) as failed:
         try:
             relaunch(SMALL, results)
@@ -79,7 +95,9 @@ def survives(results: Path, writes: int, whole: dict[str, str]) -> bool:
 
 
 @pytest.mark.parametrize("writes", [0, 5, 13, 22, 34])
-def test_a_disk_that_is_full_costs_nothing(tmp_path: Path, whole: dict[str, str], writes: int) -> None:
+def test_a_disk_that_is_full_costs_nothing(
+    tmp_path: Path, whole: dict[str, str], writes: int
+) -> None:
     assert not survives(tmp_path, writes, whole)
 
 
@@ -87,7 +105,9 @@ def test_a_disk_that_is_full_costs_nothing(tmp_path: Path, whole: dict[str, str]
 def test_a_disk_that_is_full_from_the_kth_write_on_costs_nothing_for_any_k(
     tmp_path: Path, whole: dict[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    needed = next(writes for writes in count() if survives(tmp_path / str(writes), writes, whole))
+    needed = next(
+        writes for writes in count() if survives(tmp_path / str(writes), writes, whole)
+    )
     assert needed > 34
     with capsys.disabled():
         print(f"\nfull disk: a launch survives each of its {needed} writes failing")
@@ -98,7 +118,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A file system of its own, if this user may mount one."""
     place = tmp_path / "disk"
     place.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", place], capture_output=True)
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", place], capture_output=True
+    )
     if mounted.returncode:
         pytest.skip("this user may not mount a file system")
     yield place
@@ -110,10 +132,18 @@ def remount(place: Path, option: str) -> None:
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
-def test_a_real_disk_that_is_full(small_disk: Path, tmp_path: Path, whole: dict[str, str], share: float) -> None:
-    """It has that share of the room which the study takes; how much that is depends on what is said of its origin."""
+def test_a_real_disk_that_is_full(
+    small_disk: Path, tmp_path: Path, whole: dict[str, str], share: float
+) -> None:
+    """It has that share of the room which the study takes; how much that is depends on
+    what is said of its origin.
+    """
     relaunch(SMALL, tmp_path / "measured")
-    needed = sum(file.stat().st_size for file in (tmp_path / "measured").rglob("*") if file.is_file())
+    needed = sum(
+        file.stat().st_size
+        for file in (tmp_path / "measured").rglob("*")
+        if file.is_file()
+    )
     remount(small_disk, f"size={round(share * needed / 1024)}k")
     with pytest.raises(StoreError, match=r"cannot write .*No space left on device"):
         relaunch(SMALL, small_disk)
@@ -131,13 +161,22 @@ def test_results_that_may_only_be_read(small_disk: Path, whole: dict[str, str]) 
     complete(small_disk, whole)
 
 
-def test_the_command_says_so_in_one_line_where_files_may_not_grow(tmp_path: Path, whole: dict[str, str]) -> None:
+def test_the_command_says_so_in_one_line_where_files_may_not_grow(
+    tmp_path: Path, whole: dict[str, str]
+) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL)
-    launch = f"ulimit -f 8; exec {sys.executable} -c 'from sweep.cli import main; main()'"
+    launch = (
+        f"ulimit -f 8; exec {sys.executable} -c 'from sweep.cli import main; main()'"
+    )
     command = ["bash", "-c", f"{launch} launch spec.yaml --workers 1"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 2
     *_, last = done.stderr.splitlines()
-    assert re.fullmatch(r"results/small: cannot write \(.*File too large\); what was stored is intact", last)
+    assert re.fullmatch(
+        r"results/small: cannot write \(.*File too large\); what was stored is intact",
+        last,
+    )
     assert "Traceback" not in done.stderr
     complete(tmp_path / "results", whole)

@@ -1,9 +1,11 @@
-"""Whatever two processes do to one study at once, and in whichever order their steps fall: nothing is lost or doubled.
+"""Whatever two processes do to one study at once, and in whichever order their steps
+fall: nothing is lost or doubled.
 
-Every pair of what shares, a launch of the whole, gc and readers do runs step by step, in a
-folder and in an object store, in every order that can make a difference (`interleavings.py`),
-or in those with few interruptions. A step is what others can notice, or what depends on them:
-a look at a folder or a file of the study, a rename, a removal; of an object store every request.
+Every pair of what shares, a launch of the whole, gc and readers do runs step by step,
+in a folder and in an object store, in every order that can make a difference
+(`interleavings.py`), or in those with few interruptions. A step is what others can
+notice, or what depends on them: a look at a folder or a file of the study, a rename, a
+removal; of an object store every request.
 """
 
 import itertools
@@ -32,12 +34,18 @@ from sweep.store.store import Store
 WATCHED = ("parts", "damaged", "plan.parquet")
 EVENTS = ("os.scandir", "os.listdir", "os.remove", "os.rmdir", "os.rename", "open")
 _watched: list[str] = []
-"""The folder whose steps are looked at, while there is one: a hook of the interpreter cannot be taken back."""
+"""The folder whose steps are looked at, while there is one: a hook of the interpreter
+cannot be taken back.
+"""
 
 
 def _heard(event: str, arguments: tuple[Any, ...]) -> None:
     if _watched and event in EVENTS:
-        paths = [os.fsdecode(one) for one in arguments[:2] if isinstance(one, str | bytes | os.PathLike)]
+        paths = [
+            os.fsdecode(one)
+            for one in arguments[:2]
+            if isinstance(one, str | bytes | os.PathLike)
+        ]
         inside = [path for path in paths if _is_watched(path)]
         if inside:
             step(lambda: (event, *(_look(path) for path in inside)))
@@ -66,7 +74,16 @@ class Requests(Memory):
 
     def _ask(self, key: str) -> None:
         prefix = key.endswith("/")
-        step(lambda: (key, *sorted(one for one in self.objects if one == key or (prefix and one.startswith(key)))))
+        step(
+            lambda: (
+                key,
+                *sorted(
+                    one
+                    for one in self.objects
+                    if one == key or (prefix and one.startswith(key))
+                ),
+            )
+        )
         super()._ask(key)
 
 
@@ -87,11 +104,17 @@ class OneByOne:
 
 @pytest.fixture
 def steps(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Files of parts are opened in steps, nothing waits for a disk, and names are the same in every order."""
+    """Files of parts are opened in steps, nothing waits for a disk, and names are the
+    same in every order.
+    """
     stat = os.stat
 
     def looked_at(path: Any, *arguments: Any, **options: Any) -> os.stat_result:
-        if _watched and isinstance(path, str | os.PathLike) and _is_watched(os.fspath(path)):
+        if (
+            _watched
+            and isinstance(path, str | os.PathLike)
+            and _is_watched(os.fspath(path))
+        ):
             step(lambda: ("stat", _look(os.fspath(path))))
         return stat(path, *arguments, **options)
 
@@ -124,7 +147,9 @@ def rows(*ids: str, status: str = "ok") -> dict[str, pa.Table]:
 
 
 class Launch:
-    """Who has a share of the study, or the whole, or reads; `name` is in the names of its parts."""
+    """Who has a share of the study, or the whole, or reads; `name` is in the names of
+    its parts.
+    """
 
     def __init__(self, place: Location, name: str, operation: str) -> None:
         self.name, self.operation = name, operation
@@ -187,7 +212,9 @@ STORED = {"merged", "a old", "b old"}
 
 
 def fill(place: Location, damaged: str) -> None:
-    """Of two shares each has stored a part; a launch was killed before it deleted what it had merged."""
+    """Of two shares each has stored a part; a launch was killed before it deleted what
+    it had merged.
+    """
     store = Store(place)
     TOKENS.name, TOKENS.count = "f", 0
     with pytest.MonkeyPatch.context() as patch:
@@ -201,7 +228,9 @@ def fill(place: Location, damaged: str) -> None:
 
 
 def check(place: Location, launches: list[Launch], damaged: str) -> None:
-    """Nothing is lost or doubled, for those who read meanwhile, at the end, and when all is merged."""
+    """Nothing is lost or doubled, for those who read meanwhile, at the end, and when
+    all is merged.
+    """
     new = {trial for launch in launches for trial in launch.new}
     gone = {trial for launch in launches for trial in launch.gone}
     for launch in launches:
@@ -213,15 +242,26 @@ def check(place: Location, launches: list[Launch], damaged: str) -> None:
         last.begin()
         last()
     assert len(last.store.all_parts()) == 1
-    aside = [*(place / "damaged").iterdir()] if (place / "damaged").exists() or isinstance(place, ObjectPath) else []
-    assert [sorted(file.name for file in part.iterdir()) for part in aside] == ([FILES] if damaged else [])
+    aside = (
+        [*(place / "damaged").iterdir()]
+        if (place / "damaged").exists() or isinstance(place, ObjectPath)
+        else []
+    )
+    assert [sorted(file.name for file in part.iterdir()) for part in aside] == (
+        [FILES] if damaged else []
+    )
 
 
 def launches_of(place: Location, pair: tuple[str, ...]) -> list[Launch]:
-    return [Launch(place, name, operation) for name, operation in zip("ab", pair, strict=True)]
+    return [
+        Launch(place, name, operation)
+        for name, operation in zip("ab", pair, strict=True)
+    ]
 
 
-def in_a_folder(pair: tuple[str, ...], damaged: str, folder: Path) -> Callable[[], World]:
+def in_a_folder(
+    pair: tuple[str, ...], damaged: str, folder: Path
+) -> Callable[[], World]:
     template, numbers = folder / "template", itertools.count()
     fill(template, damaged)
     for file in template.glob("parts/*-d1/trials.parquet"):
@@ -234,7 +274,9 @@ def in_a_folder(pair: tuple[str, ...], damaged: str, folder: Path) -> Callable[[
         launches = launches_of(place, pair)
 
         def state() -> State:
-            return tuple(sorted(str(one.relative_to(place)) for one in place.glob("[dp]*/*/*")))
+            return tuple(
+                sorted(str(one.relative_to(place)) for one in place.glob("[dp]*/*/*"))
+            )
 
         def checked() -> None:
             check(place, launches, damaged)
@@ -245,7 +287,9 @@ def in_a_folder(pair: tuple[str, ...], damaged: str, folder: Path) -> Callable[[
     return make
 
 
-def in_an_object_store(pair: tuple[str, ...], damaged: str, _: Path) -> Callable[[], World]:
+def in_an_object_store(
+    pair: tuple[str, ...], damaged: str, _: Path
+) -> Callable[[], World]:
     server, memory = Server(), Requests()
     server.known = True
     server.__dict__["files"] = memory
@@ -259,7 +303,11 @@ def in_an_object_store(pair: tuple[str, ...], damaged: str, _: Path) -> Callable
     def make() -> World:
         memory.objects = dict(template)
         launches = launches_of(place, pair)
-        return World(launches, lambda: tuple(sorted(memory.objects)), lambda: check(place, launches, damaged))
+        return World(
+            launches,
+            lambda: tuple(sorted(memory.objects)),
+            lambda: check(place, launches, damaged),
+        )
 
     return make
 
@@ -281,15 +329,23 @@ def make(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], World]:
 
 @pytest.mark.usefixtures("steps")
 def test_no_interruption_loses_or_doubles(make: Callable[[], World]) -> None:
-    """All orders in which one operation is interrupted once, at any step, by the whole of the other."""
+    """All orders in which one operation is interrupted once, at any step, by the whole
+    of the other.
+    """
     assert explore(make, most_switches=1).orders > 1
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("steps")
-def test_no_order_of_steps_loses_or_doubles(make: Callable[[], World], request: pytest.FixtureRequest) -> None:
-    """In an object store every order; a folder has more steps, there all orders with two interruptions."""
+def test_no_order_of_steps_loses_or_doubles(
+    make: Callable[[], World], request: pytest.FixtureRequest
+) -> None:
+    """In an object store every order; a folder has more steps, there all orders with
+    two interruptions.
+    """
     place = request.node.callspec.params["make"][0]
     found = explore(make, MOST_SWITCHES[place])
-    print(f"{request.node.callspec.id}: {found.orders:,} orders, {found.states:,} states")
+    print(
+        f"{request.node.callspec.id}: {found.orders:,} orders, {found.states:,} states"
+    )
     assert found.orders > 1

@@ -1,4 +1,6 @@
-"""One launch of a study at a time, and a dead one's lock is taken over by exactly one other."""
+"""One launch of a study at a time, and a dead one's lock is taken over by exactly one
+other.
+"""
 
 import json
 import logging
@@ -57,7 +59,12 @@ def foreign(store: Store, age: float, **about: object) -> Path:
     """A lock of another machine, last touched `age` seconds ago."""
     folder = store.folder / "lock"
     folder.mkdir(parents=True)
-    owner = {"who": "ada on elsewhere (process 12) since 1843", "machine": "elsewhere", "process": 12, "started": "1"}
+    owner = {
+        "who": "ada on elsewhere (process 12) since 1843",
+        "machine": "elsewhere",
+        "process": 12,
+        "started": "1",
+    }
     file = folder / "token.json"
     file.write_text(json.dumps(owner | about))
     then = time.time() - age
@@ -73,7 +80,10 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_second_launch_is_told_who_is_launching_since_when(tmp_path: Path) -> None:
     with lock(Store(tmp_path / "small")):
-        held = rf"small/lock: this study is being launched by \S+ on \S+ \(process {os.getpid()}\) since 2"
+        held = (
+            r"small/lock: this study is being launched by \S+ on \S+ \(process"
+            rf" {os.getpid()}\) since 2"
+        )
         with pytest.raises(StoreError, match=held):
             relaunch(SMALL, tmp_path)
         assert not (tmp_path / "small" / "plan.parquet").exists()
@@ -81,7 +91,9 @@ def test_a_second_launch_is_told_who_is_launching_since_when(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("error", [None, ValueError, KeyboardInterrupt, SystemExit])
-def test_it_is_released_on_every_way_out(store: Store, error: type[BaseException] | None) -> None:
+def test_it_is_released_on_every_way_out(
+    store: Store, error: type[BaseException] | None
+) -> None:
     def held() -> None:
         with lock(store):
             assert list((store.folder / "lock").iterdir())
@@ -99,16 +111,34 @@ def test_it_is_released_on_every_way_out(store: Store, error: type[BaseException
 
 
 @pytest.mark.parametrize("start", ["other", "same"])
-def test_on_one_machine_the_process_decides(store: Store, caplog: pytest.LogCaptureFixture, start: str) -> None:
-    """Whatever the time of the file: this very process holds a lock, another of the same id does not."""
+def test_on_one_machine_the_process_decides(
+    store: Store, caplog: pytest.LogCaptureFixture, start: str
+) -> None:
+    """Whatever the time of the file: this very process holds a lock, another of the
+    same id does not.
+    """
     began = started(os.getpid()) if start == "same" else "0"
-    foreign(store, 0 if start == "other" else 1e6, machine=machine(), process=os.getpid(), started=began)
+    foreign(
+        store,
+        0 if start == "other" else 1e6,
+        machine=machine(),
+        process=os.getpid(),
+        started=began,
+    )
     if start == "same":
-        with pytest.raises(StoreError, match=r"is being launched by ada.*; wait for it, or end it$"), lock(store):
+        with (
+            pytest.raises(
+                StoreError, match=r"is being launched by ada.*; wait for it, or end it$"
+            ),
+            lock(store),
+        ):
             pass
     else:
         with caplog.at_level(logging.WARNING), lock(store):
-            assert "taken over from ada on elsewhere (process 12) since 1843: that process is gone" in caplog.text
+            assert (
+                "taken over from ada on elsewhere (process 12) since 1843: that process"
+                " is gone" in caplog.text
+            )
 
 
 @pytest.mark.parametrize("age", [0.0, 50.0, -50.0])
@@ -119,13 +149,19 @@ def test_another_machine_that_was_heard_of_lately_holds_it(
     monkeypatch.setattr(lock_module, "_is_touched", lambda *_: pytest.fail("watched"))
     foreign(store, age)
     how_long = "or one restarted since, it counts as ended after 60 s of silence"
-    with pytest.raises(StoreError, match=f"ada on elsewhere.*; of another machine, {how_long}$"), lock(store):
+    with (
+        pytest.raises(
+            StoreError, match=f"ada on elsewhere.*; of another machine, {how_long}$"
+        ),
+        lock(store),
+    ):
         pass
 
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize(
-    ("age", "words"), [(70.0, "without a sign of life for 7"), (-7200.0, "without a sign of life")]
+    ("age", "words"),
+    [(70.0, "without a sign of life for 7"), (-7200.0, "without a sign of life")],
 )
 def test_one_that_is_silent_while_watched_is_taken_over(
     store: Store, caplog: pytest.LogCaptureFixture, age: float, words: str
@@ -138,7 +174,9 @@ def test_one_that_is_silent_while_watched_is_taken_over(
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("jump", [7200.0, -7200.0])
-def test_a_clock_that_jumps_is_no_death(store: Store, monkeypatch: pytest.MonkeyPatch, jump: float) -> None:
+def test_a_clock_that_jumps_is_no_death(
+    store: Store, monkeypatch: pytest.MonkeyPatch, jump: float
+) -> None:
     """The other machine lives and touches its file, but by a clock two hours away."""
     file, touched, looks = foreign(store, jump), LockFiles.touched, iter(range(1000))
 
@@ -167,13 +205,17 @@ def test_who_has_slept_through_a_takeover_learns_of_it(store: Store) -> None:
         while not held.lost:
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        with pytest.raises(StoreError, match="another launch has taken this study over"):
+        with pytest.raises(
+            StoreError, match="another launch has taken this study over"
+        ):
             held.check()
     assert (store.folder / "lock" / "token.json").exists()
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_lock_whose_content_was_lost_is_taken_over_when_it_is_old(store: Store) -> None:
+def test_a_lock_whose_content_was_lost_is_taken_over_when_it_is_old(
+    store: Store,
+) -> None:
     foreign(store, 70).write_text("")
     os.utime(store.folder / "lock" / "token.json", (1, 1))
     with lock(store):
@@ -181,16 +223,31 @@ def test_a_lock_whose_content_was_lost_is_taken_over_when_it_is_old(store: Store
 
 
 def test_of_many_takers_one_has_it_at_a_time(store: Store) -> None:
-    """Real processes, which race for a dead owner's lock first, and then for each other's."""
+    """Real processes, which race for a dead owner's lock first, and then for each
+    other's.
+    """
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     foreign(store, 0, machine=machine(), process=gone.pid)
-    command = [sys.executable, "-c", TAKERS.format(root=str(HERE.parent)), str(store.folder)]
+    command = [
+        sys.executable,
+        "-c",
+        TAKERS.format(root=str(HERE.parent)),
+        str(store.folder),
+    ]
     takers = [
-        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
         for _ in range(4)
     ]
-    assert [taker.stdout.readline() for taker in takers if taker.stdout] == ["ready\n"] * 4
+    assert [taker.stdout.readline() for taker in takers if taker.stdout] == [
+        "ready\n"
+    ] * 4
     ended = [taker.communicate("60\n", timeout=60) for taker in takers if taker.stdin]
     assert [taker.returncode for taker in takers] == [0] * 4, ended
     assert sum("taken over" in errors for _, errors in ended) >= 1

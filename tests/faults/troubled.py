@@ -13,9 +13,11 @@ from sweep.trial.result import Result
 
 
 def fails_at_first(folder: str, job: Job) -> Result:
-    """At the first point replicate 0 grows in the first attempt; at the second replicate 1 raises in all.
+    """At the first point replicate 0 grows in the first attempt; at the second
+    replicate 1 raises in all.
 
-    A job that grows runs twice in an attempt, the second time alone. The runs are counted in files below `folder`.
+    A job that grows runs twice in an attempt, the second time alone. The runs are
+    counted in files below `folder`.
     """
     with (Path(folder) / job.trial_id).open("a") as runs:
         runs.write("x")
@@ -38,7 +40,9 @@ def grow() -> None:
 
 
 def hangs_or_dies(job: Job) -> Result:
-    """At the first point replicate 0 hangs within a call, and replicate 1 kills its worker."""
+    """At the first point replicate 0 hangs within a call, and replicate 1 kills its
+    worker.
+    """
     if job.settings["separation_weight"] == 0.5 and job.replicate == 0:
         hang()
     if job.settings["separation_weight"] == 0.5 and job.replicate == 1:

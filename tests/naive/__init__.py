@@ -1,8 +1,10 @@
 # ruff: noqa: F401, F403
-"""Slow twins of the kernels, written for the eye: plain loops, NumPy where it reads better, no cell grid.
+"""Slow twins of the kernels, written for the eye: plain loops, NumPy where it reads
+better, no cell grid.
 
-Every public kernel of kernels/rules and kernels/arbitration has a twin of the same name and the same arguments; every
-model one that takes a single step; every metric one in METRICS, from the six rows of one frame to a number.
+Every public kernel of kernels/rules and kernels/arbitration has a twin of the same name
+and the same arguments; every model one that takes a single step; every metric one in
+METRICS, from the six rows of one frame to a number.
 """
 
 from naive.aziel_chen2025 import aziel_chen2025

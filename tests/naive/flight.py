@@ -10,7 +10,9 @@ from naive.rules import Vector, confine
 
 
 def displacement(world: Any, position: Vector, other: Vector) -> Vector:
-    """From a position to another, on a torus that is seen across its borders the short way round."""
+    """From a position to another, on a torus that is seen across its borders the short
+    way round.
+    """
     d, box = other - position, np.array([world.width, world.height])
     return d - box * np.sign(d) * (np.abs(d) > box / 2) if world.minimum_image else d
 
@@ -19,7 +21,9 @@ def angle_between(a: Vector, b: Vector) -> float:
     """Radians in [0, pi]; 0 where a vector has no direction."""
     if not a.any() or not b.any():
         return 0.0
-    return abs(math.remainder(math.atan2(a[1], a[0]) - math.atan2(b[1], b[0]), math.tau))
+    return abs(
+        math.remainder(math.atan2(a[1], a[0]) - math.atan2(b[1], b[0]), math.tau)
+    )
 
 
 class Bird(NamedTuple):
@@ -30,13 +34,24 @@ class Bird(NamedTuple):
 
 
 def birds(flock: Any) -> list[Bird]:
-    return [Bird(np.array([x, y]), np.array([vx, vy])) for x, y, vx, vy in zip(*flock[:4], strict=True)]
+    return [
+        Bird(np.array([x, y]), np.array([vx, vy]))
+        for x, y, vx, vy in zip(*flock[:4], strict=True)
+    ]
 
 
 def neighbours(
-    world: Any, flock: list[Bird], i: int, reach: float, inclusive: bool, fov: float = 360.0, slack: float = 0.0
+    world: Any,
+    flock: list[Bird],
+    i: int,
+    reach: float,
+    inclusive: bool,
+    fov: float = 360.0,
+    slack: float = 0.0,
 ) -> list[tuple[int, Vector]]:
-    """Index of, and displacement to, those that boid `i` sees; `slack` widens range and half angle (radians)."""
+    """Index of, and displacement to, those that boid `i` sees; `slack` widens range and
+    half angle (radians).
+    """
     seen = []
     for j, other in enumerate(flock):
         d = displacement(world, flock[i].position, other.position)
@@ -49,8 +64,12 @@ def neighbours(
     return seen
 
 
-def walk(flock: list[Bird], update: str, new_state: Callable[[list[Bird], int], Bird]) -> list[Bird]:
-    """The flock after every boid took its new state, seeing those before it in their new states, or not."""
+def walk(
+    flock: list[Bird], update: str, new_state: Callable[[list[Bird], int], Bird]
+) -> list[Bird]:
+    """The flock after every boid took its new state, seeing those before it in their
+    new states, or not.
+    """
     if update == "synchronous":
         return [new_state(flock, i) for i in range(len(flock))]
     flock = list(flock)

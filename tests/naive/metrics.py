@@ -56,16 +56,23 @@ def flock_sizes(bodies: Vector, reach: float) -> list[int]:
 
 
 def elongation(bodies: Vector, reach: float) -> float:
-    """Of the largest flock; where several are as large, of the one that holds the boid a union-find calls the first."""
+    """Of the largest flock; where several are as large, of the one that holds the boid
+    a union-find calls the first.
+    """
     found = flocks(bodies, reach)
     most = max(len(flock) for flock in found)
-    assert sum(len(flock) == most for flock in found) == 1 or most < 3, "which flock is the largest is not clear"
+    assert sum(len(flock) == most for flock in found) == 1 or most < 3, (
+        "which flock is the largest is not clear"
+    )
     flock = bodies[:, next(members for members in found if len(members) == most)]
     course = flock[2:4].sum(axis=1)
     if most < 3 or not course.any():
         return math.nan
     apart = flock[:2] - flock[:2].mean(axis=1, keepdims=True)
-    along, across = course / np.hypot(*course) @ apart, np.array([course[1], -course[0]]) / np.hypot(*course) @ apart
+    along, across = (
+        course / np.hypot(*course) @ apart,
+        np.array([course[1], -course[0]]) / np.hypot(*course) @ apart,
+    )
     return (along.std() - across.std()) / (along.std() + across.std())
 
 
@@ -80,12 +87,16 @@ def neighbours_ahead(bodies: Vector, reach: float) -> float:
 
 
 def clearances(bodies: Vector, world: Any) -> Vector:
-    """The distance of each boid from the nearest of the discs and rectangles, negative inside."""
+    """The distance of each boid from the nearest of the discs and rectangles, negative
+    inside.
+    """
     across = np.abs(bodies[0][:, None] - world.obstacle_x)
     along = np.abs(bodies[1][:, None] - world.obstacle_y)
     disc = np.hypot(across, along) - world.half_width
     beside, above = across - world.half_width, along - world.half_height
-    box = np.hypot(np.maximum(beside, 0), np.maximum(above, 0)) + np.minimum(np.maximum(beside, above), 0)
+    box = np.hypot(np.maximum(beside, 0), np.maximum(above, 0)) + np.minimum(
+        np.maximum(beside, above), 0
+    )
     return np.where(world.is_round, disc, box).min(axis=1)
 
 
@@ -99,10 +110,13 @@ def goal_spread(bodies: Vector, world: Any, radius: float) -> float:
 
 
 def potentials(bodies: Vector, rule: Any) -> list[float]:
-    """The pair potentials of every boid, summed, by integrating the pair force from its rest to the distance."""
+    """The pair potentials of every boid, summed, by integrating the pair force from its
+    rest to the distance.
+    """
 
     def pair(distance: float, cohesion: float) -> float:
-        # Both pieces of the force are linear, so the mean of its ends times the length is the integral.
+        # Both pieces of the force are linear, so the mean of its ends times the length
+        # is the integral.
         rest = rule.separation_range
         if distance >= max(rest, rule.cohesion_range):
             return 0.0
@@ -115,54 +129,94 @@ def potentials(bodies: Vector, rule: Any) -> list[float]:
     np.fill_diagonal(apart, np.inf)
     inner = rule.separation_range if rule.cohesion_outside else 0.0
     counts = ((apart >= inner) & (apart < rule.cohesion_range)).sum(axis=1)
-    return [sum(pair(d, rule.cohesion / max(n, 1)) for d in row) for row, n in zip(apart, counts, strict=True)]
+    return [
+        sum(pair(d, rule.cohesion / max(n, 1)) for d in row)
+        for row, n in zip(apart, counts, strict=True)
+    ]
 
 
 def flock_potential(bodies: Vector, rule: Any, reach: float) -> float:
     energy = potentials(bodies, rule)
-    sums = [sum(energy[i] for i in flock) for flock in flocks(bodies, reach) if len(flock) > 1]
+    sums = [
+        sum(energy[i] for i in flock)
+        for flock in flocks(bodies, reach)
+        if len(flock) > 1
+    ]
     return float(np.mean(sums)) if sums else math.nan
 
 
 def variation(counts: Vector, ground: Any, ddof: int) -> float:
-    """The coefficient of variation of visit counts with the given number, sum and sum of squares."""
+    """The coefficient of variation of visit counts with the given number, sum and sum
+    of squares.
+    """
     mean = counts[1] / ground.traversable
     return (
-        math.sqrt((counts[2] / ground.traversable - mean**2) * ground.traversable / (ground.traversable - ddof)) / mean
+        math.sqrt(
+            (counts[2] / ground.traversable - mean**2)
+            * ground.traversable
+            / (ground.traversable - ddof)
+        )
+        / mean
     )
 
 
 METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "speed": lambda bodies, *_: np.hypot(*bodies[2:4]).mean(),
     "flock_radius": lambda bodies, *_: from_centre(bodies).mean(),
-    "turn_rate": lambda bodies, *_: np.minimum(turns(bodies), 360 - turns(bodies)).mean(),
+    "turn_rate": lambda bodies, *_: np.minimum(
+        turns(bodies), 360 - turns(bodies)
+    ).mean(),
     "turn_rate_unwrapped": lambda bodies, *_: turns(bodies).mean(),
     "dispersion": lambda bodies, *_: from_centre(bodies).std(),
     "polarization": lambda bodies, *_: polarization(bodies),
     "nearest_neighbour_distance": lambda bodies, *_: nearest(bodies),
-    "flock_count": lambda bodies, _counts, _ground, seen: len(flock_sizes(bodies, seen.flock_range)),
-    "largest_flock": lambda bodies, _counts, _ground, seen: max(flock_sizes(bodies, seen.flock_range)),
+    "flock_count": lambda bodies, _counts, _ground, seen: len(
+        flock_sizes(bodies, seen.flock_range)
+    ),
+    "largest_flock": lambda bodies, _counts, _ground, seen: max(
+        flock_sizes(bodies, seen.flock_range)
+    ),
     "coverage": lambda _, counts, ground, _seen: 100 * counts[0] / ground.traversable,
     "coverage_total": lambda _, counts, ground, _seen: 100 * counts[0] / ground.pixels,
-    "coverage_cv": lambda _, counts, ground, seen: variation(counts, ground, seen.coverage_cv_ddof),
+    "coverage_cv": lambda _, counts, ground, seen: variation(
+        counts, ground, seen.coverage_cv_ddof
+    ),
     "escapes": lambda _, counts, *_rest: counts[3],
     "collisions": lambda _, counts, *_rest: counts[4],
     "boid_collisions": lambda _, counts, *_rest: counts[5],
     "share_arrived": lambda _, counts, ground, _seen: 100 * counts[6] / ground.boids,
-    "time_to_goal": lambda _, counts, ground, _seen: counts[7] * ground.dt / counts[6] if counts[6] else math.nan,
+    "time_to_goal": lambda _, counts, ground, _seen: (
+        counts[7] * ground.dt / counts[6] if counts[6] else math.nan
+    ),
     "equilibrium": lambda _, counts, ground, _seen: 100 * counts[8] / ground.boids,
     "dead_ends": lambda _, counts, *_rest: counts[9],
     "largest_flock_share": lambda bodies, _counts, _ground, seen: (
         100 * max(flock_sizes(bodies, seen.flock_range)) / bodies.shape[1]
     ),
-    "boids_lost": lambda bodies, _counts, _ground, seen: bodies.shape[1] - max(flock_sizes(bodies, seen.flock_range)),
-    "elongation": lambda bodies, _counts, _ground, seen: elongation(bodies, seen.flock_range),
-    "neighbours_ahead": lambda bodies, _counts, _ground, seen: neighbours_ahead(bodies, seen.flock_range),
-    "clearance": lambda bodies, _counts, ground, _seen: clearances(bodies, ground.world).mean(),
-    "least_clearance": lambda bodies, _counts, ground, _seen: clearances(bodies, ground.world).min(),
-    "goal_distance": lambda bodies, _counts, ground, _seen: from_goal(bodies, ground.world).mean(),
-    "goal_spread": lambda bodies, _counts, ground, seen: goal_spread(bodies, ground.world, seen.goal_radius),
-    "potential": lambda bodies, _counts, ground, _seen: np.mean(potentials(bodies, ground.potential)),
+    "boids_lost": lambda bodies, _counts, _ground, seen: (
+        bodies.shape[1] - max(flock_sizes(bodies, seen.flock_range))
+    ),
+    "elongation": lambda bodies, _counts, _ground, seen: elongation(
+        bodies, seen.flock_range
+    ),
+    "neighbours_ahead": lambda bodies, _counts, _ground, seen: neighbours_ahead(
+        bodies, seen.flock_range
+    ),
+    "clearance": lambda bodies, _counts, ground, _seen: clearances(
+        bodies, ground.world
+    ).mean(),
+    "least_clearance": lambda bodies, _counts, ground, _seen: clearances(
+        bodies, ground.world
+    ).min(),
+    "goal_distance": lambda bodies, _counts, ground, _seen: from_goal(
+        bodies, ground.world
+    ).mean(),
+    "goal_spread": lambda bodies, _counts, ground, seen: goal_spread(
+        bodies, ground.world, seen.goal_radius
+    ),
+    "potential": lambda bodies, _counts, ground, _seen: np.mean(
+        potentials(bodies, ground.potential)
+    ),
     "flock_potential": lambda bodies, _counts, ground, seen: flock_potential(
         bodies, ground.potential, seen.flock_range
     ),

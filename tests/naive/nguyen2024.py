@@ -9,8 +9,12 @@ from naive.flight import Bird, bordered, neighbours, walk
 from naive.rules import Vector, repulsion_unit, shortened, wander
 
 
-def nguyen2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator) -> list[Bird]:
-    """One step, with the settings `s`, of the section nguyen2024 of the models' description."""
+def nguyen2024(
+    s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator
+) -> list[Bird]:
+    """One step, with the settings `s`, of the section nguyen2024 of the models'
+    description.
+    """
 
     def acceleration(flock: list[Bird], i: int) -> Vector:
         me, most, closed = flock[i], s["max_force"], s["range_inclusive"]
@@ -25,7 +29,9 @@ def nguyen2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.
             turn = np.mean([flock[j].velocity for j, _ in peers], axis=0) - me.velocity
             force += s["alignment_weight"] * shortened(turn, most)
         if others:
-            force += s["cohesion_weight"] * shortened(np.mean([d for _, d in others], axis=0), most)
+            force += s["cohesion_weight"] * shortened(
+                np.mean([d for _, d in others], axis=0), most
+            )
         force += s["wander_weight"] * wander(rng, s["wander_range"])
         repulsion = repulsion_unit(world, None, s["obstacle_range"], *me.position)
         return force + s["obstacle_weight"] * shortened(repulsion, most)

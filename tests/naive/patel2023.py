@@ -8,8 +8,15 @@ from naive.flight import Bird, bordered, neighbours
 from naive.rules import Vector, clamp_speed, repulsion_linear, turn_back
 
 
-def patel2023(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator) -> list[Bird]:  # noqa: ARG001
-    """One step, with the settings `s`, of the section patel2023 of the models' description."""
+def patel2023(
+    s: dict[str, Any],
+    world: Any,
+    flock: list[Bird],
+    rng: np.random.Generator,  # noqa: ARG001
+) -> list[Bird]:
+    """One step, with the settings `s`, of the section patel2023 of the models'
+    description.
+    """
 
     def moved(bird: Bird) -> Bird:
         velocity = clamp_speed(*bird.velocity, s["min_speed"], s["max_speed"])
@@ -21,14 +28,24 @@ def patel2023(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.G
             neighbours(world, flock, i, s[f"{rule}_range"], s["range_inclusive"])
             for rule in ("separation", "alignment", "cohesion")
         )
-        v = v + s["dt"] * s["separation_weight"] * sum((-d for _, d in crowd), np.zeros(2))
+        v = v + s["dt"] * s["separation_weight"] * sum(
+            (-d for _, d in crowd), np.zeros(2)
+        )
         if peers:
-            v = v + s["dt"] * s["alignment_weight"] * (np.mean([flock[j].velocity for j, _ in peers], axis=0) - v)
+            v = v + s["dt"] * s["alignment_weight"] * (
+                np.mean([flock[j].velocity for j, _ in peers], axis=0) - v
+            )
         if others:
-            v = v + s["dt"] * s["cohesion_weight"] * np.mean([d for _, d in others], axis=0)
+            v = v + s["dt"] * s["cohesion_weight"] * np.mean(
+                [d for _, d in others], axis=0
+            )
         v = v + s["dt"] * border(position, v)
         return Bird(
-            position, v + s["dt"] * s["obstacle_weight"] * repulsion_linear(world, None, s["obstacle_range"], *position)
+            position,
+            v
+            + s["dt"]
+            * s["obstacle_weight"]
+            * repulsion_linear(world, None, s["obstacle_range"], *position),
         )
 
     def border(position: Vector, velocity: Vector) -> Vector:
@@ -38,7 +55,11 @@ def patel2023(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.G
                 for p, side in zip(position, (world.width, world.height), strict=True)
             ]
         )
-        added = {"always": velocity, "in_margin": velocity * (back != 0), "never": 0 * velocity}
+        added = {
+            "always": velocity,
+            "in_margin": velocity * (back != 0),
+            "never": 0 * velocity,
+        }
         return added[s["border_adds_velocity"]] + s["border_turn"] * back
 
     if s["update"] == "synchronous":

@@ -26,7 +26,9 @@ def clamp_speed(vx: float, vy: float, least: float, most: float) -> Vector:
     return np.array([vx, vy]) / speed * wanted if speed > 0.0 else np.zeros(2)
 
 
-def serve(ax: float, ay: float, x: float, y: float, budget: float) -> tuple[float, float, float]:
+def serve(
+    ax: float, ay: float, x: float, y: float, budget: float
+) -> tuple[float, float, float]:
     part = shortened(np.array([x, y]), budget)
     return ax + part[0], ay + part[1], max(budget - math.hypot(x, y), 0.0)
 
@@ -35,14 +37,18 @@ def limit_components(x: float, y: float, most: float) -> Vector:
     return np.clip([x, y], -most, most)
 
 
-def add_in_turn(ax: float, ay: float, x: float, y: float, has_room: bool, most: float) -> tuple[float, float, bool]:
+def add_in_turn(
+    ax: float, ay: float, x: float, y: float, has_room: bool, most: float
+) -> tuple[float, float, bool]:
     if has_room:
         ax, ay = ax + x, ay + y
     return ax, ay, has_room and math.hypot(ax, ay) <= most
 
 
 def within(near: Any, found: int, range2: float) -> tuple[Vector, Vector]:
-    """Indices (K,) and displacements (K, 2) of the first `found` neighbours that are nearer than sqrt(range2)."""
+    """Indices (K,) and displacements (K, 2) of the first `found` neighbours that are
+    nearer than sqrt(range2).
+    """
     close = near.distance2[:found] < range2
     return near.boid[:found][close], np.column_stack([near.dx, near.dy])[:found][close]
 
@@ -57,7 +63,9 @@ def separation_linear(near: Any, found: int, range2: float) -> Vector:
     return -within(near, found, range2)[1].sum(axis=0)
 
 
-def alignment_from(vx: float, vy: float, seen: Any, near: Any, found: int, range2: float) -> Vector:
+def alignment_from(
+    vx: float, vy: float, seen: Any, near: Any, found: int, range2: float
+) -> Vector:
     others, _ = within(near, found, range2)
     velocities = np.column_stack([seen.vx, seen.vy])
     return velocities[others].mean(axis=0) - [vx, vy] if len(others) else np.zeros(2)
@@ -73,7 +81,9 @@ def separation_direction(near: Any, found: int, range2: float) -> Vector:
 def alignment(seen: Any, i: int, near: Any, found: int, range2: float) -> Vector:
     others, _ = within(near, found, range2)
     velocities = np.column_stack([seen.vx, seen.vy])
-    return velocities[others].mean(axis=0) - velocities[i] if len(others) else np.zeros(2)
+    return (
+        velocities[others].mean(axis=0) - velocities[i] if len(others) else np.zeros(2)
+    )
 
 
 def cohesion(near: Any, found: int, range2: float) -> Vector:
@@ -84,10 +94,18 @@ def cohesion(near: Any, found: int, range2: float) -> Vector:
 def flocking_sums(seen: Any, near: Any, found: int, crowd2: float) -> Vector:
     others, towards = within(near, found, math.inf)
     velocities = np.column_stack([seen.vx, seen.vy])[others]
-    return np.concatenate([within(near, found, crowd2)[1].sum(axis=0), towards.sum(axis=0), velocities.sum(axis=0)])
+    return np.concatenate(
+        [
+            within(near, found, crowd2)[1].sum(axis=0),
+            towards.sum(axis=0),
+            velocities.sum(axis=0),
+        ]
+    )
 
 
-def protected_sums(seen: Any, near: Any, found: int, crowd2: float, range2: float, crowd_apart: bool) -> Vector:
+def protected_sums(
+    seen: Any, near: Any, found: int, crowd2: float, range2: float, crowd_apart: bool
+) -> Vector:
     sums = np.zeros(7)
     for k in range(found):
         towards, j = np.array([near.dx[k], near.dy[k]]), near.boid[k]
@@ -107,7 +125,16 @@ def seek(dx: float, dy: float, vx: float, vy: float, gain: float) -> Vector:
     return np.array([dx, dy]) * gain - [vx, vy]
 
 
-def arrival(dx: float, dy: float, vx: float, vy: float, stop: float, slow: float, most: float, gain: float) -> Vector:
+def arrival(
+    dx: float,
+    dy: float,
+    vx: float,
+    vy: float,
+    stop: float,
+    slow: float,
+    most: float,
+    gain: float,
+) -> Vector:
     distance = math.hypot(dx, dy)
     if distance < stop:
         return np.zeros(2)
@@ -117,27 +144,54 @@ def arrival(dx: float, dy: float, vx: float, vy: float, stop: float, slow: float
 
 def is_taken(occupancy: Any, x: float, y: float) -> bool:
     rows, columns = occupancy.taken.shape
-    row, column = math.floor(y * occupancy.per_length), math.floor(x * occupancy.per_length)
-    return bool(occupancy.taken[row, column]) if 0 <= row < rows and 0 <= column < columns else True
+    row, column = (
+        math.floor(y * occupancy.per_length),
+        math.floor(x * occupancy.per_length),
+    )
+    return (
+        bool(occupancy.taken[row, column])
+        if 0 <= row < rows and 0 <= column < columns
+        else True
+    )
 
 
 def steer_to_avoid(
-    occupancy: Any, x: float, y: float, vx: float, vy: float, look_ahead: float, path_step: float, turn: float
+    occupancy: Any,
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+    look_ahead: float,
+    path_step: float,
+    turn: float,
 ) -> tuple[float, float, bool]:
-    """The headings in the order in which they are looked at, and the first whose points are free."""
+    """The headings in the order in which they are looked at, and the first whose points
+    are free.
+    """
     if vx == vy == 0.0:
         return 0.0, 0.0, False
-    turns = [0.0] + [side * k * turn for k in range(1, int(math.pi / turn) + 1) for side in (1, -1)]
+    turns = [0.0] + [
+        side * k * turn for k in range(1, int(math.pi / turn) + 1) for side in (1, -1)
+    ]
     headings = [math.atan2(vy, vx) + angle for angle in turns]
     points = np.linspace(0.0, look_ahead, int(look_ahead / path_step + 1e-9) + 1)[1:-1]
     for k, heading in enumerate(headings):
-        path = [(x + length * math.cos(heading), y + length * math.sin(heading)) for length in points]
+        path = [
+            (x + length * math.cos(heading), y + length * math.sin(heading))
+            for length in points
+        ]
         if not any(is_taken(occupancy, *place) for place in path):
-            return (math.cos(heading), math.sin(heading), False) if k > 0 else (0.0, 0.0, False)
+            return (
+                (math.cos(heading), math.sin(heading), False)
+                if k > 0
+                else (0.0, 0.0, False)
+            )
     return 0.0, 0.0, True
 
 
-def confine(position: float, velocity: float, length: float, borders: int) -> tuple[float, float]:
+def confine(
+    position: float, velocity: float, length: float, borders: int
+) -> tuple[float, float]:
     if borders == TORUS and not 0.0 <= position < length:
         return position + math.copysign(length, -position), velocity
     if borders == BOUNDED and not 0.0 <= position <= length:
@@ -151,9 +205,19 @@ def turn_back(position: float, length: float, margin: float) -> float:
     return -1.0 if position > length - margin else 0.0
 
 
-def away_from_obstacles(world: Any, margin: float, x: float, y: float) -> Iterator[tuple[Vector, float]]:
-    """Unit vector away from, and distance to, the centre of each obstacle within `margin` of its size."""
-    rows = zip(world.obstacle_x, world.obstacle_y, world.half_width, world.half_height, strict=True)
+def away_from_obstacles(
+    world: Any, margin: float, x: float, y: float
+) -> Iterator[tuple[Vector, float]]:
+    """Unit vector away from, and distance to, the centre of each obstacle within
+    `margin` of its size.
+    """
+    rows = zip(
+        world.obstacle_x,
+        world.obstacle_y,
+        world.half_width,
+        world.half_height,
+        strict=True,
+    )
     for centre_x, centre_y, half_width, half_height in rows:
         away = np.array([x - centre_x, y - centre_y])
         distance = math.hypot(*away)
@@ -162,16 +226,40 @@ def away_from_obstacles(world: Any, margin: float, x: float, y: float) -> Iterat
 
 
 def repulsion_unit(world: Any, reach: Any, margin: float, x: float, y: float) -> Vector:  # noqa: ARG001
-    return sum((unit for unit, _ in away_from_obstacles(world, margin, x, y)), np.zeros(2))
+    return sum(
+        (unit for unit, _ in away_from_obstacles(world, margin, x, y)), np.zeros(2)
+    )
 
 
-def repulsion_inverse(world: Any, reach: Any, margin: float, epsilon: float, x: float, y: float) -> Vector:  # noqa: ARG001
-    forces = (unit / (distance + epsilon) for unit, distance in away_from_obstacles(world, margin, x, y))
+def repulsion_inverse(
+    world: Any,
+    reach: Any,  # noqa: ARG001
+    margin: float,
+    epsilon: float,
+    x: float,
+    y: float,
+) -> Vector:
+    forces = (
+        unit / (distance + epsilon)
+        for unit, distance in away_from_obstacles(world, margin, x, y)
+    )
     return sum(forces, np.zeros(2))
 
 
-def repulsion_linear(world: Any, reach: Any, margin: float, x: float, y: float) -> Vector:  # noqa: ARG001
-    return sum((unit * distance for unit, distance in away_from_obstacles(world, margin, x, y)), np.zeros(2))
+def repulsion_linear(
+    world: Any,
+    reach: Any,  # noqa: ARG001
+    margin: float,
+    x: float,
+    y: float,
+) -> Vector:
+    return sum(
+        (
+            unit * distance
+            for unit, distance in away_from_obstacles(world, margin, x, y)
+        ),
+        np.zeros(2),
+    )
 
 
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:

@@ -6,11 +6,33 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from naive.flight import Bird, bordered, neighbours, walk
-from naive.rules import Vector, add_in_turn, arrival, limit, limit_components, seek, steer_to_avoid
+from naive.rules import (
+    Vector,
+    add_in_turn,
+    arrival,
+    limit,
+    limit_components,
+    seek,
+    steer_to_avoid,
+)
 
 ORDERS = {
-    "safety_first": ("obstacle", "separation", "arrival", "seek", "alignment", "cohesion"),
-    "flocking_first": ("cohesion", "alignment", "arrival", "seek", "obstacle", "separation"),
+    "safety_first": (
+        "obstacle",
+        "separation",
+        "arrival",
+        "seek",
+        "alignment",
+        "cohesion",
+    ),
+    "flocking_first": (
+        "cohesion",
+        "alignment",
+        "arrival",
+        "seek",
+        "obstacle",
+        "separation",
+    ),
 }
 
 
@@ -22,7 +44,9 @@ class Cells(NamedTuple):
 
 
 def cells_within(world: Any, cell: float, inflation: float) -> Cells:
-    """The cells whose centres are nearer than `inflation` to one of the discs and rectangles."""
+    """The cells whose centres are nearer than `inflation` to one of the discs and
+    rectangles.
+    """
     rows, columns = math.ceil(world.height / cell), math.ceil(world.width / cell)
     y, x = (np.mgrid[0:rows, 0:columns] + 0.5) * cell
     taken = np.zeros((rows, columns), bool)
@@ -32,28 +56,44 @@ def cells_within(world: Any, cell: float, inflation: float) -> Cells:
             distance = np.hypot(across, along) - world.half_width[m]
         else:
             beside, above = across - world.half_width[m], along - world.half_height[m]
-            distance = np.hypot(np.maximum(beside, 0), np.maximum(above, 0)) + np.minimum(np.maximum(beside, above), 0)
+            distance = np.hypot(
+                np.maximum(beside, 0), np.maximum(above, 0)
+            ) + np.minimum(np.maximum(beside, above), 0)
         taken |= distance < inflation
     return Cells(taken, 1 / cell)
 
 
-def rustamani2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.random.Generator) -> list[Bird]:  # noqa: ARG001
-    """One step, with the settings `s`, of the section rustamani2024 of the models' description, for boids that move."""
+def rustamani2024(
+    s: dict[str, Any],
+    world: Any,
+    flock: list[Bird],
+    rng: np.random.Generator,  # noqa: ARG001
+) -> list[Bird]:
+    """One step, with the settings `s`, of the section rustamani2024 of the models'
+    description, for boids that move.
+    """
     cells = cells_within(world, s["grid_cell"], s["inflation"])
 
     def limited(vector: Vector, most: float) -> Vector:
-        return np.array((limit_components if s["component_limits"] else limit)(*vector, most))
+        return np.array(
+            (limit_components if s["component_limits"] else limit)(*vector, most)
+        )
 
     def flocking(flock: list[Bird], i: int) -> dict[str, Vector]:
         me, closed = flock[i], s["range_inclusive"]
         seen = neighbours(world, flock, i, s["perception_range"], closed, s["fov"])
         crowd = dict(neighbours(world, flock, i, s["separation_range"], closed))
-        push = sum((-d / (d @ d) for j, d in seen if j in crowd and d.any()), np.zeros(2))
+        push = sum(
+            (-d / (d @ d) for j, d in seen if j in crowd and d.any()), np.zeros(2)
+        )
         if not seen:
-            return {name: np.zeros(2) for name in ("separation", "alignment", "cohesion")}
+            return {
+                name: np.zeros(2) for name in ("separation", "alignment", "cohesion")
+            }
         return {
             "separation": push / math.hypot(*push) if push.any() else push,
-            "alignment": s["alignment_gain"] * (np.mean([flock[j].velocity for j, _ in seen], axis=0) - me.velocity),
+            "alignment": s["alignment_gain"]
+            * (np.mean([flock[j].velocity for j, _ in seen], axis=0) - me.velocity),
             "cohesion": np.mean([d for _, d in seen], axis=0),
         }
 
@@ -61,8 +101,13 @@ def rustamani2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.rand
         if i >= math.floor(s["leader_share"] * len(flock) + 0.5):
             return {"seek": np.zeros(2), "arrival": np.zeros(2)}
         to_goal = np.array([s["goal_x"], s["goal_y"]]) - me.position
-        distances, most = (s["stop_distance"], s["slow_distance"]), s["max_acceleration"]
-        there = arrival(*to_goal, *me.velocity, *distances, s["max_speed"], s["arrival_gain"])
+        distances, most = (
+            (s["stop_distance"], s["slow_distance"]),
+            s["max_acceleration"],
+        )
+        there = arrival(
+            *to_goal, *me.velocity, *distances, s["max_speed"], s["arrival_gain"]
+        )
         return {
             "seek": limited(seek(*to_goal, *me.velocity, s["navigation_gain"]), most),
             "arrival": limited(there, most) if s["arrival_limited"] else there,
@@ -75,11 +120,19 @@ def rustamani2024(s: dict[str, Any], world: Any, flock: list[Bird], rng: np.rand
         terms = {"obstacle": np.array([x, y])} | flocking(flock, i) | navigation(me, i)
         ax, ay, has_room = 0.0, 0.0, True
         for name in ORDERS[s["priority"]]:
-            ax, ay, has_room = add_in_turn(ax, ay, *s[f"{name}_weight"] * terms[name], has_room, s["acceleration_pool"])
+            ax, ay, has_room = add_in_turn(
+                ax,
+                ay,
+                *s[f"{name}_weight"] * terms[name],
+                has_room,
+                s["acceleration_pool"],
+            )
         return limited(np.array([ax, ay]), s["max_acceleration"])
 
     def new_state(flock: list[Bird], i: int) -> Bird:
-        velocity = limited(flock[i].velocity + acceleration(flock, i) * s["dt"], s["max_speed"])
+        velocity = limited(
+            flock[i].velocity + acceleration(flock, i) * s["dt"], s["max_speed"]
+        )
         return bordered(world, flock[i].position + velocity * s["dt"], velocity)
 
     return walk(flock, s["update"], new_state)

@@ -1,4 +1,6 @@
-"""Debian's chromium, driven by playwright, on a page of a server in a thread of this process."""
+"""Debian's chromium, driven by playwright, on a page of a server in a thread of this
+process.
+"""
 
 import shutil
 import threading
@@ -45,12 +47,19 @@ BEGIN_ANEW = """() => {
 
 @contextmanager
 def running_browser() -> Iterator[Browser]:
-    """A browser without a screen. Raises RuntimeError with the way to install one where there is none."""
+    """A browser without a screen. Raises RuntimeError with the way to install one where
+    there is none.
+    """
     path = shutil.which("chromium")
     if path is None:
-        raise RuntimeError("chromium is not installed: apt-get update && apt-get install -y chromium, as root")
+        raise RuntimeError(
+            "chromium is not installed: apt-get update && apt-get install -y chromium,"
+            " as root"
+        )
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        browser = playwright.chromium.launch(
+            executable_path=path, args=["--no-sandbox", "--disable-gpu"]
+        )
         yield browser
         browser.close()
 
@@ -72,19 +81,30 @@ def running_server(show: Callable[[], Show] = in_the_cafeteria) -> Iterator[Serv
 
 
 class Opened:
-    """A page that shows a session: what the browser has, and the session itself, which lies in this process."""
+    """A page that shows a session: what the browser has, and the session itself, which
+    lies in this process.
+    """
 
     def __init__(self, page: Page, server: Server) -> None:
         self.page = page
         self.server = server
         self.complaints: list[str] = []
-        page.on("console", lambda message: self.complaints.append(message.text) if message.type == "error" else None)
+        page.on(
+            "console",
+            lambda message: (
+                self.complaints.append(message.text)
+                if message.type == "error"
+                else None
+            ),
+        )
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.goto(server.url)
         self.until("Boolean(window.boidsweep?.view.stage.frame)")
 
     def begin_anew(self) -> "Opened":
-        """The page as if it were opened now, which would take a second of a processor."""
+        """The page as if it were opened now, which would
+        take a second of a processor.
+        """
         self.complaints.clear()
         self.page.set_viewport_size({"width": 1280, "height": 720})
         self.page.emulate_media(color_scheme="light")
@@ -104,7 +124,8 @@ class Opened:
         return self.page.evaluate(expression)
 
     def until(self, expression: str) -> Any:
-        """The value of a JavaScript expression once it is true. Raises TimeoutError after PATIENCE seconds.
+        """The value of a JavaScript expression once it is true. Raises TimeoutError
+        after PATIENCE seconds.
 
         playwright's own waiting would need eval, which the page forbids.
         """

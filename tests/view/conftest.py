@@ -1,4 +1,6 @@
-"""One browser and one server for all tests of the page in a worker; a page, and a session of its own, for each test."""
+"""One browser and one server for all tests of the page in a worker; a page, and a
+session of its own, for each test.
+"""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -29,10 +31,14 @@ def shared() -> list[Opened]:
 
 
 @pytest.fixture
-def opened(browser: Browser, server: Server, shared: list[Opened]) -> Iterator[Callable[..., Opened]]:
-    """Opens pages: the common one, begun anew, or one of its own for who asks for something else.
+def opened(
+    browser: Browser, server: Server, shared: list[Opened]
+) -> Iterator[Callable[..., Opened]]:
+    """Opens pages: the common one, begun anew, or one of its own for who asks for
+    something else.
 
-    Afterwards it sees that none of them has met an error in its script or has broken its own rules.
+    Afterwards it sees that none of them has met an error in its script or has broken
+    its own rules.
     """
     used: list[Opened] = []
 
@@ -40,7 +46,9 @@ def opened(browser: Browser, server: Server, shared: list[Opened]) -> Iterator[C
         if at is server and not about and shared:
             used.append(shared[0].begin_anew())
             return used[-1]
-        context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **about})
+        context = browser.new_context(
+            **{"viewport": {"width": 1280, "height": 720}, **about}
+        )
         context.grant_permissions(["clipboard-read", "clipboard-write"])
         used.append(Opened(context.new_page(), at))
         if at is server and not about:

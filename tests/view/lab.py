@@ -1,4 +1,6 @@
-"""A JupyterLab of its own in a process of its own, and a notebook in it that a browser has open."""
+"""A JupyterLab of its own in a process of its own, and a notebook in it that a browser
+has open.
+"""
 
 import importlib.util
 import json
@@ -42,7 +44,9 @@ FOLDERS = {
 
 
 class Lab:
-    """A running JupyterLab: the folder of its notebooks, where it answers, and the word that lets one in."""
+    """A running JupyterLab: the folder of its notebooks, where it answers, and the word
+    that lets one in.
+    """
 
     def __init__(self, folder: Path, url: str, token: str) -> None:
         self.folder, self.url, self.token = folder, url, token
@@ -50,12 +54,17 @@ class Lab:
 
 @contextmanager
 def running_lab(home: Path) -> Iterator[Lab]:
-    """JupyterLab with its notebooks in `home`/notebooks and all that is its own beside it.
+    """JupyterLab with its notebooks in `home`/notebooks and all that is its own beside
+    it.
 
-    Raises RuntimeError with the way to install it where there is none, and TimeoutError where it does not start.
+    Raises RuntimeError with the way to install it where there is none, and TimeoutError
+    where it does not start.
     """
     if importlib.util.find_spec("jupyterlab") is None:
-        raise RuntimeError('JupyterLab is not installed: pip install ".[notebook]", which make test-slow does')
+        raise RuntimeError(
+            'JupyterLab is not installed: pip install ".[notebook]", which make'
+            " test-slow does"
+        )
     own = {name: str(home / folder) for name, folder in FOLDERS.items()}
     for folder in [*own.values(), home / "notebooks"]:
         Path(folder).mkdir()
@@ -64,7 +73,14 @@ def running_lab(home: Path) -> Iterator[Lab]:
     token = secrets.token_hex(16)
     with (home / "lab.log").open("w") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "jupyter", "lab", *OPTIONS, f"--IdentityProvider.token={token}"],
+            [
+                sys.executable,
+                "-m",
+                "jupyter",
+                "lab",
+                *OPTIONS,
+                f"--IdentityProvider.token={token}",
+            ],
             cwd=home / "notebooks",
             env=os.environ | own,
             stdout=log,
@@ -88,10 +104,14 @@ def _address(home: Path, process: subprocess.Popen[bytes]) -> str:
             except ValueError:
                 pass  # half written
         time.sleep(0.1)
-    raise TimeoutError(f"JupyterLab does not start: {(home / 'lab.log').read_text()[-2000:]}")
+    raise TimeoutError(
+        f"JupyterLab does not start: {(home / 'lab.log').read_text()[-2000:]}"
+    )
 
 
-KERNEL = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+KERNEL = {
+    "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}
+}
 NOTEBOOK = "jupyterapp.shell.currentWidget"
 RUN = """async (index) => {
   const { content } = jupyterapp.shell.currentWidget;
@@ -103,16 +123,30 @@ RUN = """async (index) => {
 
 
 class Notebook:
-    """A new notebook, open in a page of its own whose kernel is ready; and what has gone wrong in that page."""
+    """A new notebook, open in a page of its own whose kernel is ready; and what has
+    gone wrong in that page.
+    """
 
     def __init__(self, browser: Browser, lab: Lab, name: str, cells: list[str]) -> None:
         self.path = lab.folder / name
-        nbformat.write(new_notebook(cells=[new_code_cell(cell) for cell in cells], metadata=KERNEL), self.path)
-        self.page = browser.new_page(viewport={"width": 1280, "height": 1060}, color_scheme="light")
+        nbformat.write(
+            new_notebook(
+                cells=[new_code_cell(cell) for cell in cells], metadata=KERNEL
+            ),
+            self.path,
+        )
+        self.page = browser.new_page(
+            viewport={"width": 1280, "height": 1060}, color_scheme="light"
+        )
         self.page.set_default_timeout(1000 * PATIENCE)
         self.complaints: list[str] = []
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
+        self.page.on(
+            "console",
+            lambda said: (
+                self.complaints.append(said.text) if said.type == "error" else None
+            ),
+        )
         self.page.on("request", lambda request: self._is_at_home(request.url))
         self.page.goto(f"{lab.url}lab/tree/{name}?token={lab.token}&reset")
         self.until_idle()
@@ -129,7 +163,12 @@ class Notebook:
     @property
     def cells(self) -> list[str]:
         """The text of each cell."""
-        return list(self.page.evaluate(f"{NOTEBOOK}.content.widgets.map((cell) => cell.model.sharedModel.source)"))
+        return list(
+            self.page.evaluate(
+                f"{NOTEBOOK}.content.widgets.map((cell) =>"
+                " cell.model.sharedModel.source)"
+            )
+        )
 
     def run(self, index: int) -> list[dict[str, Any]]:
         """Run a cell and return its outputs, as a notebook has them."""
@@ -143,16 +182,24 @@ class Notebook:
 
     def restart(self) -> None:
         """Restart the kernel, and say yes when JupyterLab asks."""
-        self.page.evaluate("void jupyterapp.commands.execute('notebook:restart-kernel')")
+        self.page.evaluate(
+            "void jupyterapp.commands.execute('notebook:restart-kernel')"
+        )
         self.page.locator(".jp-Dialog .jp-mod-accept").click()
 
     def use_theme(self, theme: str) -> None:
         """Let JupyterLab wear a theme, which it keeps for all its pages."""
-        self.page.evaluate("theme => jupyterapp.commands.execute('apputils:change-theme', { theme })", theme)
+        self.page.evaluate(
+            "theme => jupyterapp.commands.execute('apputils:change-theme', { theme })",
+            theme,
+        )
 
     def until_idle(self) -> None:
         """Wait until the kernel is there and has nothing to do."""
-        self.until(f"window.jupyterapp && {NOTEBOOK}?.sessionContext?.session?.kernel?.status === 'idle'")
+        self.until(
+            f"window.jupyterapp && {NOTEBOOK}?.sessionContext?.session?.kernel?.status"
+            " === 'idle'"
+        )
 
     def until(self, expression: str) -> None:
         """Wait until a JavaScript expression is true."""
@@ -164,7 +211,10 @@ class Notebook:
 
     def until_step(self, least: int) -> int:
         """Wait for a step or a later one, and return the step that is on the screen."""
-        self.until(f"Number(document.querySelector('.boidsweep .clock').textContent.split(' ')[1]) >= {least}")
+        self.until(
+            "Number(document.querySelector('.boidsweep .clock').textContent.split('"
+            f" ')[1]) >= {least}"
+        )
         return int((self.view.locator(".clock").inner_text()).split()[1])
 
     def save(self) -> None:

@@ -1,4 +1,5 @@
-"""The pictures of the README, made by the program itself: `cd tests && python -m view.pictures FOLDER`.
+"""The pictures of the README, made by the program itself: `cd tests && python -m
+view.pictures FOLDER`.
 
 page.png is the page as a browser shows it, and flight.gif the run that is on it.
 """
@@ -18,7 +19,9 @@ WIDTH, HEIGHT = 1280, 720
 def main(folder: Path) -> None:
     """Write both pictures into `folder`."""
     with running_server() as server, running_browser() as browser:
-        context = browser.new_context(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
+        context = browser.new_context(
+            viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light"
+        )
         opened = Opened(context.new_page(), server)
         opened.send(type="overlays", names=["flocks", "coverage"])
         opened.send(type="step", count=STEPS)

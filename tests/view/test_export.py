@@ -19,7 +19,10 @@ from sweep.spec.study import Record
 from sweep.trial.simulation import simulate
 from sweep.web.flight import Flight, fly
 
-JOB = replace(builders.job("nguyen2024", n=12, steps=30, n_obstacles=3), trial_id="0123456789abcdef01234567")
+JOB = replace(
+    builders.job("nguyen2024", n=12, steps=30, n_obstacles=3),
+    trial_id="0123456789abcdef01234567",
+)
 STUDY = "some/study"
 
 
@@ -39,7 +42,9 @@ def test_a_flight_has_the_bits_of_the_trial(flight: Flight) -> None:
         assert flight.values[name].tobytes() == result.series[name].tobytes()
 
 
-def test_a_flight_ends_where_it_is_told_to_whatever_a_kernel_call_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_flight_ends_where_it_is_told_to_whatever_a_kernel_call_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     whole = fly(STUDY, JOB, every=4)
     assert whole.steps.tolist() == [0, 4, 8, 12, 16, 20, 24, 28, 30]
     for boid_steps, until in ((1, 17), (60, 17), (200_000, 17), (60, 30), (60, 0)):
@@ -51,43 +56,70 @@ def test_a_flight_ends_where_it_is_told_to_whatever_a_kernel_call_takes(monkeypa
         assert part.values["speed"].shape == (count,)
 
 
-def test_a_flight_too_large_for_memory_has_fewer_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_flight_too_large_for_memory_has_fewer_frames(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(flights, "MOST_BYTES", 30 * 8 * (4 * 12 + 1) // 7)
     assert fly(STUDY, JOB).steps.tolist() == [0, 7, 14, 21, 28, 30]
 
 
 def test_the_place_of_a_step_is_the_latest_frame_before_it() -> None:
     part = fly(STUDY, JOB, every=7)
-    assert [part.place(step) for step in (0, 6, 7, 29, 30, 1000, -5)] == [0, 0, 1, 4, 5, 5, 0]
+    assert [part.place(step) for step in (0, 6, 7, 29, 30, 1000, -5)] == [
+        0,
+        0,
+        1,
+        4,
+        5,
+        5,
+        0,
+    ]
 
 
 def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: Flight) -> None:
     file = export.draw_frame(STUDY, JOB, 20, flight.bodies[20], "png")
     assert (file.name, file.mime) == ("some-study-01234567-step-20.png", "image/png")
     with Image.open(io.BytesIO(file.content)) as image:
-        assert (np.asarray(image) == Scene(STUDY, JOB).draw(20, flight.bodies[20])).all()
+        assert (
+            np.asarray(image) == Scene(STUDY, JOB).draw(20, flight.bodies[20])
+        ).all()
         assert (image.info["Study"], image.info["Trial"]) == (STUDY, JOB.trial_id)
         assert image.info["kernels_sha"] == KERNELS_SHA
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_a_picture_has_the_same_bytes_again(flight: Flight, kind: str) -> None:
-    one, other = (export.draw_frame(STUDY, JOB, 3, flight.bodies[3], kind) for _ in range(2))
+    one, other = (
+        export.draw_frame(STUDY, JOB, 3, flight.bodies[3], kind) for _ in range(2)
+    )
     assert one == other
-    assert one.content != export.draw_frame(STUDY, JOB, 4, flight.bodies[4], kind).content
+    assert (
+        one.content != export.draw_frame(STUDY, JOB, 4, flight.bodies[4], kind).content
+    )
 
 
 def test_an_svg_has_a_shape_for_every_boid_and_its_origin(flight: Flight) -> None:
-    root = Tree.fromstring(export.draw_frame(STUDY, JOB, 20, flight.bodies[20], "svg").content)
+    root = Tree.fromstring(
+        export.draw_frame(STUDY, JOB, 20, flight.bodies[20], "svg").content
+    )
     groups = root.iter("{http://www.w3.org/2000/svg}g")
-    uses = [group for group in groups if str(group.get("id")).startswith(("PolyCollection", "FillBetweenPoly"))]
+    uses = [
+        group
+        for group in groups
+        if str(group.get("id")).startswith(("PolyCollection", "FillBetweenPoly"))
+    ]
     assert len(uses) == 1
     assert len(list(uses[0].iter("{http://www.w3.org/2000/svg}path"))) == 12
     words = "".join(root.itertext())
-    assert f"Study: {STUDY}; Trial: {JOB.trial_id}; Model: nguyen2024 as_run; kernels_sha: {KERNELS_SHA}" in words
+    assert (
+        f"Study: {STUDY}; Trial: {JOB.trial_id}; Model: nguyen2024 as_run; kernels_sha:"
+        f" {KERNELS_SHA}" in words
+    )
 
 
-def test_an_animation_has_the_frames_of_the_flight(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_animation_has_the_frames_of_the_flight(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(export, "MOST_FRAMES", 12)
     file = export.animate(flight, "gif")
     assert (file.name, file.mime) == ("some-study-01234567.gif", "image/gif")
@@ -98,7 +130,9 @@ def test_an_animation_has_the_frames_of_the_flight(flight: Flight, monkeypatch: 
     assert np.abs(shown - Scene(STUDY, JOB).draw(12, flight.bodies[12])).mean() < 1.0
 
 
-def test_an_mp4_without_ffmpeg_is_refused_before_any_work(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_mp4_without_ffmpeg_is_refused_before_any_work(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def missing() -> str:
         raise StoreError("MP4 needs ffmpeg")
 
@@ -108,8 +142,12 @@ def test_an_mp4_without_ffmpeg_is_refused_before_any_work(flight: Flight, monkey
         export.animate(flight, "mp4")
 
 
-@pytest.mark.parametrize(("most", "kept"), [(31, 31), (30, 16), (16, 16), (15, 11), (3, 3), (2, 2)])
-def test_a_thinned_flight_keeps_the_first_and_the_last_frame(flight: Flight, most: int, kept: int) -> None:
+@pytest.mark.parametrize(
+    ("most", "kept"), [(31, 31), (30, 16), (16, 16), (15, 11), (3, 3), (2, 2)]
+)
+def test_a_thinned_flight_keeps_the_first_and_the_last_frame(
+    flight: Flight, most: int, kept: int
+) -> None:
     few = export.thinned(flight, most)
     assert len(few.steps) == len(few.bodies) == len(few.values["speed"]) == kept <= most
     assert (few.steps[0], few.steps[-1]) == (0, 30)
@@ -122,7 +160,9 @@ def test_a_flight_of_one_frame_is_refused(flight: Flight) -> None:
         export.thinned(flight, 1)
 
 
-def test_a_file_is_saved_whole_under_its_ending_and_replaces_none(flight: Flight, tmp_path: Path) -> None:
+def test_a_file_is_saved_whole_under_its_ending_and_replaces_none(
+    flight: Flight, tmp_path: Path
+) -> None:
     file = export.draw_frame(STUDY, JOB, 3, flight.bodies[3], "svg")
     file.save(tmp_path / "x.svg")
     assert (tmp_path / "x.svg").read_bytes() == file.content

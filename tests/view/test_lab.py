@@ -1,4 +1,6 @@
-"""The notebook's widget where it lives: in a JupyterLab, driven by a browser, with a kernel behind it."""
+"""The notebook's widget where it lives: in a JupyterLab, driven by a browser, with a
+kernel behind it.
+"""
 
 import base64
 import io
@@ -22,7 +24,9 @@ pytestmark = pytest.mark.slow
 
 Open = Callable[..., Notebook]
 
-SHOWN = "import sweep\nview = sweep.view(model='nguyen2024', n=40, seed=7, steps=400)\nview"
+SHOWN = (
+    "import sweep\nview = sweep.view(model='nguyen2024', n=40, seed=7, steps=400)\nview"
+)
 ITS_STATE = """import json, hashlib
 bodies = hashlib.sha256(view.show.bodies.tobytes()).hexdigest()
 print(json.dumps({"step": view.show.step, "exact": view.show.exact, "bodies": bodies, "spec": view.spec}))"""
@@ -42,9 +46,44 @@ COLOURS = """(part) => {
 LIGHT = {"ground": "255 255 255", "boid": "0 114 178"}
 DARK = {"ground": "18 23 30", "boid": "86 180 233"}
 
-PARTS = [".picture > canvas", ".pickers select", ".group summary", ".field input[type=range]", ".going"]
-KEYS = ["d", "d", ".", "Space", "x", "a", "b", "m", "r", "y", "z", "j", "k", "0", "0", "i", "i", "ArrowDown", "Escape"]
-KEYS += ["Delete", "Enter", "Shift+Enter", "Control+Enter", "Alt+Enter", "Shift+m", "Control+x", "Control+z"]
+PARTS = [
+    ".picture > canvas",
+    ".pickers select",
+    ".group summary",
+    ".field input[type=range]",
+    ".going",
+]
+KEYS = [
+    "d",
+    "d",
+    ".",
+    "Space",
+    "x",
+    "a",
+    "b",
+    "m",
+    "r",
+    "y",
+    "z",
+    "j",
+    "k",
+    "0",
+    "0",
+    "i",
+    "i",
+    "ArrowDown",
+    "Escape",
+]
+KEYS += [
+    "Delete",
+    "Enter",
+    "Shift+Enter",
+    "Control+Enter",
+    "Alt+Enter",
+    "Shift+m",
+    "Control+x",
+    "Control+z",
+]
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +93,18 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
 
 
 @pytest.fixture
-def opened(browser: Browser, lab: Lab, request: pytest.FixtureRequest) -> Iterator[Open]:
-    """Opens a notebook of these cells; afterwards it sees that nothing went wrong in its page."""
+def opened(
+    browser: Browser, lab: Lab, request: pytest.FixtureRequest
+) -> Iterator[Open]:
+    """Opens a notebook of these cells; afterwards it sees that nothing went wrong in
+    its page.
+    """
     notebooks: list[Notebook] = []
 
     def opened(*cells: str) -> Notebook:
-        notebooks.append(Notebook(browser, lab, f"{request.node.name}.ipynb", list(cells)))
+        notebooks.append(
+            Notebook(browser, lab, f"{request.node.name}.ipynb", list(cells))
+        )
         return notebooks[-1]
 
     yield opened
@@ -67,7 +112,9 @@ def opened(browser: Browser, lab: Lab, request: pytest.FixtureRequest) -> Iterat
         notebook.use_theme("JupyterLab Light")
         notebook.page.evaluate(f"{NOTEBOOK}.sessionContext.shutdown()")
         notebook.page.close()
-    assert [complaint for notebook in notebooks for complaint in notebook.complaints] == []
+    assert [
+        complaint for notebook in notebooks for complaint in notebook.complaints
+    ] == []
 
 
 def shown(opened: Open, *cells: str) -> Notebook:
@@ -85,10 +132,18 @@ def begin(notebook: Notebook, step: int = 20) -> None:
 
 
 def is_in(notebook: Notebook, colours: dict[str, str]) -> bool:
-    """Whether most of the world has the colour of the ground, and boids and curves have theirs."""
-    world, plot = (notebook.page.evaluate(COLOURS, part) for part in (".picture", ".plot"))
+    """Whether most of the world has the colour of the ground, and boids and curves have
+    theirs.
+    """
+    world, plot = (
+        notebook.page.evaluate(COLOURS, part) for part in (".picture", ".plot")
+    )
     ground, boid = colours["ground"], colours["boid"]
-    return bool(world.get(ground, 0) > 50_000 and world.get(boid, 0) > 40 * 20 and plot.get(boid, 0) > 0)
+    return bool(
+        world.get(ground, 0) > 50_000
+        and world.get(boid, 0) > 40 * 20
+        and plot.get(boid, 0) > 0
+    )
 
 
 def until_in(notebook: Notebook, colours: dict[str, str]) -> None:
@@ -99,12 +154,19 @@ def until_in(notebook: Notebook, colours: dict[str, str]) -> None:
         notebook.page.wait_for_timeout(100)
 
 
-def test_a_live_run_is_steered_and_its_spec_gives_what_is_on_the_screen(opened: Open, lab: Lab) -> None:
-    notebook = shown(opened, ITS_STATE, "study = sweep.run(view.spec, workers=1)\nprint(study.name)")
+def test_a_live_run_is_steered_and_its_spec_gives_what_is_on_the_screen(
+    opened: Open, lab: Lab
+) -> None:
+    notebook = shown(
+        opened, ITS_STATE, "study = sweep.run(view.spec, workers=1)\nprint(study.name)"
+    )
     view = notebook.view
     ground = notebook.page.evaluate(COLOURS, ".picture").get(LIGHT["ground"], 0)
     assert ground > 50_000
-    room, box = view.locator("xpath=..").bounding_box(), view.locator(".layout").bounding_box()
+    room, box = (
+        view.locator("xpath=..").bounding_box(),
+        view.locator(".layout").bounding_box(),
+    )
     assert room is not None
     assert box == room
     view.get_by_label("cohesion weight", exact=True).fill("0.4")
@@ -125,11 +187,18 @@ def test_a_live_run_is_steered_and_its_spec_gives_what_is_on_the_screen(opened: 
     assert sha256(bodies[told["step"]].tobytes()).hexdigest() == told["bodies"]
 
 
-def test_a_stored_trial_is_scrubbed_and_has_the_stored_numbers(opened: Open, lab: Lab) -> None:
+def test_a_stored_trial_is_scrubbed_and_has_the_stored_numbers(
+    opened: Open, lab: Lab
+) -> None:
     study = launched(FLOWN, lab.folder / "stored")
     row = study.trials.iloc[2]
-    call = f"import sweep\nview = sweep.load('small', 'stored').replay('{row['trial_id']}')\nview"
-    notebook = opened(call, ITS_STATE, "print(json.dumps(view.show.status()['replay']['metrics']))")
+    call = (
+        "import sweep\nview = sweep.load('small',"
+        f" 'stored').replay('{row['trial_id']}')\nview"
+    )
+    notebook = opened(
+        call, ITS_STATE, "print(json.dumps(view.show.status()['replay']['metrics']))"
+    )
     notebook.run(0)
     notebook.until_words("record", "Every number equals the stored one, bit for bit.")
     notebook.view.get_by_label("step", exact=True).fill("6")
@@ -139,14 +208,25 @@ def test_a_stored_trial_is_scrubbed_and_has_the_stored_numbers(opened: Open, lab
     (stored,) = bodies[np.flatnonzero(frames == 6)]
     assert (told["step"], told["bodies"]) == (6, sha256(stored.tobytes()).hexdigest())
     metrics = json.loads(notebook.said(2))
-    assert metrics == {name: {"stored": row[name], "replayed": row[name]} for name in study.metrics}
-    cells = [cell.split("\t") for cell in notebook.view.locator(".record tbody tr").all_inner_texts()]
+    assert metrics == {
+        name: {"stored": row[name], "replayed": row[name]} for name in study.metrics
+    }
+    cells = [
+        cell.split("\t")
+        for cell in notebook.view.locator(".record tbody tr").all_inner_texts()
+    ]
     for name, stored, replayed in cells:
-        assert float(stored) == float(replayed) == pytest.approx(row[name.replace(" ", "_")], rel=1e-5)
+        assert (
+            float(stored)
+            == float(replayed)
+            == pytest.approx(row[name.replace(" ", "_")], rel=1e-5)
+        )
     assert len(cells) == len(study.metrics)
 
 
-def test_keys_that_are_meant_for_the_view_do_nothing_to_the_notebook(opened: Open) -> None:
+def test_keys_that_are_meant_for_the_view_do_nothing_to_the_notebook(
+    opened: Open,
+) -> None:
     notebook = shown(opened, "1 + 1", "2 + 2")
     cells = notebook.cells
     for part in PARTS:
@@ -157,7 +237,9 @@ def test_keys_that_are_meant_for_the_view_do_nothing_to_the_notebook(opened: Ope
             assert notebook.cells == cells, (part, key)
     assert notebook.page.locator(".jp-Dialog").count() == 0
     assert notebook.view.count() == 1
-    counts = notebook.page.evaluate(f"{NOTEBOOK}.content.widgets.map((one) => one.model.executionCount)")
+    counts = notebook.page.evaluate(
+        f"{NOTEBOOK}.content.widgets.map((one) => one.model.executionCount)"
+    )
     assert counts == [1, None, None]
     notebook.page.keyboard.press("Control+s")
     notebook.until(f"!{NOTEBOOK}.context.model.dirty")
@@ -186,11 +268,16 @@ def test_a_saved_notebook_has_the_picture_of_the_frame(opened: Open) -> None:
     assert output.data["image/png"][:60] in page
 
 
-def test_a_run_that_is_gone_with_its_kernel_says_so_until_the_cell_is_run_again(opened: Open) -> None:
+def test_a_run_that_is_gone_with_its_kernel_says_so_until_the_cell_is_run_again(
+    opened: Open,
+) -> None:
     notebook = shown(opened)
     begin(notebook)
     notebook.restart()
-    notebook.until_words("banner", "This run is gone with its kernel. Run the cell again for another one.")
+    notebook.until_words(
+        "banner",
+        "This run is gone with its kernel. Run the cell again for another one.",
+    )
     notebook.until_words("going", "Run")
     last = notebook.until_step(0)
     notebook.view.locator(".going").click(force=True)

@@ -20,12 +20,20 @@ from sweep.web.running import simulation_of
 from sweep.web.state import begin
 
 ROOT = Path(__file__).parent.parent.parent
-FIELDS_OF_VIEW = [("aziel_chen2025", "as_written"), ("rustamani2024", "as_run"), ("nguyen2024", "as_run")]
+FIELDS_OF_VIEW = [
+    ("aziel_chen2025", "as_written"),
+    ("rustamani2024", "as_run"),
+    ("nguyen2024", "as_run"),
+]
 
 
-def flown(model: str, preset: str = "as_run", steps: int = 5, **changes: object) -> Simulation:
+def flown(
+    model: str, preset: str = "as_run", steps: int = 5, **changes: object
+) -> Simulation:
     """A simulation after a few steps."""
-    simulation = simulation_of(begin(model, preset).with_settings({"n": 60} | changes).job)
+    simulation = simulation_of(
+        begin(model, preset).with_settings({"n": 60} | changes).job
+    )
     while simulation.step < steps:
         simulation.advance(steps - simulation.step)
         simulation.take_frames()
@@ -41,21 +49,36 @@ def searched(simulation: Simulation, boid: int) -> list[int]:
     ahead = simulation.work.heading_x[boid], simulation.work.heading_y[boid]
     if simulation.model.name != "rustamani2024":
         ahead = simulation.flock.vx[boid], simulation.flock.vy[boid]
-    found = search(simulation.flock, simulation.world, simulation.work.grid, boid, range2, view, *ahead, near)
+    found = search(
+        simulation.flock,
+        simulation.world,
+        simulation.work.grid,
+        boid,
+        range2,
+        view,
+        *ahead,
+        near,
+    )
     return [int(other) for other in near.boid[:found]]
 
 
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
 @pytest.mark.parametrize("minimum_image", [False, True])
-def test_neighbours_are_those_that_the_kernel_finds(model: str, preset: str, minimum_image: bool) -> None:
+def test_neighbours_are_those_that_the_kernel_finds(
+    model: str, preset: str, minimum_image: bool
+) -> None:
     simulation = flown(model, preset, borders="torus", minimum_image=minimum_image)
     views = [overlays.view(simulation, boid) for boid in range(60)]
-    assert [view.neighbours for view in views] == [searched(simulation, boid) for boid in range(60)]
+    assert [view.neighbours for view in views] == [
+        searched(simulation, boid) for boid in range(60)
+    ]
     assert any(view.neighbours for view in views)
 
 
 @pytest.mark.parametrize(("model", "preset"), FIELDS_OF_VIEW)
-def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(model: str, preset: str) -> None:
+def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(
+    model: str, preset: str
+) -> None:
     changes = {"fov": 120} if "fov" in fields(model) else {}
     simulation = flown(model, preset, **changes)
     flock = simulation.flock
@@ -73,18 +96,35 @@ def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(model: str
 @pytest.mark.parametrize("model", MODELS)
 def test_looking_at_everything_leaves_the_run_as_it_is(model: str) -> None:
     watched, plain = flown(model), flown(model)
-    overlays.accelerations(watched), overlays.flocks(watched), overlays.coverage(watched), overlays.view(watched, 3)
+    (
+        overlays.accelerations(watched),
+        overlays.flocks(watched),
+        overlays.coverage(watched),
+        overlays.view(watched, 3),
+    )
     for simulation in (watched, plain):
         simulation.advance(3)
     np.testing.assert_array_equal(np.stack(watched.flock), np.stack(plain.flock))
-    np.testing.assert_array_equal(watched.record.watch.events, plain.record.watch.events)
+    np.testing.assert_array_equal(
+        watched.record.watch.events, plain.record.watch.events
+    )
 
 
 def test_a_rule_alone_has_the_acceleration_of_a_model_with_that_rule_only() -> None:
-    """nguyen2024 takes v(1) = (v + a dt)(1 - drag); rules have no common limit, so that they add up."""
-    simulation = flown("nguyen2024", drag=0.0, dt=0.5, update="synchronous", obstacle_range=500)
+    """nguyen2024 takes v(1) = (v + a dt)(1 - drag); rules have no common limit, so that
+    they add up.
+    """
+    simulation = flown(
+        "nguyen2024", drag=0.0, dt=0.5, update="synchronous", obstacle_range=500
+    )
     by_rule = overlays.accelerations(simulation)
-    assert overlays.rules(simulation) == ["separation", "alignment", "cohesion", "wander", "obstacle"]
+    assert overlays.rules(simulation) == [
+        "separation",
+        "alignment",
+        "cohesion",
+        "wander",
+        "obstacle",
+    ]
     before = np.stack([simulation.flock.vx, simulation.flock.vy])
     simulation.advance(1)
     after = np.stack([simulation.flock.vx, simulation.flock.vy])
@@ -105,7 +145,9 @@ def test_flocks_are_those_of_the_metric() -> None:
     labels = overlays.flocks(simulation)
     values = np.empty(1)
     simulation.record.frames.bodies[0, :4] = np.stack(simulation.flock[:4])
-    METRICS["flock_count"].measure(simulation.record.frames, 1, simulation.ground, simulation.observation, values)
+    METRICS["flock_count"].measure(
+        simulation.record.frames, 1, simulation.ground, simulation.observation, values
+    )
     assert len(set(labels.tolist())) == values[0]
     flag, section = encoding.flocks(labels)
     shown = np.frombuffer(section, "<u2", 60)
@@ -123,31 +165,56 @@ def test_coverage_is_what_the_metric_counts_and_coarsened_by_its_most() -> None:
     assert coarse.size <= overlays.MOST_CELLS < pixels.size
     side = -(-counted.rows // coarse.shape[0])
     for row, column in ((0, 0), (66, 66), (100, 20), coarse.shape):
-        row, column = row - (row == coarse.shape[0]), column - (column == coarse.shape[1])
-        block = pixels[row * side : (row + 1) * side, column * side : (column + 1) * side]
+        row, column = (
+            row - (row == coarse.shape[0]),
+            column - (column == coarse.shape[1]),
+        )
+        block = pixels[
+            row * side : (row + 1) * side, column * side : (column + 1) * side
+        ]
         assert coarse[row, column] == block.max()
     _, section = encoding.coverage(coarse)
     rows, columns = np.frombuffer(section, "<u4", 2)
     shown = np.frombuffer(section, np.uint8, rows * columns, 8).reshape(rows, columns)
     np.testing.assert_array_equal(shown == 255, coarse < 0)
-    np.testing.assert_array_equal(shown[coarse >= 0], np.minimum(coarse[coarse >= 0], 254))
+    np.testing.assert_array_equal(
+        shown[coarse >= 0], np.minimum(coarse[coarse >= 0], 254)
+    )
     assert (shown == 255).any()
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 100])
 def test_a_frame_is_what_it_stands_for_to_a_65535th_of_its_box(n: int) -> None:
     rng = np.random.default_rng(n)
-    bodies = np.stack([rng.uniform(-50, 900, n), rng.uniform(0, 2000, n), *rng.normal(size=(2, n))])
-    content = encoding.frame(7, bodies, (800.0, 600.0), [encoding.accelerations(np.ones((2, 2, n)))])
-    magic, flags, step, count, left, top, right, bottom = encoding.HEAD.unpack_from(content)
+    bodies = np.stack(
+        [rng.uniform(-50, 900, n), rng.uniform(0, 2000, n), *rng.normal(size=(2, n))]
+    )
+    content = encoding.frame(
+        7, bodies, (800.0, 600.0), [encoding.accelerations(np.ones((2, 2, n)))]
+    )
+    magic, flags, step, count, left, top, right, bottom = encoding.HEAD.unpack_from(
+        content
+    )
     assert (magic, flags, step, count) == (b"BSF1", 2, 7, n)
-    assert (left, right) == pytest.approx((min(0, bodies[0].min()), max(800, bodies[0].max())), rel=1e-6)
-    assert (top, bottom) == pytest.approx((0, min(1200, max(600, bodies[1].max()))), rel=1e-6)
+    assert (left, right) == pytest.approx(
+        (min(0, bodies[0].min()), max(800, bodies[0].max())), rel=1e-6
+    )
+    assert (top, bottom) == pytest.approx(
+        (0, min(1200, max(600, bodies[1].max()))), rel=1e-6
+    )
     x, y = np.frombuffer(content, "<u2", 2 * n, encoding.HEAD.size).reshape(2, n)
-    assert np.abs(left + x * (right - left) / 65535 - bodies[0]).max() <= 0.51 * (right - left) / 65535
+    assert (
+        np.abs(left + x * (right - left) / 65535 - bodies[0]).max()
+        <= 0.51 * (right - left) / 65535
+    )
     shown = np.minimum(bodies[1], 1200)
-    assert np.abs(top + y * (bottom - top) / 65535 - shown).max() <= 0.51 * (bottom - top) / 65535
-    heading = np.frombuffer(content, np.uint8, n, encoding.HEAD.size + 4 * n) * (2 * np.pi / 256)
+    assert (
+        np.abs(top + y * (bottom - top) / 65535 - shown).max()
+        <= 0.51 * (bottom - top) / 65535
+    )
+    heading = np.frombuffer(content, np.uint8, n, encoding.HEAD.size + 4 * n) * (
+        2 * np.pi / 256
+    )
     turn = heading - np.arctan2(bodies[3], bodies[2])
     assert np.abs((turn + np.pi) % (2 * np.pi) - np.pi).max() <= 1.001 * np.pi / 256
     rest = encoding.HEAD.size + len(encoding.padded(bytes(5 * n)))
@@ -167,19 +234,31 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.parametrize("model", [*MODELS, "skeleton"])
 def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
     for preset, values in MODELS[model].presets.items():
-        message = json.loads(json.dumps(controls(model, preset, experiments=Path("nowhere")), allow_nan=False))
-        shown = {field["name"]: field for group in message["groups"] for field in group["fields"]}
+        message = json.loads(
+            json.dumps(
+                controls(model, preset, experiments=Path("nowhere")), allow_nan=False
+            )
+        )
+        shown = {
+            field["name"]: field
+            for group in message["groups"]
+            for field in group["fields"]
+        }
         assert list(shown) == list(fields(model))
         for name, field in shown.items():
             assert field["text"]
-            assert field["default"] == ("inf" if values[name] == math.inf else values[name])
+            assert field["default"] == (
+                "inf" if values[name] == math.inf else values[name]
+            )
             if field["slider"]:
                 low, high, step = field["slider"]
                 assert low <= values[name] <= high, name
                 assert fields(model)[name].coerce(low) == low
                 assert fields(model)[name].coerce(high) == high
                 assert 0 < step <= high - low
-        assert {entry["name"] for entry in message["metrics"]} >= set(MODELS[model].metrics)
+        assert {entry["name"] for entry in message["metrics"]} >= set(
+            MODELS[model].metrics
+        )
 
 
 def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
@@ -192,7 +271,9 @@ def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
 
 def test_published_numbers_come_with_the_settings_that_they_hold_for() -> None:
     numbers = published("nguyen2024", "as_run", ROOT / EXPERIMENTS)
-    starts = [about for name, about in numbers if name == "speed" and about["frame"] == 0]
+    starts = [
+        about for name, about in numbers if name == "speed" and about["frame"] == 0
+    ]
     assert starts[0]["value"] == 0.765
     assert starts[0]["settings"] == {"n": 200, "steps": 500, "separation_weight": 1}
     assert published("nguyen2024", "as_run", ROOT / "nowhere") == ()

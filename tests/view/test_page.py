@@ -1,4 +1,6 @@
-"""The page in a real browser: what is done there happens to the flock, and what happens is seen there."""
+"""The page in a real browser: what is done there happens to the flock, and what happens
+is seen there.
+"""
 
 import asyncio
 import json
@@ -38,7 +40,10 @@ def live(page: Opened) -> Live:
 def go_to(page: Opened, step: int) -> Bodies:
     """Step to a step and return the bodies there."""
     page.send(type="step", count=step - live(page).step)
-    page.until(f"boidsweep.view.state.step === {step} && boidsweep.view.stage.frame.step === {step}")
+    page.until(
+        f"boidsweep.view.state.step === {step} && boidsweep.view.stage.frame.step ==="
+        f" {step}"
+    )
     return live(page).bodies.copy()
 
 
@@ -48,17 +53,25 @@ def until_set(page: Opened, name: str, value: object) -> None:
 
 def until_model(page: Opened, model: str) -> None:
     """Its controls come first, and then the settings that they show."""
-    page.until(f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model === '{model}'")
+    page.until(
+        f"boidsweep.view.controls.model === '{model}' && boidsweep.view.state.model ==="
+        f" '{model}'"
+    )
 
 
 def obstacles(page: Opened) -> list[list[float]]:
-    """Those of the simulation: x, y, half width, half height, and whether it is a disc."""
+    """Those of the simulation: x, y, half width, half
+    height, and whether it is a disc.
+    """
     scene = live(page).scene()
     return list(scene["obstacles"])
 
 
 def until_obstacles(page: Opened, count: int) -> list[list[float]]:
-    page.until(f"boidsweep.view.stage.scene.obstacles.length === {count} && !boidsweep.view.stage.edited")
+    page.until(
+        f"boidsweep.view.stage.scene.obstacles.length === {count} &&"
+        " !boidsweep.view.stage.edited"
+    )
     return obstacles(page)
 
 
@@ -84,7 +97,9 @@ CHANGE_ALL = """async () => {
     await until(() => view.state.settings[name] === before && !view.state.changed.includes(name), name);
   }
 }"""
-"""Each setting gets another value by its control, and goes back by the button beside it."""
+"""Each setting gets another value by its control, and goes back by the button beside
+it.
+"""
 
 
 def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
@@ -93,7 +108,9 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
         page.page.get_by_label("model", exact=True).select_option(model)
         until_model(page, model)
         assert live(page).state.model == model
-        assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(fields(model)) - {"map"} | {"seed"}
+        assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(
+            fields(model)
+        ) - {"map"} | {"seed"}
 
 
 def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
@@ -114,7 +131,11 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
     page.ask(CHANGE_ALL)
     preset = MODELS["nguyen2024"].presets["as_run"]
     assert set(met) == set(fields("nguyen2024")) - {"map"}
-    assert [name for name, values in met.items() if values[0] == preset[name] or values[-1] != preset[name]] == []
+    assert [
+        name
+        for name, values in met.items()
+        if values[0] == preset[name] or values[-1] != preset[name]
+    ] == []
 
 
 def test_a_slider_by_keyboard_changes_the_flight_as_a_sweep_would(opened: Open) -> None:
@@ -139,7 +160,9 @@ def test_keys_run_pause_step_and_reset(opened: Open) -> None:
         page.page.keyboard.press(".")
     page.until("boidsweep.view.stage.frame.step === 3")
     page.page.get_by_label("trails").check()
-    page.page.keyboard.press("Space")  # the switch was clicked: the key is meant for the run
+    page.page.keyboard.press(
+        "Space"
+    )  # the switch was clicked: the key is meant for the run
     page.until("boidsweep.view.state.running && boidsweep.view.stage.frame.step > 10")
     page.page.keyboard.press("Space")
     page.until("!boidsweep.view.state.running")
@@ -172,7 +195,9 @@ def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
 
 @pytest.mark.parametrize("n", [100, 1500])
 def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
-    """The pixels at their places have their colour, whether they are drawn as triangles or stamped."""
+    """The pixels at their places have their colour, whether they are drawn as triangles
+    or stamped.
+    """
     page = opened()
     page.send(type="set", name="n", value=n)
     until_set(page, "n", n)
@@ -194,7 +219,9 @@ def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
 def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same_frames(
     opened: Open, tmp_path: Path
 ) -> None:
-    """Of those that start outside few come into the disc, and many cross its place where it is not."""
+    """Of those that start outside few come into the disc, and many cross its place
+    where it is not.
+    """
     page = opened()
     page.page.get_by_label("map", exact=True).select_option("empty")
     until_set(page, "map", "empty")
@@ -227,11 +254,17 @@ def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same
 
 def test_obstacles_are_moved_resized_removed_and_brought_back(opened: Open) -> None:
     page = opened()
-    page.send(type="shapes", shapes=[{"rectangle": {"x": 300, "y": 300, "width": 100, "height": 60}}])
+    page.send(
+        type="shapes",
+        shapes=[{"rectangle": {"x": 300, "y": 300, "width": 100, "height": 60}}],
+    )
     until_obstacles(page, 1)
 
     def now(row: list[float]) -> None:
-        page.until(f"boidsweep.view.stage.scene.obstacles[0]?.map(Math.round).join() === '{','.join(map(str, row))}'")
+        page.until(
+            "boidsweep.view.stage.scene.obstacles[0]?.map(Math.round).join() ==="
+            f" '{','.join(map(str, row))}'"
+        )
         assert [round(value) for value in obstacles(page)[0]] == row
 
     page.page.keyboard.press("v")
@@ -251,14 +284,19 @@ def test_obstacles_are_moved_resized_removed_and_brought_back(opened: Open) -> N
 
 
 def test_obstacles_without_a_mouse(opened: Open) -> None:
-    """From the list: added, chosen, changed by its numbers, removed; those of a built-in map too."""
+    """From the list: added, chosen, changed by its numbers, removed; those of a
+    built-in map too.
+    """
     page = opened()
     page.page.locator("summary", has_text="Obstacles").press("Enter")
     page.page.get_by_role("button", name="Add a disc in the middle").press("Enter")
     assert until_obstacles(page, 19)[-1][:2] == [400, 300]
     page.page.get_by_label("disc radius").fill("55")
     page.page.get_by_label("disc radius").press("Enter")
-    page.until("boidsweep.view.stage.scene.obstacles[18]?.[2] === 55 && !boidsweep.view.stage.edited")
+    page.until(
+        "boidsweep.view.stage.scene.obstacles[18]?.[2] === 55 &&"
+        " !boidsweep.view.stage.edited"
+    )
     assert obstacles(page)[-1] == [400, 300, 55, 55, 1]
     page.page.get_by_role("button", name="Remove the disc at 400, 300").press("Enter")
     until_obstacles(page, 18)
@@ -283,7 +321,9 @@ def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:
     page.until("boidsweep.view.stage.selection?.boid === 17")
     selection = live(page).selection()
     assert selection["boid"] == 17
-    assert page.ask("boidsweep.view.stage.selection.neighbours") == selection["neighbours"]
+    assert (
+        page.ask("boidsweep.view.stage.selection.neighbours") == selection["neighbours"]
+    )
     page.page.keyboard.press("]")
     page.until("boidsweep.view.stage.selection?.boid === 18")
     assert page.page.get_by_label("index of the boid").input_value() == "18"
@@ -317,22 +357,35 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
         plain = page.ask(COLOURS)
         switch = page.page.get_by_label(overlay, exact=True)
         switch.check()
-        page.until(f"boidsweep.view.stage.overlays.has('{overlay}') && boidsweep.view.stage.{section}")
+        page.until(
+            f"boidsweep.view.stage.overlays.has('{overlay}') &&"
+            f" boidsweep.view.stage.{section}"
+        )
         page.until(f"({COLOURS})() > {plain} + 3")
         if overlay != "trails":
             assert live(page).overlays == (overlay,)
-            page.until(f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5")
+            page.until(
+                f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5"
+            )
         switch.uncheck()
-        page.until(f"!boidsweep.view.stage.overlays.has('{overlay}') && ({COLOURS})() === {plain}")
+        page.until(
+            f"!boidsweep.view.stage.overlays.has('{overlay}') && ({COLOURS})() ==="
+            f" {plain}"
+        )
 
 
-def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened: Open) -> None:
+def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
+    opened: Open,
+) -> None:
     page = opened()
     page.page.get_by_role("button", name="Choose metrics").click()
     page.page.get_by_role("checkbox", name="escapes").uncheck()
     page.page.get_by_role("checkbox", name="polarization").check()
     page.page.keyboard.press("Escape")
-    page.until("boidsweep.view.state.plots.includes('polarization') && !boidsweep.view.state.plots.includes('escapes')")
+    page.until(
+        "boidsweep.view.state.plots.includes('polarization') &&"
+        " !boidsweep.view.state.plots.includes('escapes')"
+    )
     go_to(page, 25)
     plotted = "boidsweep.view.plots.get('polarization').series"
     page.until(f"{plotted}.steps.length === 26")
@@ -344,17 +397,23 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(opened:
     page.until("!boidsweep.view.state.plots.includes('polarization')")
 
 
-def test_published_values_stand_beside_the_plots_of_the_very_settings(opened: Open) -> None:
+def test_published_values_stand_beside_the_plots_of_the_very_settings(
+    opened: Open,
+) -> None:
     page = opened()
     page.send(type="model", model="nguyen2024", preset="as_run")
     page.until("boidsweep.view.plots.get('speed')?.published.length > 0")
-    assert "0.765 at step 0" in page.ask("boidsweep.view.plots.get('speed').line.textContent")
+    assert "0.765 at step 0" in page.ask(
+        "boidsweep.view.plots.get('speed').line.textContent"
+    )
     page.send(type="set", name="separation_weight", value=0.7)
     page.until("boidsweep.view.plots.get('speed').published.length === 0")
     assert page.ask("boidsweep.view.plots.get('speed').line.textContent") == ""
 
 
-def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(opened: Open) -> None:
+def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
+    opened: Open,
+) -> None:
     page = opened()
     page.page.get_by_role("button", name="Sweep fov in the copied spec").click()
     page.page.get_by_label("fov, sweep: low").fill("60")
@@ -367,7 +426,12 @@ def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(opened: Open
     page.page.get_by_text("Without its sweep").wait_for()
     spec = parse_spec(page.page.get_by_label("spec.yaml").input_value())
     points = expand(spec)
-    assert [points.settings(i)["fov"] for i in range(points.n_points)] == [60, 160, 260, 360]
+    assert [points.settings(i)["fov"] for i in range(points.n_points)] == [
+        60,
+        160,
+        260,
+        360,
+    ]
 
 
 def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:
@@ -392,13 +456,20 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     other = page.page.get_by_label("alignment weight", exact=True)
     other.fill("much")
     other.press("Enter")
-    page.page.get_by_text("'much' is not allowed for alignment_weight: it is a number").wait_for()
+    page.page.get_by_text(
+        "'much' is not allowed for alignment_weight: it is a number"
+    ).wait_for()
     page.until("!boidsweep.view.asked")
     assert page.ask("document.querySelectorAll('[aria-invalid]').length") == 2
     page.send(type="set", name="fov", value=200)
     page.until("document.querySelectorAll('[aria-invalid]').length === 0")
     page.send(type="set", name="fov", value=150)
-    for text in ('{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}', "{", "[]", '{"type": "jump"}'):
+    for text in (
+        '{"type": "set", "name": "<img src=x onerror=alert(1)>", "value": 1}',
+        "{",
+        "[]",
+        '{"type": "jump"}',
+    ):
         page.page.evaluate("text => boidsweep.socket.socket.send(text)", text)
     page.page.get_by_text('unknown message "jump"').wait_for()
     assert page.ask("document.querySelectorAll('img').length") == 0
@@ -421,7 +492,9 @@ NUDGES = """async () => {
 }"""
 
 
-def test_on_a_slow_line_controls_show_what_was_asked_last(opened: Open, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_a_slow_line_controls_show_what_was_asked_last(
+    opened: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And never what an older answer says."""
     tell = Socket.tell
 
@@ -460,7 +533,9 @@ def test_a_page_that_gets_no_run_says_why(browser: Browser) -> None:
 
 
 def test_a_page_comes_back_to_its_session(opened: Open) -> None:
-    """A socket is dropped in the middle: the run stands still meanwhile, and goes on where it was."""
+    """A socket is dropped in the middle: the run stands still meanwhile, and goes on
+    where it was.
+    """
     page = opened()
     page.send(type="set", name="cohesion_weight", value=0.1)
     until_set(page, "cohesion_weight", 0.1)
@@ -468,7 +543,9 @@ def test_a_page_comes_back_to_its_session(opened: Open) -> None:
     show = page.show
     page.ask("boidsweep.socket.socket.close()")
     page.page.get_by_text("The connection is lost").wait_for()
-    page.until("boidsweep.view.banner.hidden && boidsweep.socket.socket.readyState === 1")
+    page.until(
+        "boidsweep.view.banner.hidden && boidsweep.socket.socket.readyState === 1"
+    )
     assert page.show is show
     assert page.ask("boidsweep.view.state.settings.cohesion_weight") == 0.1
     trajectory = simulate(live(page).state.job).trajectory
@@ -508,13 +585,17 @@ record: {series: [coverage], trajectories: true}
 """
 
 
-def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(opened: Open, tmp_path: Path) -> None:
+def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(
+    opened: Open, tmp_path: Path
+) -> None:
     study = studies.launched(STORED, tmp_path)
     row = study.trials.iloc[1]
     steps, flight = study.trajectory(row["trial_id"])
     with running_server(lambda: Replay(study, row["trial_id"])) as server:
         page = opened(at=server)
-        page.page.get_by_text("Every number equals the stored one, bit for bit").wait_for()
+        page.page.get_by_text(
+            "Every number equals the stored one, bit for bit"
+        ).wait_for()
         scrubber = page.page.get_by_label("step", exact=True)
         for step in (40, 7, 60):
             scrubber.fill(str(step))
@@ -522,30 +603,37 @@ def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(opened: Open, tmp_pat
             assert np.array_equal(live(page).bodies, flight[steps.tolist().index(step)])
         both = page.ask("boidsweep.view.state.replay.metrics.coverage")
         assert both == {"stored": row["coverage"], "replayed": row["coverage"]}
-        assert page.ask("boidsweep.view.plots.get('coverage').series.steps.length") == 61
+        assert (
+            page.ask("boidsweep.view.plots.get('coverage').series.steps.length") == 61
+        )
         assert page.page.get_by_label("fov", exact=True).is_disabled()
         page.page.keyboard.press("d")
         page.drag((400, 300), (450, 300))
         page.page.keyboard.press("Space")
         page.until("boidsweep.view.state.running")
-        page.until("!boidsweep.view.state.running && boidsweep.view.stage.frame.step === 60")
+        page.until(
+            "!boidsweep.view.state.running && boidsweep.view.stage.frame.step === 60"
+        )
         assert len(obstacles(page)) == 18
 
 
-def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(browser: Browser) -> None:
+def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(
+    browser: Browser,
+) -> None:
     """As a notebook and a file on disk have it: all top-level names in one module."""
     page = browser.new_page()
     page.set_content("<body></body>")
-    page.add_script_tag(content=script().replace("export { mount };", "globalThis.mount = mount;"), type="module")
+    page.add_script_tag(
+        content=script().replace("export { mount };", "globalThis.mount = mount;"),
+        type="module",
+    )
     assert page.evaluate("document.body.children.length") == 0
-    said = page.evaluate(
-        """() => {
+    said = page.evaluate("""() => {
           const said = [];
           const send = (message) => said.push(message.type);
           mount(document.body, { send, close: () => said.push("closed") }).unmount();
           return [...said, document.body.children.length];
-        }"""
-    )
+        }""")
     page.close()
     assert said == ["hello", "closed", 0]
     assert "import" not in [line.split(" ")[0] for line in script().splitlines()]

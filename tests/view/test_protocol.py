@@ -1,4 +1,6 @@
-"""Messages from anyone: read where they are right, refused in a sentence where they are not."""
+"""Messages from anyone: read where they are right, refused in a sentence where they are
+not.
+"""
 
 import json
 import math
@@ -19,9 +21,18 @@ RIGHT: list[tuple[dict[str, Any], Message]] = [
     ({"type": "set", "name": "n", "value": 3}, messages.Set("n", 3)),
     ({"type": "set", "name": "fov", "value": 3.5}, messages.Set("fov", 3.5)),
     ({"type": "set", "name": "map", "value": "empty"}, messages.Set("map", "empty")),
-    ({"type": "set", "name": "start_free", "value": True}, messages.Set("start_free", True)),
-    ({"type": "set", "name": "obstacle_range", "value": "inf"}, messages.Set("obstacle_range", math.inf)),
-    ({"type": "model", "model": "nanobot", "preset": "as_run"}, messages.Model("nanobot", "as_run")),
+    (
+        {"type": "set", "name": "start_free", "value": True},
+        messages.Set("start_free", True),
+    ),
+    (
+        {"type": "set", "name": "obstacle_range", "value": "inf"},
+        messages.Set("obstacle_range", math.inf),
+    ),
+    (
+        {"type": "model", "model": "nanobot", "preset": "as_run"},
+        messages.Model("nanobot", "as_run"),
+    ),
     ({"type": "run"}, messages.Run()),
     ({"type": "pause"}, messages.Pause()),
     ({"type": "reset"}, messages.Reset()),
@@ -35,7 +46,10 @@ RIGHT: list[tuple[dict[str, Any], Message]] = [
     ({"type": "select", "boid": None}, messages.Select(None)),
     ({"type": "overlays", "names": ["flocks"]}, messages.Overlays(("flocks",))),
     ({"type": "metrics", "names": ["speed", "speed"]}, messages.Metrics(("speed",))),
-    ({"type": "sweep", "name": "n", "low": 1, "high": 2, "points": 3}, messages.Sweep("n", 1.0, 2.0, 3)),
+    (
+        {"type": "sweep", "name": "n", "low": 1, "high": 2, "points": 3},
+        messages.Sweep("n", 1.0, 2.0, 3),
+    ),
     ({"type": "sweep", "name": "n", "off": True}, messages.Sweep("n", off=True)),
     ({"type": "spec"}, messages.Spec()),
     ({"type": "export", "kind": "png"}, messages.Export("png")),
@@ -54,18 +68,39 @@ WRONG = [
     ('{"type": "__class__"}', 'unknown message "__class__"'),
     ('{"type": "run", "fast": 1}', 'unknown key of run "fast"'),
     ('{"type": "set", "name": "n"}', 'set: missing key "value"'),
-    ('{"type": "set", "name": 7, "value": 7}', "set: name must be a text of at most 200 characters"),
-    ('{"type": "set", "name": "n", "value": [1]}', "set: value must be a finite number"),
-    ('{"type": "set", "name": "n", "value": 1e999}', "set: value must be a finite number"),
-    (f'{{"type": "set", "name": "n", "value": {"9" * 400}}}', "set: value must be a finite number"),
-    (json.dumps({"type": "hello", "page": "a" * 201}), "hello: page must be a text of at most 200 characters"),
+    (
+        '{"type": "set", "name": 7, "value": 7}',
+        "set: name must be a text of at most 200 characters",
+    ),
+    (
+        '{"type": "set", "name": "n", "value": [1]}',
+        "set: value must be a finite number",
+    ),
+    (
+        '{"type": "set", "name": "n", "value": 1e999}',
+        "set: value must be a finite number",
+    ),
+    (
+        f'{{"type": "set", "name": "n", "value": {"9" * 400}}}',
+        "set: value must be a finite number",
+    ),
+    (
+        json.dumps({"type": "hello", "page": "a" * 201}),
+        "hello: page must be a text of at most 200 characters",
+    ),
     ('{"type": "step", "count": -1}', "step: count must be a whole number from 0"),
     ('{"type": "step", "count": 1.5}', "step: count must be a whole number from 0"),
     ('{"type": "step", "count": true}', "step: count must be a whole number from 0"),
     ('{"type": "goal", "x": "1", "y": 1}', "goal: x must be a finite number"),
     ('{"type": "shapes", "shapes": {}}', "shapes: shapes must be a list of shapes"),
-    ('{"type": "overlays", "names": "flocks"}', "overlays: names must be a list of names"),
-    ('{"type": "overlays", "names": [1]}', "overlays: names must be a text of at most 200 characters"),
+    (
+        '{"type": "overlays", "names": "flocks"}',
+        "overlays: names must be a list of names",
+    ),
+    (
+        '{"type": "overlays", "names": [1]}',
+        "overlays: names must be a text of at most 200 characters",
+    ),
     ('{"type": "sweep", "name": "n", "off": 1}', "sweep: off must be true or false"),
 ]
 
@@ -76,7 +111,11 @@ def test_a_message_is_read(sent: dict[str, Any], message: Message) -> None:
 
 
 def test_every_message_is_tried() -> None:
-    assert {type(message) for _, message in RIGHT} == set(MESSAGES.values()) == set(get_args(Message))
+    assert (
+        {type(message) for _, message in RIGHT}
+        == set(MESSAGES.values())
+        == set(get_args(Message))
+    )
 
 
 @pytest.mark.parametrize(("sent", "words"), WRONG)
@@ -89,10 +128,15 @@ def test_what_is_no_message_is_refused_in_a_sentence(sent: str, words: str) -> N
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=10), inner, max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.text(max_size=10), inner, max_size=3)
+    ),
     max_leaves=5,
 )
-KEYS = st.sampled_from(sorted({key for sent, _ in RIGHT for key in sent if key != "type"}))
+KEYS = st.sampled_from(
+    sorted({key for sent, _ in RIGHT for key in sent if key != "type"})
+)
 
 
 @settings(max_examples=60)
@@ -103,7 +147,9 @@ def test_anything_is_a_message_or_refused(kind: str, keys: dict[str, Any]) -> No
 
 
 def test_replies_are_json_that_every_page_reads() -> None:
-    assert json.loads(write({"type": "state", "settings": {"range": plain(math.inf), "n": plain(3)}})) == {
+    assert json.loads(
+        write({"type": "state", "settings": {"range": plain(math.inf), "n": plain(3)}})
+    ) == {
         "type": "state",
         "settings": {"range": "inf", "n": 3},
     }

@@ -1,4 +1,6 @@
-"""The page that plays a run from disk: what is in it, and that a real browser plays it, with nothing but the file."""
+"""The page that plays a run from disk: what is in it, and that a real browser plays it,
+with nothing but the file.
+"""
 
 import base64
 import hashlib
@@ -24,7 +26,13 @@ from sweep.web.live import Live
 from sweep.web.replaying import AS_STORED
 from sweep.web.state import ViewState
 
-STATE = ViewState("nguyen2024", "as_run", seed=3, fixed={"n": 40, "steps": 60}, plots=("speed", "polarization"))
+STATE = ViewState(
+    "nguyen2024",
+    "as_run",
+    seed=3,
+    fixed={"n": 40, "steps": 60},
+    plots=("speed", "polarization"),
+)
 STUDY = "some/study"
 HEAD, BYTES_A_BOID = 32, 5
 
@@ -41,13 +49,19 @@ def file(flight: Flight) -> File:
 
 def content_of(page: bytes) -> dict[str, Any]:
     """What the script of the page reads."""
-    found = re.search(r'<script type="application/json" id="recording">(.*?)</script>', page.decode(), re.DOTALL)
+    found = re.search(
+        r'<script type="application/json" id="recording">(.*?)</script>',
+        page.decode(),
+        re.DOTALL,
+    )
     assert found
     content: dict[str, Any] = json.loads(found[1])
     return content
 
 
-def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(file: File, flight: Flight) -> None:
+def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(
+    file: File, flight: Flight
+) -> None:
     content = content_of(file.content)
     assert content["steps"] == list(range(61))
     size = HEAD + 40 * BYTES_A_BOID
@@ -58,9 +72,15 @@ def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(file: File, f
         magic, flags, number, n, *box = struct.unpack("<4s3I4f", one[:HEAD])
         assert (magic, flags, number, n) == (b"BSF1", 0, step, 40)
         x, y = np.frombuffer(one[HEAD : HEAD + 160], "<u2").reshape(2, 40)
-        for quantised, exact, low, high in ((x, 0, box[0], box[2]), (y, 1, box[1], box[3])):
+        for quantised, exact, low, high in (
+            (x, 0, box[0], box[2]),
+            (y, 1, box[1], box[3]),
+        ):
             unit = (high - low) / 65535
-            assert np.abs(low + quantised * unit - flight.bodies[step, exact]).max() <= 0.51 * unit
+            assert (
+                np.abs(low + quantised * unit - flight.bodies[step, exact]).max()
+                <= 0.51 * unit
+            )
 
 
 def test_a_recording_says_what_it_is_of(file: File, flight: Flight) -> None:
@@ -72,7 +92,10 @@ def test_a_recording_says_what_it_is_of(file: File, flight: Flight) -> None:
     assert content["metrics"]["speed"] == flight.values["speed"].tolist()
     assert content["state"]["replay"]["frames"] == [0, 60, 1]
     assert content["state"]["replay"]["recorded"] is True
-    assert content["state"]["replay"]["words"] == "The spec gives these very frames, bit for bit."
+    assert (
+        content["state"]["replay"]["words"]
+        == "The spec gives these very frames, bit for bit."
+    )
     assert (content["state"]["step"], content["state"]["running"]) == (0, False)
     text = file.content.decode()
     assert f"<title>{STUDY}, trial {STATE.job.trial_id}</title>" in text
@@ -88,11 +111,18 @@ def test_a_stored_trial_is_written_as_a_page_that_compares_it(tmp_path: Path) ->
     assert content["state"]["replay"]["words"] == AS_STORED
 
 
-def test_a_page_of_too_many_boids_is_refused_before_any_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study, wanted = launched(SMALL, tmp_path), Wanted(animation=tmp_path / "flight.html")
+def test_a_page_of_too_many_boids_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, wanted = (
+        launched(SMALL, tmp_path),
+        Wanted(animation=tmp_path / "flight.html"),
+    )
     trial = str(study.trials["trial_id"][0])
     check(study, trial, wanted)
-    monkeypatch.setattr(recording, "MOST_BYTES", 5 * 4 * (HEAD + 12 * BYTES_A_BOID + 3) // 3)
+    monkeypatch.setattr(
+        recording, "MOST_BYTES", 5 * 4 * (HEAD + 12 * BYTES_A_BOID + 3) // 3
+    )
     with pytest.raises(StoreError, match=r"12 boids take .* which are 4 frames"):
         check(study, trial, wanted)
     check(study, trial, wanted._replace(every=3))
@@ -107,7 +137,10 @@ def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) ->
     for element in ("<style>(.*?)</style>", '<script type="module">(.*?)</script>'):
         found = re.findall(element, text, re.DOTALL)
         assert len(found) == 1
-        assert base64.b64encode(hashlib.sha256(found[0].encode()).digest()).decode() in policy[1]
+        assert (
+            base64.b64encode(hashlib.sha256(found[0].encode()).digest()).decode()
+            in policy[1]
+        )
     assert "http" not in policy[1]
     assert not re.search(r'(src|href)="', text)
 
@@ -119,10 +152,16 @@ def test_no_text_in_a_recording_becomes_an_element(flight: Flight) -> None:
     file = recording.record(flight._replace(study=evil), greeting, evil)
     assert file.content.decode().count("<script") == 2
     assert b"<script>alert" not in file.content
-    assert content_of(file.content)["spec"] == content_of(file.content)["state"]["note"] == evil
+    assert (
+        content_of(file.content)["spec"]
+        == content_of(file.content)["state"]["note"]
+        == evil
+    )
 
 
-def test_a_long_run_is_thinned_and_an_overfull_one_refused(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_run_is_thinned_and_an_overfull_one_refused(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
     greeting = Live(STATE).greeting()
     bytes_a_frame = 4 * (HEAD + 40 * BYTES_A_BOID + 3) // 3 + 1
     monkeypatch.setattr(recording, "FEWEST_FRAMES", 10)
@@ -132,27 +171,45 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(flight: Flight, monke
     assert len(content["metrics"]["speed"]) == 21
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
     monkeypatch.setattr(recording, "MOST_BYTES", 9 * bytes_a_frame)
-    with pytest.raises(StoreError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"):
+    with pytest.raises(
+        StoreError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"
+    ):
         recording.record(flight, greeting, "")
 
 
 def test_two_hundred_boids_and_five_hundred_frames_are_a_few_megabytes() -> None:
-    state = ViewState("nguyen2024", "as_run", fixed={"n": 200, "steps": 500}, plots=("speed",))
-    file = recording.record(fly(STUDY, state.job, state.plots), Live(state).greeting(), "")
+    state = ViewState(
+        "nguyen2024", "as_run", fixed={"n": 200, "steps": 500}, plots=("speed",)
+    )
+    file = recording.record(
+        fly(STUDY, state.job, state.plots), Live(state).greeting(), ""
+    )
     assert len(content_of(file.content)["steps"]) == 501
     assert len(file.content) < 2_000_000
 
 
 @pytest.fixture
 def played(browser: Browser, file: File, tmp_path: Path) -> Iterator[Page]:
-    """The page, opened from disk; it asks for nothing else, and nothing goes wrong in it."""
+    """The page, opened from disk; it asks for nothing else, and nothing goes wrong in
+    it.
+    """
     path = tmp_path / "run.html"
     path.write_bytes(file.content)
     page = browser.new_page(viewport={"width": 1280, "height": 720})
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
-    page.on("request", lambda request: wrong.append(request.url) if request.url != path.as_uri() else None)
+    page.on(
+        "console",
+        lambda message: (
+            wrong.append(message.text) if message.type in ("error", "warning") else None
+        ),
+    )
+    page.on(
+        "request",
+        lambda request: (
+            wrong.append(request.url) if request.url != path.as_uri() else None
+        ),
+    )
     page.goto(path.as_uri())
     yield page
     page.close()
@@ -189,5 +246,7 @@ def test_a_recording_hands_out_its_spec(played: Page) -> None:
     box = played.get_by_role("dialog")
     box.wait_for()
     box.locator("textarea, pre").first.wait_for()
-    shown = box.locator("textarea, pre").first.evaluate("element => element.value ?? element.textContent")
+    shown = box.locator("textarea, pre").first.evaluate(
+        "element => element.value ?? element.textContent"
+    )
     assert shown.strip() == STATE.as_text().strip()

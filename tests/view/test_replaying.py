@@ -1,4 +1,6 @@
-"""Stored trials as shows: every frame and number is the stored one, wherever one goes, in whatever order."""
+"""Stored trials as shows: every frame and number is the stored one, wherever one goes,
+in whatever order.
+"""
 
 import base64
 import struct
@@ -22,7 +24,9 @@ from sweep.web.export import draw_frame
 from sweep.web.history import Cursor
 from sweep.web.replaying import Replay
 
-FLOWN = SMALL.replace("every: 2", "every: 3, trajectories: true").replace("n: 12,", "n: 12, n_obstacles: 3,")
+FLOWN = SMALL.replace("every: 2", "every: 3, trajectories: true").replace(
+    "n: 12,", "n: 12, n_obstacles: 3,"
+)
 OWN = """
 study: own
 model: aziel_chen2025
@@ -68,7 +72,9 @@ def to_end(show: Replay) -> None:
         show.advance(2)
 
 
-@pytest.mark.parametrize(("spec", "index"), [(FLOWN, 2), (FLOWN, 3), (OWN, 0), (OWN, 3), (COVERING, 1)])
+@pytest.mark.parametrize(
+    ("spec", "index"), [(FLOWN, 2), (FLOWN, 3), (OWN, 0), (OWN, 3), (COVERING, 1)]
+)
 def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -> None:
     study = launched(spec, tmp_path)
     trial = trial_of(study, index)
@@ -80,7 +86,10 @@ def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -
     steps = series["frame"].to_numpy()
     for name in study.metrics:
         if name in series:
-            assert show.track.values[name][steps].tobytes() == series[name].to_numpy().tobytes()
+            assert (
+                show.track.values[name][steps].tobytes()
+                == series[name].to_numpy().tobytes()
+            )
         row = study.trials.set_index("trial_id").loc[trial]
         assert told["metrics"][name] == {"stored": row[name], "replayed": row[name]}
     if study.spec.find("trajectories") > 0:
@@ -90,17 +99,23 @@ def test_every_number_is_the_stored_one(spec: str, index: int, tmp_path: Path) -
             assert (show.step, show.bodies.tobytes()) == (frame, stored.tobytes())
 
 
-@pytest.mark.parametrize(("apart", "most"), [(1, 2**28), (40, 2**28), (1, 1), (10**6, 2**28)])
+@pytest.mark.parametrize(
+    ("apart", "most"), [(1, 2**28), (40, 2**28), (1, 1), (10**6, 2**28)]
+)
 def test_any_step_is_reached_from_anywhere_with_all_that_belongs_to_it(
     apart: int, most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However far apart the states are that it goes on from; what is seen then is what is seen on the way."""
+    """However far apart the states are that it goes on from; what is seen then is what
+    is seen on the way.
+    """
     monkeypatch.setattr(track, "BOID_STEPS_APART", apart)
     monkeypatch.setattr(track, "MOST_BYTES", most)
     study = launched(OWN, tmp_path)
     show = Replay(study, trial_of(study, 0))
     assert bool(show.track.states) == (apart < 10**6 and most > 1)
-    straight = Simulation(replace(show.job, record=replace(show.job.record, trajectories=True)))
+    straight = Simulation(
+        replace(show.job, record=replace(show.job.record, trajectories=True))
+    )
     seen = {}
     for step in range(13):
         state = np.stack(straight.flock[:4])
@@ -147,7 +162,9 @@ def test_it_steps_pauses_resets_and_runs_again_from_the_beginning(show: Replay) 
 
 
 @pytest.mark.parametrize("message", CHANGING)
-def test_nothing_changes_a_stored_trial(show: Replay, message: messages.Message) -> None:
+def test_nothing_changes_a_stored_trial(
+    show: Replay, message: messages.Message
+) -> None:
     before = show.status()
     with pytest.raises(SpecError, match="a stored trial, which nothing changes"):
         show.handle(message)
@@ -159,27 +176,42 @@ def told_metrics(show: Replay, cursor: Cursor) -> tuple[dict[str, Any], Cursor]:
     return next(message for message in told if message["type"] == "metrics"), cursor
 
 
-def test_metrics_of_the_whole_run_come_at_once_and_others_when_asked_for(show: Replay) -> None:
+def test_metrics_of_the_whole_run_come_at_once_and_others_when_asked_for(
+    show: Replay,
+) -> None:
     metrics, cursor = told_metrics(show, Cursor())
-    assert (metrics["steps"], list(metrics["values"])) == (list(range(10)), list(show.state.plots))
+    assert (metrics["steps"], list(metrics["values"])) == (
+        list(range(10)),
+        list(show.state.plots),
+    )
     assert "flock_count" not in show.track.values
     show.handle(messages.Metrics(("flock_count", "speed")))
     metrics, _ = told_metrics(show, cursor)
     assert (metrics["steps"], metrics["reset"]) == (list(range(10)), True)
     names = ("flock_count", "speed")
     result = simulate(replace(show.job, record=Record(names, names)))
-    assert metrics["values"] == {name: series.tolist() for name, series in result.series.items()}
+    assert metrics["values"] == {
+        name: series.tolist() for name, series in result.series.items()
+    }
     with pytest.raises(SpecError, match='did you mean "flock_count"'):
         show.handle(messages.Metrics(("flock_cuont",)))
     assert show.state.plots == names
 
 
-@pytest.mark.parametrize(("spec", "index", "number"), [(FLOWN, 1, 2), (OWN, 3, 1), (COVERING, 2, 1)])
-def test_the_copied_spec_launches_the_very_trial(spec: str, index: int, number: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("spec", "index", "number"), [(FLOWN, 1, 2), (OWN, 3, 1), (COVERING, 2, 1)]
+)
+def test_the_copied_spec_launches_the_very_trial(
+    spec: str, index: int, number: int, tmp_path: Path
+) -> None:
     study = launched(spec, tmp_path)
     show = Replay(study, trial_of(study, index))
     text = show.handle(messages.Spec())[0]["yaml"]
-    which = f"the last of {number} trials that this launches" if number > 1 else "the trial that this launches"
+    which = (
+        f"the last of {number} trials that this launches"
+        if number > 1
+        else "the trial that this launches"
+    )
     assert text.startswith(f"# {which} is {show.job.trial_id} of {study.name}\n")
     again = launched(text, tmp_path)
     assert again.plan.num_rows == number
@@ -200,7 +232,9 @@ def tampered(monkeypatch: pytest.MonkeyPatch, **changes: object) -> None:
     monkeypatch.setattr(StoredStudy, "trial", stored)
 
 
-def test_what_differs_from_the_stored_row_is_said(flown: StoredStudy, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_differs_from_the_stored_row_is_said(
+    flown: StoredStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
     tampered(monkeypatch, speed=1.0, flock_radius=2.0)
     told = Replay(flown, trial_of(flown, 2)).status()["replay"]
     assert not told["equal"]
@@ -212,9 +246,18 @@ def test_what_differs_from_the_stored_row_is_said(flown: StoredStudy, monkeypatc
 def test_a_trial_that_met_its_time_limit_is_shown_without_it(
     flown: StoredStudy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tampered(monkeypatch, status="timeout", last_step=4, error="time limit of 1 s reached after step 4", speed=None)
+    tampered(
+        monkeypatch,
+        status="timeout",
+        last_step=4,
+        error="time limit of 1 s reached after step 4",
+        speed=None,
+    )
     show = Replay(flown, trial_of(flown, 2))
-    words = "Stored as timeout, after step 4: nothing to compare. This is what it gives here and now."
+    words = (
+        "Stored as timeout, after step 4: nothing to compare. This is what it gives"
+        " here and now."
+    )
     assert show.status()["replay"]["words"] == words
     assert "speed" not in show.status()["replay"]["metrics"]
     assert show.track.last == 9
@@ -248,21 +291,30 @@ def test_a_file_of_it_is_of_the_stored_trial(show: Replay) -> None:
     show.seek(5)
     picture = show.export("png")()
     assert picture["name"] == f"small-{show.job.trial_id[:8]}-step-5.png"
-    assert base64.b64decode(picture["data"]) == draw_frame("small", show.job, 5, show.bodies, "png").content
+    assert (
+        base64.b64decode(picture["data"])
+        == draw_frame("small", show.job, 5, show.bodies, "png").content
+    )
     page = base64.b64decode(show.export("html")()["data"]).decode()
     assert show.job.trial_id in page
     assert '"steps":[0,1,2,3,4,5,6,7,8,9]' in page
-    with pytest.raises(SpecError, match='unknown kind of file "pgn"; did you mean "png"'):
+    with pytest.raises(
+        SpecError, match='unknown kind of file "pgn"; did you mean "png"'
+    ):
         show.export("pgn")
 
 
-def test_a_table_says_how_to_see_a_trial_of_each_point(flown: StoredStudy, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_says_how_to_see_a_trial_of_each_point(
+    flown: StoredStudy, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Of one that is done, where there is one."""
     study = StoredStudy(flown.name, flown.store.folder.parent)
     trials = study.trials
     trials.loc[trials["replicate"] == 0, "status"] = "timeout"
     rows, names = point_table(study, ["speed"], half=False)
-    seen = trials.set_index("trial_id").loc[[command.split()[-1] for command in rows["view"]]]
+    seen = trials.set_index("trial_id").loc[
+        [command.split()[-1] for command in rows["view"]]
+    ]
     assert rows["view"][0].startswith("sweep view small ")
     assert seen["separation_weight"].tolist() == rows["separation_weight"].tolist()
     assert seen["replicate"].tolist() == [1, 1]

@@ -49,7 +49,9 @@ SHOWS: list[Watched] = []
 
 
 def watched() -> Watched:
-    SHOWS.append(Watched(begin("nguyen2024", "as_run").with_settings({"n": 20, "steps": 200})))
+    SHOWS.append(
+        Watched(begin("nguyen2024", "as_run").with_settings({"n": 20, "steps": 200}))
+    )
     return SHOWS[-1]
 
 
@@ -82,11 +84,16 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 class Page:
-    """The other end: says hello, takes what comes, and keeps the last message of each type."""
+    """The other end: says hello, takes what comes, and keeps the last message of each
+    type.
+    """
 
     def __init__(self, server: Server, name: str = "one", **options: Any) -> None:
         address = urlsplit(server.url)
-        about = {"origin": f"http://{address.netloc}", "open_timeout": DEADLINE} | options
+        about = {
+            "origin": f"http://{address.netloc}",
+            "open_timeout": DEADLINE,
+        } | options
         self.connection = connect(f"ws://{address.netloc}{address.path}socket", **about)
         self.name = name
         self.last: dict[str, dict[str, Any]] = {}
@@ -113,7 +120,9 @@ class Page:
         self.last[message["type"]] = message
         return str(message["type"])
 
-    def wait(self, kind: str, fits: Callable[[dict[str, Any]], bool] = lambda _: True) -> dict[str, Any]:
+    def wait(
+        self, kind: str, fits: Callable[[dict[str, Any]], bool] = lambda _: True
+    ) -> dict[str, Any]:
         """Take messages until one of this type fits."""
         while self.hear() != kind or not fits(self.last.get(kind, {})):
             pass
@@ -135,7 +144,9 @@ class Page:
         return int(HEAD.unpack_from(self.frames[-1])[2])
 
 
-def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(server: Server) -> None:
+def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(
+    server: Server,
+) -> None:
     with Page(server) as page:
         heard = [page.hear() for _ in range(6)]
         assert heard == ["controls", "scene", "state", "metrics", "selection", "frame"]
@@ -145,7 +156,9 @@ def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(server: S
         assert page.step == 0
 
 
-def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(server: Server, tmp_path: Path) -> None:
+def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(
+    server: Server, tmp_path: Path
+) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.go(3)
@@ -162,12 +175,16 @@ def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(server: 
         assert page.last["state"]["exact"]
         page.say("spec")
         stored = launched(page.wait("spec")["yaml"], tmp_path)
-    frames = [np.stack(stored.trajectories[name].to_list()) for name in ("x", "y", "vx", "vy")]
+    frames = [
+        np.stack(stored.trajectories[name].to_list()) for name in ("x", "y", "vx", "vy")
+    ]
     np.testing.assert_array_equal(np.array(SHOWS[0].kept).transpose(1, 0, 2), frames)
     assert stored.trials["trial_id"][0] == SHOWS[0].state.job.trial_id
 
 
-def test_the_state_after_a_message_has_its_id_whether_it_was_refused_or_not(server: Server) -> None:
+def test_the_state_after_a_message_has_its_id_whether_it_was_refused_or_not(
+    server: Server,
+) -> None:
     with Page(server) as page:
         page.wait("frame")
         assert page.ask("set", name="drag", value=0.2, id="a")["answers"] == "a"
@@ -229,7 +246,9 @@ def test_a_page_that_takes_nothing_is_not_listened_to_for_ever() -> None:
         playing.cancel()
         return line.heard
 
-    with ThreadPoolExecutor() as threads:  # in this one the browser of other tests may have its event loop
+    with (
+        ThreadPoolExecutor() as threads
+    ):  # in this one the browser of other tests may have its event loop
         assert 1 < threads.submit(asyncio.run, play()).result() <= MOST_WAITING
 
 
@@ -258,7 +277,9 @@ def test_a_page_that_comes_back_finds_its_session(server: Server) -> None:
         assert other.wait("state")["settings"]["drag"] == 0.1
 
 
-def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(server: Server) -> None:
+def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(
+    server: Server,
+) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.say("speed", steps_per_second=20)
@@ -272,7 +293,9 @@ def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(server
         until(lambda: SHOWS[0].step > before)
 
 
-def test_a_session_that_another_page_takes_is_closed_for_the_first(server: Server) -> None:
+def test_a_session_that_another_page_takes_is_closed_for_the_first(
+    server: Server,
+) -> None:
     with Page(server) as first:
         first.wait("frame")
         with Page(server) as second:
@@ -291,14 +314,28 @@ def test_a_session_that_another_page_takes_is_closed_for_the_first(server: Serve
         (b"\x00\x01", "a message must be JSON"),
         ('{"type": "rnu"}', 'unknown message "rnu"; did you mean "run"'),
         ('{"type": "seek", "frame": 3}', "only a stored trial can be scrubbed"),
-        ('{"type": "set", "name": "darg", "value": 1}', 'unknown setting "darg"; did you mean "drag"'),
-        ('{"type": "set", "name": "drag", "value": 2}', "2 is not allowed for drag: it is a number from 0 to 1"),
-        ('{"type": "set", "name": "start_margin", "value": 900}', "start_margin leaves boids no room"),
-        ('{"type": "shapes", "shapes": [{"disc": {"x": {"y": 1}}}]}', 'missing key "y"'),
+        (
+            '{"type": "set", "name": "darg", "value": 1}',
+            'unknown setting "darg"; did you mean "drag"',
+        ),
+        (
+            '{"type": "set", "name": "drag", "value": 2}',
+            "2 is not allowed for drag: it is a number from 0 to 1",
+        ),
+        (
+            '{"type": "set", "name": "start_margin", "value": 900}',
+            "start_margin leaves boids no room",
+        ),
+        (
+            '{"type": "shapes", "shapes": [{"disc": {"x": {"y": 1}}}]}',
+            'missing key "y"',
+        ),
         ('{"type": "export", "kind": "exe"}', 'unknown kind of file "exe"'),
     ],
 )
-def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(server: Server, sent: str | bytes, words: str) -> None:
+def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(
+    server: Server, sent: str | bytes, words: str
+) -> None:
     with Page(server) as page, Page(server, "other") as other:
         for one in (page, other):
             one.wait("frame")
@@ -321,8 +358,10 @@ def test_a_bug_is_told_without_its_traceback_and_logged(
         page.wait("frame")
         monkeypatch.setattr(SHOWS[0], "handle", broken)
         page.say("run")
-        assert page.wait("error")["message"] == (
-            "the simulator failed: ZeroDivisionError; it goes on, and its terminal says more"
+        assert (
+            page.wait("error")["message"]
+            == "the simulator failed: ZeroDivisionError; it goes on, and its terminal"
+            " says more"
         )
         monkeypatch.undo()
         page.go(1)
@@ -346,7 +385,9 @@ def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
         assert page.last["state"]["selected"] == 2
 
 
-def test_a_message_too_long_closes_the_socket_and_leaves_the_session(server: Server) -> None:
+def test_a_message_too_long_closes_the_socket_and_leaves_the_session(
+    server: Server,
+) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.go(4)
@@ -360,9 +401,14 @@ def test_a_message_too_long_closes_the_socket_and_leaves_the_session(server: Ser
 
 def test_a_page_says_hello_first(server: Server) -> None:
     address = urlsplit(server.url)
-    with connect(f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}") as plain:  # type: ignore[arg-type]
+    with connect(
+        f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}"
+    ) as plain:  # type: ignore[arg-type]
         plain.send('{"type": "run"}')
-        assert json.loads(plain.recv(DEADLINE)) == {"type": "error", "message": "a page says hello first"}
+        assert json.loads(plain.recv(DEADLINE)) == {
+            "type": "error",
+            "message": "a page says hello first",
+        }
         assert SHOWS == []
 
 
@@ -375,25 +421,42 @@ def test_a_page_says_hello_first(server: Server) -> None:
         {"path": "/wrong/socket"},
         {"path": "/socket"},
         {"host": "evil.example:80", "origin": "http://evil.example:80"},
-        {"host": "127.0.0.1.evil.example:80", "origin": "http://127.0.0.1.evil.example:80"},
+        {
+            "host": "127.0.0.1.evil.example:80",
+            "origin": "http://127.0.0.1.evil.example:80",
+        },
     ],
 )
-def test_a_socket_from_elsewhere_is_refused(server: Server, change: dict[str, str | None]) -> None:
+def test_a_socket_from_elsewhere_is_refused(
+    server: Server, change: dict[str, str | None]
+) -> None:
     address = urlsplit(server.url)
-    about = {"origin": f"http://{address.netloc}", "path": f"{address.path}socket", "host": address.netloc} | change
+    about = {
+        "origin": f"http://{address.netloc}",
+        "path": f"{address.path}socket",
+        "host": address.netloc,
+    } | change
     uri = f"ws://{about['host']}{about['path']}"
     options = {"address": (address.hostname, address.port), "origin": about["origin"]}
     with pytest.raises(InvalidStatus) as refused, connect(uri, **options):  # type: ignore[arg-type]
         pass
-    assert refused.value.response.status_code == 403 if "origin" in change or "path" in change else 404
+    assert (
+        refused.value.response.status_code == 403
+        if "origin" in change or "path" in change
+        else 404
+    )
     assert SHOWS == []
 
 
-def fetched(server: Server, path: str, host: str | None = None) -> http.client.HTTPResponse:
+def fetched(
+    server: Server, path: str, host: str | None = None
+) -> http.client.HTTPResponse:
     """The answer to a GET below the token."""
     address = urlsplit(server.url)
     assert address.hostname
-    connection = http.client.HTTPConnection(address.hostname, address.port, timeout=DEADLINE)
+    connection = http.client.HTTPConnection(
+        address.hostname, address.port, timeout=DEADLINE
+    )
     connection.request("GET", path, headers={"Host": host or address.netloc})
     response = connection.getresponse()
     response.content = response.read()  # type: ignore[attr-defined]
@@ -403,7 +466,11 @@ def fetched(server: Server, path: str, host: str | None = None) -> http.client.H
 
 def test_the_files_of_the_page_are_served_with_a_policy(server: Server) -> None:
     path = urlsplit(server.url).path
-    for name, kind in (("", "text/html"), ("view.js", "text/javascript"), ("view.css", "text/css")):
+    for name, kind in (
+        ("", "text/html"),
+        ("view.js", "text/javascript"),
+        ("view.css", "text/css"),
+    ):
         response = fetched(server, path + name)
         assert (response.status, response.headers.get_content_type()) == (200, kind)
         assert "default-src 'none'" in response.headers["Content-Security-Policy"]
@@ -413,25 +480,50 @@ def test_the_files_of_the_page_are_served_with_a_policy(server: Server) -> None:
     assert page.status == 200
 
 
-@pytest.mark.parametrize("path", ["/", "/wrong/", "/wrong/view.js", "{}/../server.py", "{}/..%2fserver.py", "{}/x.js"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/wrong/",
+        "/wrong/view.js",
+        "{}/../server.py",
+        "{}/..%2fserver.py",
+        "{}/x.js",
+    ],
+)
 def test_nothing_else_is_served(server: Server, path: str) -> None:
     assert fetched(server, path.format(f"/{server.token}")).status == 404
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example:80", "127.0.0.1", ":80"])
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example",
+        "evil.example:80",
+        "127.0.0.1.evil.example:80",
+        "127.0.0.1",
+        ":80",
+    ],
+)
 def test_another_name_of_this_machine_is_refused(server: Server, host: str) -> None:
     assert fetched(server, urlsplit(server.url).path, host).status == 404
 
 
 def test_it_listens_on_this_machine_only(server: Server) -> None:
-    """And without Nagle's algorithm, for which asyncio asks sockets of TCP that say so."""
+    """And without Nagle's algorithm, for which asyncio asks
+    sockets of TCP that say so.
+    """
     assert server.socket.getsockname()[0] == "127.0.0.1"
     assert server.socket.proto == socket.IPPROTO_TCP
-    with pytest.raises(SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free one"):
+    with pytest.raises(
+        SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free one"
+    ):
         Server(watched, server.socket.getsockname()[1])
 
 
-def test_sessions_are_few_and_the_one_left_first_makes_room(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sessions_are_few_and_the_one_left_first_makes_room(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(serving, "MOST_SESSIONS", 2)
     for name in ("first", "second"):
         with Page(server, name) as page:
@@ -442,14 +534,18 @@ def test_sessions_are_few_and_the_one_left_first_makes_room(server: Server, monk
         fourth.wait("frame")
         assert set(server.rooms.players) == {"third", "fourth"}
         with Page(server, "fifth") as fifth:
-            assert fifth.wait("error")["message"] == "2 pages are open already; close one"
+            assert (
+                fifth.wait("error")["message"] == "2 pages are open already; close one"
+            )
             with pytest.raises(ConnectionClosed) as closed:
                 fifth.wait("nothing")
             assert closed.value.rcvd is not None
             assert closed.value.rcvd.code == REFUSED
 
 
-def test_sessions_that_nobody_comes_back_to_are_forgotten(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sessions_that_nobody_comes_back_to_are_forgotten(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with Page(server, "first") as page:
         page.wait("frame")
     until(lambda: server.rooms.players["first"].task is None)
@@ -460,7 +556,9 @@ def test_sessions_that_nobody_comes_back_to_are_forgotten(server: Server, monkey
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
-def test_a_picture_of_the_frame_is_made_while_it_runs(server: Server, kind: str) -> None:
+def test_a_picture_of_the_frame_is_made_while_it_runs(
+    server: Server, kind: str
+) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.say("run")

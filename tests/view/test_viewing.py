@@ -14,7 +14,9 @@ from sweep.web.server import Server
 
 @pytest.fixture
 def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any]:
-    """Runs `sweep view` up to the point where it would serve, and returns what it shows."""
+    """Runs `sweep view` up to the point where it would serve, and returns what it
+    shows.
+    """
     shown: list[Any] = []
 
     def run(server: Server) -> None:
@@ -38,22 +40,34 @@ def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any
     return viewed
 
 
-def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(viewed: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
+    viewed: Callable[..., Any], tmp_path: Path
+) -> None:
     assert (
-        viewed("--model", "nanobot", "--preset", "as_written", "--map", "random_obstacles").state.job.settings["map"]
+        viewed(
+            "--model", "nanobot", "--preset", "as_written", "--map", "random_obstacles"
+        ).state.job.settings["map"]
         == "random_obstacles"
     )
     stored = launched(SMALL, tmp_path).trials
     (tmp_path / "spec.yaml").write_text(SMALL)
     first = stored.iloc[0]
-    for arguments in ((str(tmp_path / "spec.yaml"),), ("small",), ("small", stored["trial_id"][4])):
+    for arguments in (
+        (str(tmp_path / "spec.yaml"),),
+        ("small",),
+        ("small", stored["trial_id"][4]),
+    ):
         show = viewed(*arguments, "--no-open")
-        assert show.state.job.point == (stored["point"][4] if len(arguments) == 2 else first["point"])
+        assert show.state.job.point == (
+            stored["point"][4] if len(arguments) == 2 else first["point"]
+        )
         assert show.state.job.seed == 5
     assert show.status()["replay"]["equal"]
 
 
-def test_the_command_says_what_is_wrong_before_it_serves(viewed: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_says_what_is_wrong_before_it_serves(
+    viewed: Callable[..., Any], tmp_path: Path
+) -> None:
     launched(SMALL, tmp_path)
     for arguments, words in (
         (("--model", "nguyen"), 'unknown model "nguyen"; did you mean "nguyen2024"'),

@@ -1,4 +1,6 @@
-"""The notebook's widget: its messages as a front end has them, and its script in a real browser."""
+"""The notebook's widget: its messages as a front end has them, and its script in a real
+browser.
+"""
 
 import base64
 import io
@@ -28,7 +30,9 @@ PATIENCE = 90.0
 
 
 class FrontEnd:
-    """What a front end sees of a widget: the messages that are sent to it, and it says what a page would."""
+    """What a front end sees of a widget: the messages that are sent to it, and it says
+    what a page would.
+    """
 
     def __init__(self, view: View) -> None:
         self.view = view
@@ -37,7 +41,9 @@ class FrontEnd:
         self.more = threading.Condition()
         view.send = self.receive
 
-    def receive(self, content: dict[str, Any], buffers: list[bytes] | None = None) -> None:
+    def receive(
+        self, content: dict[str, Any], buffers: list[bytes] | None = None
+    ) -> None:
         with self.more:
             if buffers:
                 assert content == {"type": "frame"}
@@ -59,7 +65,10 @@ class FrontEnd:
             return found()
 
     def last(self, kind: str) -> dict[str, Any] | None:
-        return next((message for message in reversed(self.messages) if message["type"] == kind), None)
+        return next(
+            (message for message in reversed(self.messages) if message["type"] == kind),
+            None,
+        )
 
 
 @pytest.fixture
@@ -74,7 +83,9 @@ def front_end() -> Iterator[Callable[[View], FrontEnd]]:
     yield attached
     for view in views:
         view.close()
-    assert not [thread for thread in threading.enumerate() if thread.name == "boidsweep view"]
+    assert not [
+        thread for thread in threading.enumerate() if thread.name == "boidsweep view"
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +93,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
     return launched(SMALL, tmp_path_factory.mktemp("widget"))
 
 
-def test_a_live_run_is_shown_and_steered_and_has_the_bits_of_its_spec(front_end: Callable[[View], FrontEnd]) -> None:
+def test_a_live_run_is_shown_and_steered_and_has_the_bits_of_its_spec(
+    front_end: Callable[[View], FrontEnd],
+) -> None:
     view = sweep.view(model="nguyen2024", n=12, steps=30, seed=7)
     page = front_end(view)
     page.say(type="hello", page="one")
@@ -97,10 +110,15 @@ def test_a_live_run_is_shown_and_steered_and_has_the_bits_of_its_spec(front_end:
     assert result.trajectory is not None
     assert view.show.bodies.tobytes() == result.trajectory[-1].tobytes()
     page.say(type="set", name="separation_wieght", value=1)
-    assert 'did you mean "separation_weight"' in page.until(lambda: page.last("error"))["message"]
+    assert (
+        'did you mean "separation_weight"'
+        in page.until(lambda: page.last("error"))["message"]
+    )
 
 
-def test_a_widget_sends_no_second_frame_before_the_first_is_drawn(front_end: Callable[[View], FrontEnd]) -> None:
+def test_a_widget_sends_no_second_frame_before_the_first_is_drawn(
+    front_end: Callable[[View], FrontEnd],
+) -> None:
     view = sweep.view(n=12, steps=30)
     page = front_end(view)
     page.say(type="hello", page="one")
@@ -114,17 +132,30 @@ def test_a_widget_sends_no_second_frame_before_the_first_is_drawn(front_end: Cal
     assert len(page.frames) == count
 
 
-def test_nonsense_from_a_front_end_is_refused_and_harms_nobody(front_end: Callable[[View], FrontEnd]) -> None:
+def test_nonsense_from_a_front_end_is_refused_and_harms_nobody(
+    front_end: Callable[[View], FrontEnd],
+) -> None:
     page = front_end(sweep.view(n=12, steps=30))
-    for nonsense in ({"type": "fly"}, {"no": "type"}, {"type": "step", "count": -1}, {"type": "seek", "frame": 3}):
+    for nonsense in (
+        {"type": "fly"},
+        {"no": "type"},
+        {"type": "step", "count": -1},
+        {"type": "seek", "frame": 3},
+    ):
         before = len(page.messages)
         page.say(**nonsense)
-        page.until(lambda before=before: any(one["type"] == "error" for one in page.messages[before:]))
+        page.until(
+            lambda before=before: any(
+                one["type"] == "error" for one in page.messages[before:]
+            )
+        )
     page.say(type="step", count=2)
     page.until(lambda: page.last("state") and page.last("state")["step"] == 2)
 
 
-def test_a_stored_trial_is_scrubbed_in_a_notebook(study: StoredStudy, front_end: Callable[[View], FrontEnd]) -> None:
+def test_a_stored_trial_is_scrubbed_in_a_notebook(
+    study: StoredStudy, front_end: Callable[[View], FrontEnd]
+) -> None:
     trial = str(study.plan["trial_id"][2].as_py())
     page = front_end(study.replay(trial))
     page.say(type="hello", page="one")
@@ -134,7 +165,9 @@ def test_a_stored_trial_is_scrubbed_in_a_notebook(study: StoredStudy, front_end:
     page.say(type="seek", frame=6)
     page.say(type="ready")
     page.until(lambda: int.from_bytes(page.frames[-1][8:12], "little") == 6)
-    assert page.view.spec.startswith(f"# the last of 3 trials that this launches is {trial} of small\n")
+    assert page.view.spec.startswith(
+        f"# the last of 3 trials that this launches is {trial} of small\n"
+    )
 
 
 def test_without_a_front_end_there_is_a_picture_and_no_thread() -> None:
@@ -148,7 +181,9 @@ def test_without_a_front_end_there_is_a_picture_and_no_thread() -> None:
     view.close()
 
 
-def test_a_view_is_saved_as_each_kind_of_file(study: StoredStudy, tmp_path: Path) -> None:
+def test_a_view_is_saved_as_each_kind_of_file(
+    study: StoredStudy, tmp_path: Path
+) -> None:
     view = study.replay(str(study.plan["trial_id"][2].as_py()))
     for kind in ("png", "svg", "gif", "html"):
         view.save(tmp_path / f"flight.{kind}")
@@ -157,19 +192,25 @@ def test_a_view_is_saved_as_each_kind_of_file(study: StoredStudy, tmp_path: Path
     assert b"</html>" in (tmp_path / "flight.html").read_bytes()
     with pytest.raises(StoreError, match="exists already"):
         view.save(tmp_path / "flight.gif")
-    with pytest.raises(StoreError, match=r'unknown kind of file "\.htm"; did you mean "\.html"'):
+    with pytest.raises(
+        StoreError, match=r'unknown kind of file "\.htm"; did you mean "\.html"'
+    ):
         view.save(tmp_path / "flight.htm")
     view.close()
 
 
-def test_a_changed_run_is_saved_as_a_picture_only(tmp_path: Path, front_end: Callable[[View], FrontEnd]) -> None:
+def test_a_changed_run_is_saved_as_a_picture_only(
+    tmp_path: Path, front_end: Callable[[View], FrontEnd]
+) -> None:
     view = sweep.view(n=12, steps=30)
     page = front_end(view)
     page.say(type="step", count=4)
     page.until(lambda: page.last("state") and page.last("state")["step"] == 4)
     page.say(type="set", name="separation_weight", value=2)
     page.until(lambda: not page.last("state")["exact"])
-    with pytest.raises(SpecError, match="the run that the spec gives, but separation_weight changed"):
+    with pytest.raises(
+        SpecError, match="the run that the spec gives, but separation_weight changed"
+    ):
         view.save(tmp_path / "x.gif")
     view.save(tmp_path / "x.png")
     assert [path.name for path in tmp_path.iterdir()] == ["x.png"]
@@ -178,7 +219,10 @@ def test_a_changed_run_is_saved_as_a_picture_only(tmp_path: Path, front_end: Cal
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"model": "nguyen2025"}, '^unknown model "nguyen2025"; did you mean "nguyen2024"'),
+        (
+            {"model": "nguyen2025"},
+            '^unknown model "nguyen2025"; did you mean "nguyen2024"',
+        ),
         ({"preset": "as_runn"}, 'did you mean "as_run"'),
         ({"cohesion_wieght": 1}, 'did you mean "cohesion_weight"'),
         ({"n": -3}, "^-3 is not allowed for n"),
@@ -190,9 +234,17 @@ def test_a_mistake_is_said_at_once(wrong: dict[str, Any], message: str) -> None:
 
 
 def test_a_package_that_is_a_function_stays_one() -> None:
-    """Whichever of its modules somebody imports, and however often; `import sweep` brings none of them along."""
-    code = "import sweep, sys; assert 'sweep.web' not in sys.modules; import sweep.web.state; "
-    code += "assert callable(sweep.web); from sweep import view; assert view is sweep.web; assert callable(view)"
+    """Whichever of its modules somebody imports, and however often; `import sweep`
+    brings none of them along.
+    """
+    code = (
+        "import sweep, sys; assert 'sweep.web' not in sys.modules; import"
+        " sweep.web.state; "
+    )
+    code += (
+        "assert callable(sweep.web); from sweep import view; assert view is sweep.web;"
+        " assert callable(view)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=PATIENCE)
     with pytest.raises(AttributeError, match="has no attribute 'wiev'"):
         _ = sweep.wiev
@@ -228,10 +280,16 @@ PAGE = """<!doctype html><title>a notebook</title><body data-jp-theme-light="fal
 </script>"""
 
 
-def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(browser: Browser, tmp_path: Path) -> None:
-    """By the interface of anywidget: a module with render({model, el}), whose buffers are DataViews."""
+def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(
+    browser: Browser, tmp_path: Path
+) -> None:
+    """By the interface of anywidget: a module with render({model, el}), whose buffers
+    are DataViews.
+    """
     view = sweep.view(n=12, steps=30, map="empty")
-    (tmp_path / "cell.html").write_text(PAGE.replace("ESM", json.dumps(view._esm).replace("</", "<\\/")))
+    (tmp_path / "cell.html").write_text(
+        PAGE.replace("ESM", json.dumps(view._esm).replace("</", "<\\/"))
+    )
     page = browser.new_page(viewport={"width": 900, "height": 900})
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
@@ -244,7 +302,10 @@ def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(browser: Browser, 
     show = Live(view.show.state)
     for reply in show.greeting():
         page.evaluate("message => tell(message)", reply)
-    page.evaluate("frame => tell({ type: 'frame' }, frame)", base64.b64encode(show.picture()).decode())
+    page.evaluate(
+        "frame => tell({ type: 'frame' }, frame)",
+        base64.b64encode(show.picture()).decode(),
+    )
     page.wait_for_function("sent.some(({ type }) => type === 'ready')")
     assert page.evaluate(MIDDLE) == DARK_GROUND
     page.get_by_role("button", name="Run").click()
@@ -255,7 +316,9 @@ def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(browser: Browser, 
     page.get_by_label("the swarm in a world").press("Space")
     assert page.evaluate("sent.map(({ type }) => type)").count("run") == 1
     page.evaluate("cleanup()")
-    assert page.evaluate("[listeners.length, document.querySelector('#cell > div').childElementCount]") == [0, 0]
+    assert page.evaluate(
+        "[listeners.length, document.querySelector('#cell > div').childElementCount]"
+    ) == [0, 0]
     page.close()
     view.close()
     assert wrong == []

@@ -24,21 +24,26 @@ PROBES = 100
 
 
 class Candidate:
-    """One setting of the parameters of a study's search, whose trials are made when asked for.
+    """One setting of the parameters of a study's search, whose trials are made when
+    asked for.
 
-    Raises SpecError where the spec rejects it, in whatever scenario, by `require` or because settings do not go
-    together.
+    Raises SpecError where the spec rejects it, in whatever scenario, by `require` or
+    because settings do not go together.
     """
 
     def __init__(self, study: Study, values: Mapping[str, Value]) -> None:
         search = section_of(study)
         self.values = dict(values)
-        columns = {name: study.fields[name].column([value]) for name, value in values.items()}
+        columns = {
+            name: study.fields[name].column([value]) for name, value in values.items()
+        }
         whole = replace(study, axes=(*search.over, Axis("candidates", columns)))
         design = expand(whole)
         if design.n_points < search.scenarios:
             rejected = search.scenarios - design.n_points
-            raise study.document.error(("require",), f"{rejected} of {search.scenarios} scenarios are rejected")
+            raise study.document.error(
+                ("require",), f"{rejected} of {search.scenarios} scenarios are rejected"
+            )
         self.jobs = Jobs(whole, design, KERNELS_SHA)
 
     def job(self, block: int, scenario: int) -> Job:
@@ -54,12 +59,16 @@ class Candidate:
 def section_of(study: Study) -> Search:
     """The search of a study. Raises SpecError where it has none."""
     if study.search is None:
-        raise study.document.error((), 'has no "search" section: run it with "sweep launch"')
+        raise study.document.error(
+            (), 'has no "search" section: run it with "sweep launch"'
+        )
     return study.search
 
 
 def check_candidates(study: Study) -> None:
-    """Raise SpecError where nothing that the search could ask for is allowed, whatever `require` says."""
+    """Raise SpecError where nothing that the search could ask for is allowed, whatever
+    `require` says.
+    """
     free = replace(study, require=())
     failure: SpecError | None = None
     for values in _probes(study):
@@ -73,7 +82,9 @@ def check_candidates(study: Study) -> None:
 
 
 def references(study: Study) -> list[Candidate]:
-    """The references of a study's search, in the order of its spec. Raises SpecError where one cannot be."""
+    """The references of a study's search, in the order of its spec. Raises SpecError
+    where one cannot be.
+    """
     return [_reference(study, name) for name in section_of(study).references]
 
 
@@ -81,20 +92,26 @@ def _reference(study: Study, name: str) -> Candidate:
     try:
         return Candidate(study, section_of(study).references[name])
     except SpecError as error:
-        raise study.document.error(("search", "references", name), f'reference "{name}" cannot be: {error}') from None
+        raise study.document.error(
+            ("search", "references", name), f'reference "{name}" cannot be: {error}'
+        ) from None
 
 
 def _probes(study: Study) -> Sequence[dict[str, Value]]:
     """Random settings of the parameters."""
     rng = np.random.default_rng(address(study.seed, "search", PROBE))
-    columns = [_drawn(study, parameter, rng) for parameter in section_of(study).parameters]
+    columns = [
+        _drawn(study, parameter, rng) for parameter in section_of(study).parameters
+    ]
     names = [parameter.name for parameter in section_of(study).parameters]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def _drawn(study: Study, parameter: Parameter, rng: np.random.Generator) -> list[Value]:
     field = study.fields[parameter.name]
-    values = DISTRIBUTIONS[parameter.form](rng.random(PROBES), field, parameter.arguments)
+    values = DISTRIBUTIONS[parameter.form](
+        rng.random(PROBES), field, parameter.arguments
+    )
     drawn: list[Value] = field.column(values).tolist()
     return drawn
 
@@ -105,17 +122,30 @@ def sampler_seed(study: Study) -> int:
 
 
 def repeated(study: Study, kind: int, number: int) -> Study:
-    """The study with other random numbers throughout: a repetition of its search, or a random search."""
+    """The study with other random numbers throughout: a repetition of its search, or a
+    random search.
+    """
     return replace(study, seed=_seed(study, kind, number))
 
 
 def held_out(study: Study) -> Study:
-    """The study whose trials judge: with replicates that no search of it has seen, whatever the run."""
+    """The study whose trials judge: with replicates that no search of it has seen,
+    whatever the run.
+    """
     taken = {study.seed, *(study.seeds or ())}
-    seed = next(seed for seed in (_seed(study, HELD_OUT, attempt) for attempt in count()) if seed not in taken)
-    return replace(study, seed=seed, seeds=None, replicates=section_of(study).held_out.replicates)
+    seed = next(
+        seed
+        for seed in (_seed(study, HELD_OUT, attempt) for attempt in count())
+        if seed not in taken
+    )
+    return replace(
+        study, seed=seed, seeds=None, replicates=section_of(study).held_out.replicates
+    )
 
 
 def _seed(study: Study, *key: int) -> int:
     """A seed of 63 bits."""
-    return int(address(study.seed, "search", *key).generate_state(1, np.uint64)[0] >> np.uint64(1))
+    return int(
+        address(study.seed, "search", *key).generate_state(1, np.uint64)[0]
+        >> np.uint64(1)
+    )

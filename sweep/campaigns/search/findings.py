@@ -1,4 +1,6 @@
-"""All that is to be said of a stored search, each part computed once, and what to be wary of in it."""
+"""All that is to be said of a stored search, each part computed once, and what to be
+wary of in it.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +11,13 @@ import pandas as pd
 
 from sweep.campaigns.search.held_out import differences, front, references, winners
 from sweep.campaigns.search.outcome import COMPLETE, SEARCH, candidates, objectives
-from sweep.campaigns.search.repetitions import RANDOM, REPETITION, AgainstRandom, against_random, runs
+from sweep.campaigns.search.repetitions import (
+    RANDOM,
+    REPETITION,
+    AgainstRandom,
+    against_random,
+    runs,
+)
 from sweep.campaigns.search.stored import Asked
 from sweep.campaigns.search.words import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.spec.objectives import Objective
@@ -54,16 +62,25 @@ class Found:
 
     @cached_property
     def against(self) -> AgainstRandom | None:
-        return against_random(self.asked) if runs(self.asked, REPETITION) and runs(self.asked, RANDOM) else None
+        return (
+            against_random(self.asked)
+            if runs(self.asked, REPETITION) and runs(self.asked, RANDOM)
+            else None
+        )
 
     @cached_property
     def spent(self) -> int:
-        rows = self.asked.table[(self.asked.table["run"] == SEARCH) & (self.asked.table["phase"] == "search")]
+        rows = self.asked.table[
+            (self.asked.table["run"] == SEARCH)
+            & (self.asked.table["phase"] == "search")
+        ]
         return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())
 
     @cached_property
     def best(self) -> dict[str, Any] | None:
-        """The row of the winner, or with several objectives of the knee or else the first of the front."""
+        """The row of the winner, or with several objectives of the knee or else the
+        first of the front.
+        """
         if self.winners.empty:
             return None
         place = int(self.winners["candidate"].iloc[0])
@@ -79,24 +96,52 @@ class Found:
 def warnings(found: Found) -> list[str]:
     """What a reader must know before believing the rest, a sentence each."""
     about, best = found.asked.about, found.best
-    said = [] if about["finished"] else ["The search is not finished: the same command goes on with it."]
+    said = (
+        []
+        if about["finished"]
+        else ["The search is not finished: the same command goes on with it."]
+    )
     if best is None:
-        return [*said, "There is no winner: no candidate is feasible and has a result in all of its trials."]
+        return [
+            *said,
+            (
+                "There is no winner: no candidate is feasible and has a result in all"
+                " of its trials."
+            ),
+        ]
     full = about["blocks"][SEARCH]
     if best["status"] != COMPLETE:
         few = f"No candidate has all {full} blocks, the best has {best['blocks']}"
-        said.append(f"{few}: the budget of {about['budget']:,} trials is small for that.")
+        said.append(
+            f"{few}: the budget of {about['budget']:,} trials is small for that."
+        )
     judged = int(found.winners["held_out_n"].iloc[0])
     if judged == 0:
-        said.append("No held-out trials have run: search estimates of the best are too good.")
+        said.append(
+            "No held-out trials have run: search estimates of the best are too good."
+        )
     elif judged < FEWEST_BLOCKS:
-        only = "is 1 held-out block only" if judged == 1 else f"are {judged} held-out blocks only"
+        only = (
+            "is 1 held-out block only"
+            if judged == 1
+            else f"are {judged} held-out blocks only"
+        )
         said.append(f"There {only}: intervals are wide, or not to be trusted.")
     else:
-        said += [sentence for one in found.objectives if (sentence := thin_tail(one, judged))]
-    missing = found.winners.drop_duplicates("candidate").set_index("candidate")["not_done"]
-    said += [f"Candidate {who}: {count} held-out trials have no result." for who, count in missing.items() if count]
-    violated = found.winners.drop_duplicates("candidate").set_index("candidate")["violation"]
+        said += [
+            sentence for one in found.objectives if (sentence := thin_tail(one, judged))
+        ]
+    missing = found.winners.drop_duplicates("candidate").set_index("candidate")[
+        "not_done"
+    ]
+    said += [
+        f"Candidate {who}: {count} held-out trials have no result."
+        for who, count in missing.items()
+        if count
+    ]
+    violated = found.winners.drop_duplicates("candidate").set_index("candidate")[
+        "violation"
+    ]
     said += [
         f"Candidate {who} violates a constraint on held-out seeds, by {number(amount)}."
         for who, amount in violated.items()

@@ -1,7 +1,8 @@
-"""What a search has chosen, judged on seeds that it has never seen, beside what the search itself saw.
+"""What a search has chosen, judged on seeds that it has never seen, beside what the
+search itself saw.
 
-The winner is the luckiest among good candidates, so its search estimate is too good: the winner's curse. Its held-out
-estimate is not, for the choice was made before.
+The winner is the luckiest among good candidates, so its search estimate is too good:
+the winner's curse. Its held-out estimate is not, for the choice was made before.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -47,33 +48,63 @@ class Difference(NamedTuple):
 
 
 def shown(asked: "Asked", run: str = SEARCH) -> list[int]:
-    """The candidates that a run has chosen and judged on held-out seeds, the winner first; before that the best."""
+    """The candidates that a run has chosen and judged on held-out seeds, the winner
+    first; before that the best.
+    """
     judged = set(blocks(asked, run, HELD_OUT).candidates.tolist())
-    order = chosen(candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN)
+    order = chosen(
+        candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN
+    )
     return [number for number in order if number in judged or not judged]
 
 
 def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
-    """One row a chosen candidate and objective, in the order of `chosen`: the winner first.
+    """One row a chosen candidate and objective, in the order of `chosen`: the winner
+    first.
 
-    Columns: candidate, objective, then search and held_out, each with `_low`, `_high` and `_n`, the number of blocks,
-    optimism, violation and not_done. Intervals are those of `block_interval`, 95 %: of the search each for itself and
-    as if the candidate had not been chosen; the held-out ones hold together (Bonferroni) over all rows and those of
-    the references. `optimism` is by how much the search estimate is the better one; NaN for a worst value, which
-    differs by the number of blocks alone. `violation` is the largest on held-out seeds, minus infinity without
-    constraints, and `not_done` the number of held-out trials without a result, for which nothing is known.
+    Columns: candidate, objective, then search and held_out, each with `_low`, `_high`
+    and `_n`, the number of blocks, optimism, violation and not_done. Intervals are
+    those of `block_interval`, 95 %: of the search each for itself and as if the
+    candidate had not been chosen; the held-out ones hold together (Bonferroni) over all
+    rows and those of the references. `optimism` is by how much the search estimate is
+    the better one; NaN for a worst value, which differs by the number of blocks alone.
+    `violation` is the largest on held-out seeds, minus infinity without constraints,
+    and `not_done` the number of held-out trials without a result, for which nothing is
+    known.
     """
-    numbers, searched, judged = shown(asked, run), blocks(asked, run, SEARCH), blocks(asked, run, HELD_OUT)
+    numbers, searched, judged = (
+        shown(asked, run),
+        blocks(asked, run, SEARCH),
+        blocks(asked, run, HELD_OUT),
+    )
     confidence = together(asked, numbers)
     rows = []
     for number in numbers:
         for objective in objectives(asked):
-            seen = block_interval(objective, searched.of(searched.find(number), objective.column))
+            seen = block_interval(
+                objective, searched.of(searched.find(number), objective.column)
+            )
             fresh = held_out_interval(judged, number, objective, confidence)
-            rows.append((number, objective.column, *seen, *fresh, _optimism(objective, seen, fresh)))
-    names = ["candidate", "objective", *_interval_columns("search"), *_interval_columns("held_out"), "optimism"]
+            rows.append(
+                (
+                    number,
+                    objective.column,
+                    *seen,
+                    *fresh,
+                    _optimism(objective, seen, fresh),
+                )
+            )
+    names = [
+        "candidate",
+        "objective",
+        *_interval_columns("search"),
+        *_interval_columns("held_out"),
+        "optimism",
+    ]
     table = pd.DataFrame(rows, columns=names)
-    table["violation"] = [_violation(asked, judged, number) for number in table["candidate"]]
+    table["violation"] = [
+        _violation(asked, judged, number) for number in table["candidate"]
+    ]
     table["not_done"] = [_not_done(judged, number) for number in table["candidate"]]
     return table
 
@@ -81,16 +112,27 @@ def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
 def references(asked: "Asked") -> pd.DataFrame:
     """One row a reference and objective.
 
-    Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and not_done, as `winners` has
-    them; the intervals hold together with those.
+    Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
+    not_done, as `winners` has them; the intervals hold together with those.
     """
-    judged, confidence = blocks(asked, REFERENCES, HELD_OUT), together(asked, shown(asked))
+    judged, confidence = (
+        blocks(asked, REFERENCES, HELD_OUT),
+        together(asked, shown(asked)),
+    )
     rows = [
-        (name, objective.column, *held_out_interval(judged, place, objective, confidence), place)
+        (
+            name,
+            objective.column,
+            *held_out_interval(judged, place, objective, confidence),
+            place,
+        )
         for place, name in enumerate(asked.about["references"])
         for objective in objectives(asked)
     ]
-    table = pd.DataFrame(rows, columns=["reference", "objective", *_interval_columns("held_out"), "place"])
+    table = pd.DataFrame(
+        rows,
+        columns=["reference", "objective", *_interval_columns("held_out"), "place"],
+    )
     places = table.pop("place")
     table["violation"] = [_violation(asked, judged, place) for place in places]
     table["not_done"] = [_not_done(judged, place) for place in places]
@@ -98,32 +140,47 @@ def references(asked: "Asked") -> pd.DataFrame:
 
 
 def differences(asked: "Asked") -> pd.DataFrame:
-    """The winner minus each reference, or with several objectives each member of the front; columns of `Difference`.
+    """The winner minus each reference, or with several objectives each member of the
+    front; columns of `Difference`.
 
-    Pairs are held-out blocks, which both have with the same seeds; `variance_reduction`, of means only, says how many
-    times as many independent blocks that saves. The 95 % intervals hold together over all rows (Bonferroni).
+    Pairs are held-out blocks, which both have with the same seeds;
+    `variance_reduction`, of means only, says how many times as many independent blocks
+    that saves. The 95 % intervals hold together over all rows (Bonferroni).
     """
     wanted, numbers = objectives(asked), shown(asked)
     numbers = numbers if len(wanted) > 1 else numbers[:1]
-    judged, others = blocks(asked, SEARCH, HELD_OUT), blocks(asked, REFERENCES, HELD_OUT)
+    judged, others = (
+        blocks(asked, SEARCH, HELD_OUT),
+        blocks(asked, REFERENCES, HELD_OUT),
+    )
     names = asked.about["references"]
-    confidence = simultaneous_confidence(max(1, len(numbers) * len(names) * len(wanted)))
+    confidence = simultaneous_confidence(
+        max(1, len(numbers) * len(names) * len(wanted))
+    )
     rows = []
     for number in numbers:
         for place, name in enumerate(names):
             for objective in wanted:
-                first, second = (_judged(side, who, objective) for side, who in ((judged, number), (others, place)))
-                rows.append(_difference(number, name, objective, first, second, confidence))
+                first, second = (
+                    _judged(side, who, objective)
+                    for side, who in ((judged, number), (others, place))
+                )
+                rows.append(
+                    _difference(number, name, objective, first, second, confidence)
+                )
     return pd.DataFrame(rows, columns=list(Difference._fields))
 
 
 def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
-    """One row a member of the Pareto front that a run has chosen: candidate, on_front, share, beaten_by, knee.
+    """One row a member of the Pareto front that a run has chosen: candidate, on_front,
+    share, beaten_by, knee.
 
-    All are of the held-out estimates. `on_front`: no other chosen one dominates it; `share`: in which part of 2000
-    bootstrap resamples of the blocks that is so; `beaten_by`: a candidate that is better in every objective beyond
-    the 95 % intervals of the paired differences, which hold together over all pairs and objectives (Bonferroni), else
-    -1; `knee`: whether it is the knee of those on the front. Empty before held-out trials have run.
+    All are of the held-out estimates. `on_front`: no other chosen one dominates it;
+    `share`: in which part of 2000 bootstrap resamples of the blocks that is so;
+    `beaten_by`: a candidate that is better in every objective beyond the 95 % intervals
+    of the paired differences, which hold together over all pairs and objectives
+    (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
+    before held-out trials have run.
     """
     wanted, judged = objectives(asked), blocks(asked, run, HELD_OUT)
     numbers = [number for number in shown(asked, run) if number in judged.candidates]
@@ -134,26 +191,41 @@ def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     table = pd.DataFrame({"candidate": numbers, "on_front": on_front})
     table["share"] = _shares(judged, numbers, wanted)
     table["beaten_by"] = _beaten_by(judged, numbers, wanted)
-    table["knee"] = np.arange(len(numbers)) == (-1 if place is None else np.flatnonzero(on_front)[place])
+    table["knee"] = np.arange(len(numbers)) == (
+        -1 if place is None else np.flatnonzero(on_front)[place]
+    )
     return table
 
 
 def together(asked: "Asked", numbers: list[int]) -> float:
-    """The confidence of each held-out interval with which those of these candidates and the references all hold."""
-    rows = (len(numbers) + len(asked.about["references"])) * len(asked.about["objectives"])
+    """The confidence of each held-out interval with which those of these candidates and
+    the references all hold.
+    """
+    rows = (len(numbers) + len(asked.about["references"])) * len(
+        asked.about["objectives"]
+    )
     return simultaneous_confidence(max(1, rows))
 
 
-def held_out_interval(judged: Blocks, number: int, objective: Objective, confidence: float) -> Interval:
-    """The held-out estimate of a candidate with its interval; NaN, with no blocks, where there is none."""
+def held_out_interval(
+    judged: Blocks, number: int, objective: Objective, confidence: float
+) -> Interval:
+    """The held-out estimate of a candidate with its interval; NaN, with no blocks,
+    where there is none.
+    """
     if number not in judged.candidates:
         return UNKNOWN
     return block_interval(objective, _judged(judged, number, objective), confidence)
 
 
-def held_out_values(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floats:
+def held_out_values(
+    judged: Blocks, numbers: list[int], wanted: list[Objective]
+) -> Floats:
     """The held-out estimates of judged candidates, shape (candidates, objectives)."""
-    values = [[objective.value(_judged(judged, number, objective)) for objective in wanted] for number in numbers]
+    values = [
+        [objective.value(_judged(judged, number, objective)) for objective in wanted]
+        for number in numbers
+    ]
     return np.array(values, np.float64).reshape(len(numbers), len(wanted))
 
 
@@ -164,7 +236,12 @@ def _judged(judged: Blocks, number: int, objective: Objective) -> Floats:
 
 
 def _difference(
-    number: int, name: str, objective: Objective, first: Floats, second: Floats, confidence: float
+    number: int,
+    name: str,
+    objective: Objective,
+    first: Floats,
+    second: Floats,
+    confidence: float,
 ) -> Difference:
     n = min(len(first), len(second))
     found = difference_interval(objective, first[:n], second[:n], confidence)
@@ -207,26 +284,41 @@ def _shares(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floa
     for row, number in enumerate(numbers):
         for column, objective in enumerate(wanted):
             resampled = _judged(judged, number, objective)[drawn].reshape(RESAMPLES, -1)
-            draws[:, row, column] = objective.statistic.along(resampled, maximize=objective.maximize)
+            draws[:, row, column] = objective.statistic.along(
+                resampled, maximize=objective.maximize
+            )
     known = ~np.isnan(draws).any(axis=(0, 2))
     shares = np.full(len(numbers), np.nan)
     if known.any():
-        shares[known] = shares_on_front(draws[:, known], [objective.maximize for objective in wanted])
+        shares[known] = shares_on_front(
+            draws[:, known], [objective.maximize for objective in wanted]
+        )
     return shares
 
 
-def _beaten_by(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> list[int]:
-    confidence = simultaneous_confidence(max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted)))
+def _beaten_by(
+    judged: Blocks, numbers: list[int], wanted: list[Objective]
+) -> list[int]:
+    confidence = simultaneous_confidence(
+        max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted))
+    )
     better = {
-        (one, other): all(_better(judged, one, other, objective, confidence) for objective in wanted)
+        (one, other): all(
+            _better(judged, one, other, objective, confidence) for objective in wanted
+        )
         for one in numbers
         for other in numbers
         if one != other
     }
-    return [next((one for one in numbers if better.get((one, other))), -1) for other in numbers]
+    return [
+        next((one for one in numbers if better.get((one, other))), -1)
+        for other in numbers
+    ]
 
 
-def _better(judged: Blocks, one: int, other: int, objective: Objective, confidence: float) -> bool:
+def _better(
+    judged: Blocks, one: int, other: int, objective: Objective, confidence: float
+) -> bool:
     first, second = (_judged(judged, number, objective) for number in (one, other))
     n = min(len(first), len(second))
     found = difference_interval(objective, first[:n], second[:n], confidence)

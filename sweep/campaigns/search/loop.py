@@ -1,6 +1,8 @@
-"""One run of a search: a batch of candidates is asked for, raced, and told, until the budget is spent.
+"""One run of a search: a batch of candidates is asked for, raced, and told, until the
+budget is spent.
 
-Nothing depends on the order in which trials come back: all of a rung are there before anything is decided.
+Nothing depends on the order in which trials come back: all of a rung are there before
+anything is decided.
 """
 
 from collections.abc import Iterator
@@ -26,7 +28,9 @@ MOST_IDLE = 1000
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """What a run does: `study` has its seed, `blocks` is how many a candidate gets at most, `level` that of races."""
+    """What a run does: `study` has its seed, `blocks` is how many a candidate gets at
+    most, `level` that of races.
+    """
 
     name: str
     study: Study
@@ -35,10 +39,16 @@ class Course:
     level: float | None
 
     def rungs(self) -> list[int]:
-        """How many blocks candidates have after each rung: 1, 2, 4, ... and the last; without races only the last."""
+        """How many blocks candidates have after each rung: 1, 2, 4, ... and the last;
+        without races only the last.
+        """
         if self.level is None:
             return [self.blocks]
-        doubling = [2**power for power in range(self.blocks.bit_length()) if 2**power < self.blocks]
+        doubling = [
+            2**power
+            for power in range(self.blocks.bit_length())
+            if 2**power < self.blocks
+        ]
         return [*doubling, self.blocks]
 
 
@@ -62,7 +72,8 @@ class Entrant:
 
 @dataclass(eq=False)
 class Run:
-    """A run on its way. `batches` yields the candidates of each batch; `rejected` and `repeated` count others.
+    """A run on its way. `batches` yields the candidates of each batch; `rejected` and
+    `repeated` count others.
 
     `asked` are the candidates of the batches before, `racing` those of the one at work.
     """
@@ -81,27 +92,40 @@ class Run:
     refusal: SpecError | None = None
 
     def batches(self) -> Iterator[tuple[list[Entrant], bool]]:
-        """The new candidates of each batch when all is known of them, and whether any of their trials ran now.
+        """The new candidates of each batch when all is known of them, and whether any
+        of their trials ran now.
 
         Raises SpecError where MOST_IDLE candidates in a row are rejected.
         """
         search = section_of(self.course.study)
-        self.optuna = new_study(self.course.sampler, search, sampler_seed(self.course.study))
+        self.optuna = new_study(
+            self.course.sampler, search, sampler_seed(self.course.study)
+        )
         self.ranges = distributions(search.parameters)
         batch = 0
         while self._left() >= 1 and not self._exhausted():
             affordable = max(1, self._left() // self.course.rungs()[0])
             proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
-            fresh = list({id(asked): asked for _, asked in proposed if asked and not asked.trials}.values())
+            fresh = list(
+                {
+                    id(asked): asked
+                    for _, asked in proposed
+                    if asked and not asked.trials
+                }.values()
+            )
             yield fresh, self._race(fresh)
             self._tell(proposed)
             batch += 1
 
     def leading(self) -> str:
-        """The best so far in words: nothing where no candidate is complete and within bounds."""
+        """The best so far in words: nothing where no candidate is complete and within
+        bounds.
+        """
         search = section_of(self.course.study)
         race = Race(search.objectives, search.constraints, 0.0, self.course.blocks)
-        leaders = race.leaders([entrant.samples for entrant in self.asked if entrant.samples])
+        leaders = race.leaders(
+            [entrant.samples for entrant in self.asked if entrant.samples]
+        )
         if not leaders:
             return "none complete yet"
         if len(search.objectives) > 1:
@@ -117,17 +141,24 @@ class Run:
     def _exhausted(self) -> bool:
         if self.idle >= MOST_IDLE:
             if self.refusal and not self.asked:
-                raise SpecError(f"{self.refusal} ({self.idle:,} candidates in a row are rejected)")
+                raise SpecError(
+                    f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
+                )
             return True
         return len(self.proposed) >= size_of(section_of(self.course.study).parameters)
 
     def _ask(self, batch: int) -> "tuple[Trial, Entrant | None]":
-        """What the sampler proposes next, and the candidate: an earlier one where it is the same, None if rejected."""
+        """What the sampler proposes next, and the candidate: an earlier one where it is
+        the same, None if rejected.
+        """
         with quiet():
             trial = self.optuna.ask(self.ranges)
         number, self.number = self.number, self.number + 1
         study = self.course.study
-        values: dict[str, Value] = {name: study.fields[name].coerce(value) for name, value in trial.params.items()}
+        values: dict[str, Value] = {
+            name: study.fields[name].coerce(value)
+            for name, value in trial.params.items()
+        }
         self.proposed.add(tuple(values.values()))
         self.idle += 1
         try:
@@ -143,38 +174,64 @@ class Run:
         return trial, self.seen[candidate.points]
 
     def _race(self, fresh: list[Entrant]) -> bool:
-        """Give the candidates of a batch their trials, rung by rung; whether any of them ran now."""
+        """Give the candidates of a batch their trials, rung by rung; whether any of
+        them ran now.
+        """
         search, course = section_of(self.course.study), self.course
-        race = Race(search.objectives, search.constraints, course.level, course.blocks) if course.level else None
+        race = (
+            Race(search.objectives, search.constraints, course.level, course.blocks)
+            if course.level
+            else None
+        )
         earlier = [asked.samples for asked in self.asked if asked.samples]
         self.racing, running, ran, had = fresh, fresh, False, 0
         for rung in course.rungs():
             allowed = self._allot(running, had, rung)
-            ran |= self.ledger.run(job for asked in running for block in asked.trials[had:] for job in block)
+            ran |= self.ledger.run(
+                job
+                for asked in running
+                for block in asked.trials[had:]
+                for job in block
+            )
             for asked in running:
-                asked.samples = self.ledger.values(asked.ids()) if asked.trials else None
+                asked.samples = (
+                    self.ledger.values(asked.ids()) if asked.trials else None
+                )
             running, had = [asked for asked in running if asked.samples], rung
             if not allowed:
                 break
             if race and rung < course.blocks:
-                dropped = race.dropped(earlier, [asked.samples for asked in running if asked.samples])
-                running = [asked for asked, out in zip(running, dropped, strict=True) if not out]
+                dropped = race.dropped(
+                    earlier, [asked.samples for asked in running if asked.samples]
+                )
+                running = [
+                    asked
+                    for asked, out in zip(running, dropped, strict=True)
+                    if not out
+                ]
         self.asked += [asked for asked in fresh if asked.trials]
         return ran
 
     def _allot(self, running: list[Entrant], had: int, rung: int) -> bool:
-        """Give each candidate its blocks from `had` to `rung`, block after block; whether the budget was enough."""
+        """Give each candidate its blocks from `had` to `rung`, block after block;
+        whether the budget was enough.
+        """
         for block in range(had, rung):
             for asked in running:
                 if self._left() < 1:
                     return False
-                jobs = [asked.candidate.job(block, place) for place in range(len(asked.candidate.points))]
+                jobs = [
+                    asked.candidate.job(block, place)
+                    for place in range(len(asked.candidate.points))
+                ]
                 asked.trials.append(jobs)
                 self.spent.update(job.trial_id for job in jobs)
         return True
 
     def _tell(self, proposed: "list[tuple[Trial, Entrant | None]]") -> None:
-        """What became of the batch, in the order asked; what has no value is worse than all that has."""
+        """What became of the batch, in the order asked; what has no value is worse than
+        all that has.
+        """
         from optuna.trial import TrialState
 
         search = section_of(self.course.study)
@@ -184,5 +241,11 @@ class Run:
                     self.optuna.tell(trial, state=TrialState.PRUNED)
                     continue
                 for place, constraint in enumerate(search.constraints):
-                    trial.set_constraint(str(place), constraint.violation(asked.samples[constraint.column]))
-                self.optuna.tell(trial, [one.value(asked.samples[one.column]) for one in search.objectives])
+                    trial.set_constraint(
+                        str(place),
+                        constraint.violation(asked.samples[constraint.column]),
+                    )
+                self.optuna.tell(
+                    trial,
+                    [one.value(asked.samples[one.column]) for one in search.objectives],
+                )

@@ -12,7 +12,9 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """Counts and estimates for the search itself, without repetitions, if it spends its budget."""
+    """Counts and estimates for the search itself, without repetitions, if it spends its
+    budget.
+    """
 
     study: str
     model: str
@@ -37,16 +39,27 @@ class SearchPlan:
 
     def as_text(self) -> str:
         """The plan for a reader."""
-        scenarios = f" in each of {self.scenarios:,} scenarios" if self.scenarios > 1 else ""
+        scenarios = (
+            f" in each of {self.scenarios:,} scenarios" if self.scenarios > 1 else ""
+        )
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
             f"search     {self.sampler} over {', '.join(self.parameters)}",
-            f"candidates in batches of {self.batch:,}, each with at most {self.blocks:,} trials{scenarios}",
-            f"trials     at most {self.trials:,}, of which {self.held_out_trials:,} on held-out seeds",
+            (
+                f"candidates in batches of {self.batch:,}, each with at most"
+                f" {self.blocks:,} trials{scenarios}"
+            ),
+            (
+                f"trials     at most {self.trials:,}, of which {self.held_out_trials:,}"
+                " on held-out seeds"
+            ),
             *([f"on error   {self.on_error}"] if self.on_error else []),
             f"CPU time   at most about {duration(self.cpu_seconds)}",
-            f"wall time  at most about {duration(self.wall_seconds)} with {self.workers} workers",
+            (
+                f"wall time  at most about {duration(self.wall_seconds)} with"
+                f" {self.workers} workers"
+            ),
             f"results    at most about {size(self.result_bytes)}",
         ]
         return "\n".join(lines)
@@ -55,7 +68,8 @@ class SearchPlan:
 def make_search_plan(study: Study, workers: int) -> SearchPlan:
     """The plan of a search, with times for the preset's values of the parameters.
 
-    Raises SpecError where nothing that it could ask for is allowed, and where a reference cannot be.
+    Raises SpecError where nothing that it could ask for is allowed, and where a
+    reference cannot be.
     """
     search = section_of(study)
     check_candidates(study)

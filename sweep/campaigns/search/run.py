@@ -1,4 +1,6 @@
-"""A whole search: the search itself, its repetitions and random searches to compare with, and the held-out trials."""
+"""A whole search: the search itself, its repetitions and random searches to compare
+with, and the held-out trials.
+"""
 
 from collections.abc import Callable
 
@@ -15,7 +17,13 @@ from sweep.campaigns.search.candidates import (
 )
 from sweep.campaigns.search.ledger import Ledger, failed_trials, known_trials
 from sweep.campaigns.search.loop import Course, Entrant, Run
-from sweep.campaigns.search.outcome import HELD_OUT, REFERENCES, SEARCH, candidates, chosen
+from sweep.campaigns.search.outcome import (
+    HELD_OUT,
+    REFERENCES,
+    SEARCH,
+    candidates,
+    chosen,
+)
 from sweep.campaigns.search.stored import Sheet, about_search, read_asked
 from sweep.design.jobs import Job
 from sweep.errors import FailedTrialsError
@@ -34,7 +42,9 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
 
 RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search: as many seeds as published searches took."""
+"""Blocks of each candidate of a plain random search: as many seeds as published
+searches took.
+"""
 
 
 def search(
@@ -46,14 +56,17 @@ def search(
     retry: bool = False,
     report: Callable[[SearchProgress], None] = lambda _progress: None,
 ) -> SearchProgress:
-    """Search, judge the best candidates on held-out seeds, and do the same for each repetition.
+    """Search, judge the best candidates on held-out seeds, and do the same for each
+    repetition.
 
-    What is stored below `results` is not run again, with `retry` only if it is done, so an interrupted search goes
-    the same way. Damaged parts are set aside first, and their trials run again. `report` is called before the first
-    trial, whenever trials have come back, and at the end. Raises SpecError for a search that cannot be, StoreError
-    where another process is at work on the study and where the store cannot be read or written, FailedTrialsError
-    where more trials have failed than the spec allows, and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with
-    all finished trials stored.
+    What is stored below `results` is not run again, with `retry` only if it is done, so
+    an interrupted search goes the same way. Damaged parts are set aside first, and
+    their trials run again. `report` is called before the first trial, whenever trials
+    have come back, and at the end. Raises SpecError for a search that cannot be,
+    StoreError where another process is at work on the study and where the store cannot
+    be read or written, FailedTrialsError where more trials have failed than the spec
+    allows, and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all
+    finished trials stored.
     """
     whole = _Whole(study, results, executor, repetitions, report)
     with custody(whole.ledger.store) as whole.lock:
@@ -82,15 +95,28 @@ class _Whole:
         origin, columns = provenance(study), self.section.columns
         store = Store(results / study.name, results)
         blocks = {course.name: course.blocks for course in self.courses}
-        self.sheet = Sheet(study, store, origin, about_search(study, blocks, repetitions))
+        self.sheet = Sheet(
+            study, store, origin, about_search(study, blocks, repetitions)
+        )
         most = self.section.most_trials(repetitions)
         self.progress = SearchProgress(trials=most)
         failures = Failures(study, store, most)
-        self.ledger = Ledger(study, store, Tables(study, origin), executor, columns, {}, self._note, failures)
+        self.ledger = Ledger(
+            study,
+            store,
+            Tables(study, origin),
+            executor,
+            columns,
+            {},
+            self._note,
+            failures,
+        )
 
     def run(self, *, retry: bool) -> None:
         """Everything, one run after the other, with the study's lock."""
-        self.ledger.known.update(known_trials(self.ledger.store, self.section.columns, retry=retry))
+        self.ledger.known.update(
+            known_trials(self.ledger.store, self.section.columns, retry=retry)
+        )
         self.ledger.failed = set() if retry else failed_trials(self.ledger.store)
         checkpoints = Checkpoints.of(self.ledger.store.folder)
         # What else the search will ask for is not known before it does.
@@ -114,7 +140,9 @@ class _Whole:
                 self._count(run)
                 if ran:
                     self.sheet.write()
-        except FailedTrialsError:  # whose trial must be in a plan, or it could not be replayed
+        except (
+            FailedTrialsError
+        ):  # whose trial must be in a plan, or it could not be replayed
             self._add(course, run.racing)
             self.sheet.write()
             raise
@@ -124,7 +152,9 @@ class _Whole:
 
     def _add(self, course: Course, entrants: list[Entrant]) -> None:
         for entrant in entrants:
-            self.sheet.add(course.name, SEARCH, entrant.number, entrant.batch, entrant.trials)
+            self.sheet.add(
+                course.name, SEARCH, entrant.number, entrant.batch, entrant.trials
+            )
 
     def _count(self, run: Run) -> None:
         self.sheet.about["rejected"][run.course.name] = run.rejected
@@ -132,17 +162,34 @@ class _Whole:
         self.progress.found = f"{run.course.name}: {run.leading()}"
 
     def _judge(self, run: Run) -> None:
-        """The held-out trials of what a run has chosen; with those of the main search go the references'."""
+        """The held-out trials of what a run has chosen; with those of the main search
+        go the references'.
+        """
         name = run.course.name
         several = name == SEARCH or len(self.section.objectives) > 1
         table = candidates(read_asked(StoredStudy(self.study.name, self.results)), name)
-        numbers = chosen(table, self.section.objectives, self.section.held_out.candidates if several else 1)
+        numbers = chosen(
+            table,
+            self.section.objectives,
+            self.section.held_out.candidates if several else 1,
+        )
         values = {entrant.number: entrant.candidate.values for entrant in run.asked}
-        judged = [(name, number, Candidate(self.judging, values[number])) for number in numbers]
+        judged = [
+            (name, number, Candidate(self.judging, values[number]))
+            for number in numbers
+        ]
         if name == SEARCH:
-            judged += [(REFERENCES, place, candidate) for place, candidate in enumerate(self.references)]
-        trials = [(whose, number, _all_trials(candidate)) for whose, number, candidate in judged]
-        self.ledger.run(job for _, _, blocks in trials for block in blocks for job in block)
+            judged += [
+                (REFERENCES, place, candidate)
+                for place, candidate in enumerate(self.references)
+            ]
+        trials = [
+            (whose, number, _all_trials(candidate))
+            for whose, number, candidate in judged
+        ]
+        self.ledger.run(
+            job for _, _, blocks in trials for block in blocks for job in block
+        )
         for whose, number, blocks in trials:
             self.sheet.add(whose, HELD_OUT, number, -1, blocks)
         self.sheet.write()
@@ -158,18 +205,32 @@ def _courses(study: Study, repetitions: int) -> list[Course]:
     """The search, its repetitions, and as many plain random searches."""
     section, blocks = section_of(study), study.trials_per_point
     if repetitions and study.seeds is not None:
-        message = 'repetitions of a search need seeds of their own: give "replicates" instead of "seeds"'
+        message = (
+            'repetitions of a search need seeds of their own: give "replicates" instead'
+            ' of "seeds"'
+        )
         raise study.document.error(("seeds",), message)
     courses = [Course(SEARCH, study, section.sampler, blocks, section.level)]
     for number in range(1, repetitions + 1):
         again = repeated(study, REPETITION, number)
-        courses.append(Course(f"repetition {number}", again, section.sampler, blocks, section.level))
+        courses.append(
+            Course(
+                f"repetition {number}", again, section.sampler, blocks, section.level
+            )
+        )
     for number in range(1, repetitions + 1):
         again = repeated(study, RANDOM, number)
-        courses.append(Course(f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None))
+        courses.append(
+            Course(
+                f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None
+            )
+        )
     return courses
 
 
 def _all_trials(candidate: Candidate) -> list[list[Job]]:
     blocks = candidate.jobs.study.trials_per_point
-    return [[candidate.job(block, place) for place in range(len(candidate.points))] for block in range(blocks)]
+    return [
+        [candidate.job(block, place) for place in range(len(candidate.points))]
+        for block in range(blocks)
+    ]

@@ -1,6 +1,8 @@
-"""Who proposes candidates: optuna's samplers, with every option that counts said here, whatever optuna's defaults.
+"""Who proposes candidates: optuna's samplers, with every option that counts said here,
+whatever optuna's defaults.
 
-To add one, write a function and enter it in SAMPLERS, and its name in `sweep.spec.search`.
+To add one, write a function and enter it in SAMPLERS, and its name in
+`sweep.spec.search`.
 """
 
 import warnings
@@ -36,9 +38,11 @@ def qmc(_search: Search) -> Options:
 
 
 def tpe(search: Search) -> Options:
-    """The tree-structured Parzen estimator, which takes candidates without a result yet for bad ones.
+    """The tree-structured Parzen estimator, which takes candidates without a result yet
+    for bad ones.
 
-    Its densities are joint ones for one objective; for several optuna's authors advise one for each parameter.
+    Its densities are joint ones for one objective; for several optuna's authors advise
+    one for each parameter.
     """
     return {
         "n_startup_trials": 10,
@@ -50,7 +54,9 @@ def tpe(search: Search) -> Options:
 
 
 def cmaes(search: Search) -> Options:
-    """CMA-ES from the middle of the ranges, a batch being a generation; the first batch is random."""
+    """CMA-ES from the middle of the ranges, a batch being a generation; the first batch
+    is random.
+    """
     return {
         "x0": None,
         "sigma0": None,
@@ -67,7 +73,11 @@ def cmaes(search: Search) -> Options:
 
 def gp(_search: Search) -> Options:
     """A Gaussian process with noise, and logarithmic expected improvement."""
-    return {"n_startup_trials": 10, "deterministic_objective": False, "warn_independent_sampling": False}
+    return {
+        "n_startup_trials": 10,
+        "deterministic_objective": False,
+        "warn_independent_sampling": False,
+    }
 
 
 def nsga2(search: Search) -> Options:
@@ -83,7 +93,9 @@ def nsga2(search: Search) -> Options:
 
 
 def nsga3(search: Search) -> Options:
-    """NSGA-III, a batch being its population, with reference points on four levels of each objective."""
+    """NSGA-III, a batch being its population, with reference points on four levels of
+    each objective.
+    """
     return nsga2(search) | {"reference_points": None, "dividing_parameter": 3}
 
 
@@ -105,23 +117,37 @@ def options(name: str, search: Search) -> Options:
 
 
 def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
-    """An optuna study in memory for these objectives, with the sampler `name` and its `seed` of 32 bits."""
+    """An optuna study in memory for these objectives, with the sampler `name` and its
+    `seed` of 32 bits.
+    """
     with quiet():
         import optuna
 
         kinds = optuna.study.StudyDirection
-        directions = [kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE for objective in search.objectives]
-        sampler: BaseSampler = getattr(optuna.samplers, SAMPLERS[name][0])(seed=seed, **options(name, search))
+        directions = [
+            kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
+            for objective in search.objectives
+        ]
+        sampler: BaseSampler = getattr(optuna.samplers, SAMPLERS[name][0])(
+            seed=seed, **options(name, search)
+        )
         return optuna.create_study(directions=directions, sampler=sampler)
 
 
 def distributions(parameters: tuple[Parameter, ...]) -> "dict[str, BaseDistribution]":
     """What optuna is to ask for each parameter."""
-    return {parameter.name: _distribution(parameter.form, parameter.arguments) for parameter in parameters}
+    return {
+        parameter.name: _distribution(parameter.form, parameter.arguments)
+        for parameter in parameters
+    }
 
 
 def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
-    from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
+    from optuna.distributions import (
+        CategoricalDistribution,
+        FloatDistribution,
+        IntDistribution,
+    )
 
     if form == "choice":
         return CategoricalDistribution(arguments)
@@ -131,7 +157,9 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
-    """How many candidates there are: infinitely many where a parameter is continuous."""
+    """How many candidates there are: infinitely many where
+    a parameter is continuous.
+    """
     size = 1.0
     for parameter in parameters:
         size *= _count(parameter.form, parameter.arguments)
@@ -149,9 +177,12 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Optuna without its log lines and its remarks on options that are experimental; it is imported within."""
+    """Optuna without its log lines and its remarks on options that are experimental; it
+    is imported within.
+    """
     with warnings.catch_warnings():
-        # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody sees.
+        # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody
+        # sees.
         warnings.filterwarnings("ignore", "IProgress not found")
         import optuna
 

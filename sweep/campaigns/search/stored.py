@@ -1,8 +1,10 @@
-"""What a search has asked for, as a table beside its trials: `asked.parquet`, which is derived and can be lost.
+"""What a search has asked for, as a table beside its trials: `asked.parquet`, which is
+derived and can be lost.
 
-One row a block and scenario of a candidate: `run` ("search", "repetition 1", "random 1" and so on, or "references"),
-`phase` ("search" or "held_out"; such a row has the run whose candidate it judges), `candidate` (its number in the
-order asked in that run, of references their place), `batch` (-1 where there is none), `block`, `scenario` and
+One row a block and scenario of a candidate: `run` ("search", "repetition 1", "random 1"
+and so on, or "references"), `phase` ("search" or "held_out"; such a row has the run
+whose candidate it judges), `candidate` (its number in the order asked in that run, of
+references their place), `batch` (-1 where there is none), `block`, `scenario` and
 `trial_id`. What the search was is in the metadata.
 """
 
@@ -54,12 +56,14 @@ COLUMNS = pa.schema(
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """`table` has the rows of asked.parquet, each with its trial's `status`, parameters and metric columns.
+    """`table` has the rows of asked.parquet, each with its trial's `status`, parameters
+    and metric columns.
 
-    The status is "missing" where the trial is not stored. `about` says what the search was: "parameters" and "ranges",
-    "objectives" and "constraints" as their `as_json` has them, "references", "budget", "sampler" and "options",
-    "batch", "level", "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most that a
-    candidate gets), "rejected" and "repeated" (how many of the proposals were).
+    The status is "missing" where the trial is not stored. `about` says what the search
+    was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+    has them, "references", "budget", "sampler" and "options", "batch", "level",
+    "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
+    that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
     """
 
     table: pd.DataFrame
@@ -67,7 +71,9 @@ class Asked:
 
 
 def read_asked(study: StoredStudy) -> Asked:
-    """What a stored search has asked for. Raises StoreError where the study is no search."""
+    """What a stored search has asked for. Raises StoreError where the study is no
+    search.
+    """
     asked = study.store.read_asked()
     if asked is None:
         raise StoreError(f"study {study.name}: not a search (it has no asked.parquet)")
@@ -76,13 +82,19 @@ def read_asked(study: StoredStudy) -> Asked:
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
     planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
-    table = asked.to_pandas().merge(planned, on="trial_id", how="left").merge(known, on="trial_id", how="left")
+    table = (
+        asked.to_pandas()
+        .merge(planned, on="trial_id", how="left")
+        .merge(known, on="trial_id", how="left")
+    )
     return Asked(table.assign(status=table["status"].fillna("missing")), about)
 
 
 @dataclass(eq=False)
 class Sheet:
-    """The plan and the table of what is asked for, while they grow; `about` is the latter's metadata."""
+    """The plan and the table of what is asked for, while they grow; `about` is the
+    latter's metadata.
+    """
 
     study: Study
     store: Store
@@ -92,23 +104,38 @@ class Sheet:
     rows: list[tuple[str, str, int, int, int, int, str]] = field(default_factory=list)
     ids: set[str] = field(default_factory=set)
 
-    def add(self, run: str, phase: str, candidate: int, batch: int, trials: Sequence[Sequence[Job]]) -> None:
+    def add(
+        self,
+        run: str,
+        phase: str,
+        candidate: int,
+        batch: int,
+        trials: Sequence[Sequence[Job]],
+    ) -> None:
         """Note the trials of a candidate by block and scenario."""
         for block, jobs in enumerate(trials):
             for scenario, job in enumerate(jobs):
-                self.rows.append((run, phase, candidate, batch, block, scenario, job.trial_id))
+                self.rows.append(
+                    (run, phase, candidate, batch, block, scenario, job.trial_id)
+                )
                 if job.trial_id not in self.ids:
                     self.ids.add(job.trial_id)
                     self.planned.append(_planned(job, self.varied))
 
     @property
     def varied(self) -> list[str]:
-        """The settings that can differ between trials: parameters, scenarios, and what follows from them."""
+        """The settings that can differ between trials: parameters, scenarios, and what
+        follows from them.
+        """
         search = section_of(self.study)
         names = [field for axis in search.over for field in axis.columns]
         names += [parameter.name for parameter in search.parameters]
         if "map" in names:
-            names += [side for side in ("width", "height") if self.study.place_of(side) is None]
+            names += [
+                side
+                for side in ("width", "height")
+                if self.study.place_of(side) is None
+            ]
         for name, expression in self.study.derive.items():
             names += [name] if expression.names & set(names) else []
         return names
@@ -117,7 +144,8 @@ class Sheet:
         """Replace what is stored of both."""
         columns = zip(*self.rows, strict=True) if self.rows else [[] for _ in COLUMNS]
         asked = pa.table(
-            [pa.array(column) for column in columns], COLUMNS.with_metadata({ABOUT: json.dumps(self.about)})
+            [pa.array(column) for column in columns],
+            COLUMNS.with_metadata({ABOUT: json.dumps(self.about)}),
         )
         self.store.write_plan(self._plan(), asked)
         self.store.write_spec(self.study.text)
@@ -129,20 +157,33 @@ class Sheet:
             "varied": self.varied,
             "record": list(self.study.record.metrics),
             "maps": {name: own.as_json() for name, own in self.study.maps.items()},
-            "ablated": {axis.ablated: axis.details for axis in search.over if axis.ablated},
-            "axes": {axis.name: {"fields": list(axis.columns), "sampler": axis.sampler} for axis in search.over}
+            "ablated": {
+                axis.ablated: axis.details for axis in search.over if axis.ablated
+            },
+            "axes": {
+                axis.name: {"fields": list(axis.columns), "sampler": axis.sampler}
+                for axis in search.over
+            }
             | {"candidates": {"fields": parameters, "sampler": search.sampler}},
         }
         table = pa.Table.from_pylist(self.planned)
-        return table.replace_schema_metadata({PROVENANCE: json.dumps(about, sort_keys=True).encode()})
+        return table.replace_schema_metadata(
+            {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
+        )
 
 
-def about_search(study: Study, blocks: Mapping[str, int], repetitions: int) -> dict[str, Any]:
-    """The metadata of a search that begins; `blocks` are the most that a candidate gets, by run."""
+def about_search(
+    study: Study, blocks: Mapping[str, int], repetitions: int
+) -> dict[str, Any]:
+    """The metadata of a search that begins; `blocks` are the most that a candidate
+    gets, by run.
+    """
     search = section_of(study)
     return {
         "parameters": [parameter.name for parameter in search.parameters],
-        "ranges": {one.name: {one.form: list(one.arguments)} for one in search.parameters},
+        "ranges": {
+            one.name: {one.form: list(one.arguments)} for one in search.parameters
+        },
         "objectives": [objective.as_json() for objective in search.objectives],
         "constraints": [constraint.as_json() for constraint in search.constraints],
         "references": list(search.references),

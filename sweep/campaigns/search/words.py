@@ -1,4 +1,6 @@
-"""What a search found, in plain words: numbers to the places that count, who is better, and what to be wary of."""
+"""What a search found, in plain words: numbers to the places that count, who is better,
+and what to be wary of.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,17 +13,24 @@ from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.settings import Field
 
 EDGE = 0.02
-"""A winner within this part of a parameter's range from one of its ends lies at the edge."""
+"""A winner within this part of a parameter's range from one of its ends lies at the
+edge.
+"""
 FEWEST_BLOCKS = 10
 """Fewer held-out blocks than these say little of how a candidate does on others."""
 
 FEWEST_IN_TAIL = 10
-"""Fewer blocks than these in the tail that a statistic is about make its interval too narrow."""
+"""Fewer blocks than these in the tail that a statistic is about make its interval too
+narrow.
+"""
 
 
 def objective_words(objective: Objective) -> str:
     """As `mean coverage_total, to be large`."""
-    return f"{objective.statistic} {objective.column}, to be {'large' if objective.maximize else 'small'}"
+    return (
+        f"{objective.statistic} {objective.column}, to be"
+        f" {'large' if objective.maximize else 'small'}"
+    )
 
 
 def constraint_words(constraint: Constraint) -> str:
@@ -31,31 +40,46 @@ def constraint_words(constraint: Constraint) -> str:
 
 
 def number(value: float, low: float = np.nan, high: float = np.nan) -> str:
-    """A value to the place of the second figure of half its interval's width; `-` where it is not known."""
+    """A value to the place of the second figure of half its interval's width; `-` where
+    it is not known.
+    """
     return "-" if math.isnan(value) else _fixed(value, _places(value, low, high))
 
 
 def with_interval(value: float, low: float, high: float) -> str:
-    """As `86.21 (85.93 to 86.49)`, or the value alone where the interval is not known."""
+    """As `86.21 (85.93 to 86.49)`, or the value alone where
+    the interval is not known.
+    """
     if math.isnan(value) or not (math.isfinite(low) and math.isfinite(high)):
         return number(value)
     places = _places(value, low, high)
     return f"{_fixed(value, places)} ({_fixed(low, places)} to {_fixed(high, places)})"
 
 
-def verdict(objective: Objective, difference: Mapping[str, Any], unit: str, who: str, whom: str) -> str:
-    """Whether `who` is better or worse than `whom` and by how much, or that they are not shown to differ.
+def verdict(
+    objective: Objective, difference: Mapping[str, Any], unit: str, who: str, whom: str
+) -> str:
+    """Whether `who` is better or worse than `whom` and by how much, or that they are
+    not shown to differ.
 
-    `difference` is `who` minus `whom`: the difference itself, low and high, as `sweep.campaigns.search.held_out.differences` has
-    them.
+    `difference` is `who` minus `whom`: the difference itself, low and high, as
+    `sweep.campaigns.search.held_out.differences` has them.
     """
-    value, low, high = (float(difference[name]) for name in ("difference", "low", "high"))
+    value, low, high = (
+        float(difference[name]) for name in ("difference", "low", "high")
+    )
     unit, column = difference_unit(unit), objective.column
     if math.isnan(value):
-        return f"{who} cannot be compared with {whom} in {column}: held-out results are missing"
+        return (
+            f"{who} cannot be compared with {whom} in {column}: held-out results are"
+            " missing"
+        )
     side = "better" if (value > 0.0) == objective.maximize else "worse"
     if math.isnan(low) and value != 0.0:
-        return f"{who} is {side} than {whom} in {column} by {number(abs(value))}{unit}, which has no interval"
+        return (
+            f"{who} is {side} than {whom} in {column} by {number(abs(value))}{unit},"
+            " which has no interval"
+        )
     if math.isnan(low) or low <= 0.0 <= high:
         between = f"the difference is {with_interval(value, low, high)}{unit}"
         return f"{who} is not shown to differ from {whom} in {column}: {between}"
@@ -64,7 +88,9 @@ def verdict(objective: Objective, difference: Mapping[str, Any], unit: str, who:
 
 
 def thin_tail(objective: Objective, blocks: int) -> str:
-    """A sentence where a quantile or a CVaR rests on so few of the blocks that its interval is too narrow, else ""."""
+    """A sentence where a quantile or a CVaR rests on so few of the blocks that its
+    interval is too narrow, else "".
+    """
     share = objective.statistic.share
     if share is None:
         return ""
@@ -73,22 +99,29 @@ def thin_tail(objective: Objective, blocks: int) -> str:
         return ""
     enough = math.ceil(FEWEST_IN_TAIL / share)
     return (
-        f"The {objective.statistic} of {objective.column} rests on few of {blocks} held-out blocks, so that its "
-        f"interval is too narrow: take {enough} held-out replicates."
+        f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
+        f" held-out blocks, so that its interval is too narrow: take {enough} held-out"
+        " replicates."
     )
 
 
 def difference_unit(unit: str) -> str:
-    """The unit of a difference, with a space before it: that of percentages is points."""
+    """The unit of a difference, with a space before it:
+    that of percentages is points.
+    """
     return {"": "", "%": " % points"}.get(unit, f" {unit}")
 
 
 def edges(
-    winner: Mapping[str, Any], ranges: Mapping[str, Mapping[str, Sequence[Any]]], fields: Mapping[str, Field]
+    winner: Mapping[str, Any],
+    ranges: Mapping[str, Mapping[str, Sequence[Any]]],
+    fields: Mapping[str, Field],
 ) -> list[str]:
-    """A sentence for each parameter whose best value lies at an end of its range beyond which there may be better.
+    """A sentence for each parameter whose best value lies at an end of its range beyond
+    which there may be better.
 
-    An end is none where the model allows nothing beyond it, nor is one of whole numbers of which there are but two.
+    An end is none where the model allows nothing beyond it, nor is one of whole numbers
+    of which there are but two.
     """
     found = []
     for name, distribution in ranges.items():
@@ -97,12 +130,15 @@ def edges(
             continue
         low, high = float(arguments[0]), float(arguments[1])
         share = _share(form, float(winner[name]), low, high)
-        for near, end, limit in ((share, low, fields[name].low), (1.0 - share, high, fields[name].high)):
+        for near, end, limit in (
+            (share, low, fields[name].low),
+            (1.0 - share, high, fields[name].high),
+        ):
             if near <= EDGE and end != limit:
                 side = "lower" if end == low else "upper"
                 found.append(
-                    f"{name} = {winner[name]:.6g} lies at the {side} end of its range, {low:g} to {high:g}: "
-                    "widen it, there may be better beyond"
+                    f"{name} = {winner[name]:.6g} lies at the {side} end of its range,"
+                    f" {low:g} to {high:g}: widen it, there may be better beyond"
                 )
     return found
 
@@ -110,16 +146,28 @@ def edges(
 def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
     """How many candidates there were and what became of them."""
     counts = candidates["status"].value_counts()
-    parts = [f"{counts[kind]} {kind}" for kind in ("complete", "raced out", "cut short", "failed") if kind in counts]
-    infeasible = int((~candidates["feasible"] & (candidates["status"] != "failed")).sum())
-    text = f"{len(candidates)} asked: {', '.join(parts)}" if len(candidates) else "none asked"
+    parts = [
+        f"{counts[kind]} {kind}"
+        for kind in ("complete", "raced out", "cut short", "failed")
+        if kind in counts
+    ]
+    infeasible = int(
+        (~candidates["feasible"] & (candidates["status"] != "failed")).sum()
+    )
+    text = (
+        f"{len(candidates)} asked: {', '.join(parts)}"
+        if len(candidates)
+        else "none asked"
+    )
     text += f"; {infeasible} of them not feasible" if infeasible else ""
     text += f"; {rejected} more rejected by the spec" if rejected else ""
     return text + (f"; {repeated} more were asked before" if repeated else "")
 
 
 def _share(form: str, value: float, low: float, high: float) -> float:
-    """How far a value is on the way from one end of a range to the other; half-way where there is none."""
+    """How far a value is on the way from one end of a range to the other; half-way
+    where there is none.
+    """
     if form == "integers":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)
     if form == "loguniform":
@@ -133,8 +181,14 @@ def _fixed(value: float, places: int) -> str:
 
 
 def _places(value: float, low: float, high: float) -> int:
-    """Decimal places: to the second figure of half the width, or to the fifth of the value."""
+    """Decimal places: to the second figure of half the width, or to the fifth of the
+    value.
+    """
     half = (high - low) / 2.0
     if math.isfinite(half) and half > 0.0:
         return max(0, 1 - math.floor(math.log10(half)))
-    return max(0, 4 - math.floor(math.log10(abs(value)))) if value and math.isfinite(value) else 0
+    return (
+        max(0, 4 - math.floor(math.log10(abs(value))))
+        if value and math.isfinite(value)
+        else 0
+    )

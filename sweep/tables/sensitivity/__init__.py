@@ -1,13 +1,17 @@
-"""Which settings a metric depends on: Sobol indices, Morris's elementary effects, rank correlations.
+"""Which settings a metric depends on: Sobol indices, Morris's elementary effects, rank
+correlations.
 
-All are of means over replicates. A point's mean is over the trials that have a value; where none has one, the whole
-block of points is left out, and the table says how many were: what it says then holds for the part of the space where
-the model gives a value. Intervals are percentiles of a bootstrap over blocks (over points, where the sample has none),
-so that they include the noise; each is for one number alone. They assume blocks drawn at random: those of a Sobol
-sequence or a Latin hypercube are more even, which makes intervals too wide rather than too narrow.
+All are of means over replicates. A point's mean is over the trials that have a value;
+where none has one, the whole block of points is left out, and the table says how many
+were: what it says then holds for the part of the space where the model gives a value.
+Intervals are percentiles of a bootstrap over blocks (over points, where the sample has
+none), so that they include the noise; each is for one number alone. They assume blocks
+drawn at random: those of a Sobol sequence or a Latin hypercube are more even, which
+makes intervals too wide rather than too narrow.
 
-A table has one row a setting, or index, at each combination of the other axes, whose settings stand first. Its last
-columns count: blocks, blocks_left_out, trials, trials_without_value. `attrs` names the study, metric and unit.
+A table has one row a setting, or index, at each combination of the other axes, whose
+settings stand first. Its last columns count: blocks, blocks_left_out, trials,
+trials_without_value. `attrs` names the study, metric and unit.
 
     sampled        means of the points of a sample   screening  Morris, rank correlations
     sobol_indices  shares of variance
@@ -23,7 +27,13 @@ from sweep.analysis import CONFIDENCE
 from sweep.errors import StoreError
 from sweep.spec.blocks import INSTALL, OPTIONS
 from sweep.spec.sampling import SAMPLERS
-from sweep.tables.sensitivity.sampled import Analysis, Floats, Sample, sampled_axis, samples
+from sweep.tables.sensitivity.sampled import (
+    Analysis,
+    Floats,
+    Sample,
+    sampled_axis,
+    samples,
+)
 from sweep.tables.sensitivity.screening import effect_analysis, rank_analysis
 from sweep.tables.sensitivity.sobol_indices import index_analysis
 from sweep.tables.stored_study import StoredStudy
@@ -42,16 +52,22 @@ def sobol(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Sobol indices over a `saltelli` sample: the share of the variance of `metric` that each setting explains.
+    """Sobol indices over a `saltelli` sample: the share of the variance of `metric`
+    that each setting explains.
 
-    Columns: index (S1 alone, ST with all interactions, S2 of a pair), field, other (of the pair, else ""); `raw`, of
-    the means as they are, and `corrected`, without replicate noise (see `sobol_indices`); noise_share, the part of
-    the variance of a mean that is noise; each with _low and _high. Without replicates, and where noise leaves no
-    variance, corrected numbers are NaN, as are intervals where a resample has no value. Raises StoreError where no axis
-    has such a sample or several have, for an unknown metric, and where SALib is missing.
+    Columns: index (S1 alone, ST with all interactions, S2 of a pair), field, other (of
+    the pair, else ""); `raw`, of the means as they are, and `corrected`, without
+    replicate noise (see `sobol_indices`); noise_share, the part of the variance of a
+    mean that is noise; each with _low and _high. Without replicates, and where noise
+    leaves no variance, corrected numbers are NaN, as are intervals where a resample has
+    no value. Raises StoreError where no axis has such a sample or several have, for an
+    unknown metric, and where SALib is missing.
     """
     if find_spec("SALib") is None:
-        raise StoreError(f"study {study.name}: Sobol indices need the package SALib, which is not installed: {INSTALL}")
+        raise StoreError(
+            f"study {study.name}: Sobol indices need the package SALib, which is not"
+            f" installed: {INSTALL}"
+        )
     chosen = sampled_axis(study, axis, ("saltelli",))
     return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
 
@@ -65,15 +81,19 @@ def morris(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Elementary effects over a `morris` sample (Morris 1991, Technometrics 33, 161-174), in the unit of `metric`.
+    """Elementary effects over a `morris` sample (Morris 1991, Technometrics 33,
+    161-174), in the unit of `metric`.
 
-    An effect is the change of the metric by a step of one field, divided by the step as a part of the range of the
-    field (for other than uniform distributions: of its probability). Columns: field; noise, the standard deviation
-    that replicate noise alone gives effects, NaN without replicates; mu, mu_star and sigma, the mean of effects, of
-    their absolute values (Campolongo, Cariboni and Saltelli 2007, Environmental Modelling and Software 22, 1509-1518)
-    and their standard deviation, each with _low and _high. Noise makes mu_star and sigma larger. Trajectories on few
-    levels share points, whose noise their intervals then take for effect. The sign of mu means nothing for a setting of
-    texts. Raises StoreError as `sobol`, without a need of SALib.
+    An effect is the change of the metric by a step of one field, divided by the step as
+    a part of the range of the field (for other than uniform distributions: of its
+    probability). Columns: field; noise, the standard deviation that replicate noise
+    alone gives effects, NaN without replicates; mu, mu_star and sigma, the mean of
+    effects, of their absolute values (Campolongo, Cariboni and Saltelli 2007,
+    Environmental Modelling and Software 22, 1509-1518) and their standard deviation,
+    each with _low and _high. Noise makes mu_star and sigma larger. Trajectories on few
+    levels share points, whose noise their intervals then take for effect. The sign of
+    mu means nothing for a setting of texts. Raises StoreError as `sobol`, without a
+    need of SALib.
     """
     chosen = sampled_axis(study, axis, ("morris",))
     return _table(study, metric, chosen, effect_analysis, confidence, resamples, seed)
@@ -88,12 +108,15 @@ def rank_correlations(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """How monotonically `metric` goes with each field of a sampled axis, whatever the sampler.
+    """How monotonically `metric` goes with each field of a sampled axis, whatever the
+    sampler.
 
-    Columns: field; spearman, the correlation of ranks, and partial, that of what the ranks of the axis's other fields
-    leave of both (Iman and Helton 1988, Risk Analysis 8, 71-90), each with _low and _high. NaN for a setting of texts,
-    and where a rank does not vary or is determined by the others. Replicate noise makes them smaller. Equal points
-    count once, except in blocks. Raises StoreError as `sobol`, without a need of SALib.
+    Columns: field; spearman, the correlation of ranks, and partial, that of what the
+    ranks of the axis's other fields leave of both (Iman and Helton 1988, Risk Analysis
+    8, 71-90), each with _low and _high. NaN for a setting of texts, and where a rank
+    does not vary or is determined by the others. Replicate noise makes them smaller.
+    Equal points count once, except in blocks. Raises StoreError as `sobol`, without a
+    need of SALib.
     """
     chosen = sampled_axis(study, axis, (*SAMPLERS, *OPTIONS, "table"))
     return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
@@ -115,28 +138,50 @@ def _table(
         for place, row in enumerate(analysis.rows):
             found = sample.at | row
             for number, name in enumerate(analysis.names):
-                found |= _interval(name, values[number, place], resampled[number, place], confidence)
+                found |= _interval(
+                    name, values[number, place], resampled[number, place], confidence
+                )
             rows.append(found | sample.counts())
     table = pd.DataFrame(rows)
-    table.attrs = {"study": study.name, "metric": metric, "unit": study.units.get(metric, ""), "confidence": confidence}
+    table.attrs = {
+        "study": study.name,
+        "metric": metric,
+        "unit": study.units.get(metric, ""),
+        "confidence": confidence,
+    }
     return table
 
 
-def _estimated(analysis: Analysis, blocks: int, resamples: int, seed: int) -> tuple[Floats, Floats]:
-    """The numbers (names, rows), and those of the resamples (names, rows, resamples); none of fewer than two blocks."""
+def _estimated(
+    analysis: Analysis, blocks: int, resamples: int, seed: int
+) -> tuple[Floats, Floats]:
+    """The numbers (names, rows), and those of the resamples (names, rows, resamples);
+    none of fewer than two blocks.
+    """
     shape = (len(analysis.names), len(analysis.rows))
     if blocks == 0:
         return np.full(shape, np.nan), np.empty((*shape, 0))
     values = analysis.estimate(np.arange(blocks)[:, None])[:, :, 0]
-    drawn = np.random.default_rng(seed).integers(blocks, size=(resamples if blocks > 1 else 0, blocks)).T
+    drawn = (
+        np.random.default_rng(seed)
+        .integers(blocks, size=(resamples if blocks > 1 else 0, blocks))
+        .T
+    )
     step = max(1, MOST_NUMBERS // blocks)
-    parts = [analysis.estimate(drawn[:, start : start + step]) for start in range(0, drawn.shape[1], step)]
+    parts = [
+        analysis.estimate(drawn[:, start : start + step])
+        for start in range(0, drawn.shape[1], step)
+    ]
     return values, np.concatenate([np.empty((*shape, 0)), *parts], axis=2)
 
 
-def _interval(name: str, value: float, resampled: Floats, confidence: float) -> dict[str, object]:
+def _interval(
+    name: str, value: float, resampled: Floats, confidence: float
+) -> dict[str, object]:
     """`value` as `name`, and its interval, NaN where a resample has no value."""
     tail = (1.0 - confidence) / 2
     known = len(resampled) > 0 and bool(np.isfinite(resampled).all())
-    low, high = np.quantile(resampled, [tail, 1.0 - tail]) if known else (np.nan, np.nan)
+    low, high = (
+        np.quantile(resampled, [tail, 1.0 - tail]) if known else (np.nan, np.nan)
+    )
     return {name: float(value), f"{name}_low": float(low), f"{name}_high": float(high)}

@@ -1,7 +1,9 @@
-"""The points of a sampled axis as a stored study has them: means over replicates, and what is noise in them.
+"""The points of a sampled axis as a stored study has them: means over replicates, and
+what is noise in them.
 
-Replicates are told apart by seed and replicate. Streams that are common to all points make the trials of one
-replicate alike at all of them; what they add everywhere is no effect of a setting and is taken off.
+Replicates are told apart by seed and replicate. Streams that are common to all points
+make the trials of one replicate alike at all of them; what they add everywhere is no
+effect of a setting and is taken off.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,18 +20,22 @@ from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 Blocks = NDArray[np.intp]
-"""Indices of blocks, (b, resamples): every column is a choice of as many of them as there are."""
+"""Indices of blocks, (b, resamples): every column is a choice of as many of them as
+there are.
+"""
 
 REPLICATE = ["seed", "replicate"]
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One sample of the fields of an axis, at one value `at` of each field of the other axes.
+    """One sample of the fields of an axis, at one value `at` of each field of the other
+    axes.
 
-    `settings` has the P points and the fields. `means` (P,) are those over replicates, NaN where no trial has a
-    value, and `residuals` (P, K) what the K replicates differ by from them, NaN where there is none. `rows` (B, size)
-    says which points form the blocks, single ones where the axis has no blocks. Of the T `trials`, `without_value`
+    `settings` has the P points and the fields. `means` (P,) are those over replicates,
+    NaN where no trial has a value, and `residuals` (P, K) what the K replicates differ
+    by from them, NaN where there is none. `rows` (B, size) says which points form the
+    blocks, single ones where the axis has no blocks. Of the T `trials`, `without_value`
     have none.
     """
 
@@ -48,7 +54,9 @@ class Sample:
         return self.rows[np.isfinite(self.means[self.rows]).all(axis=1)]
 
     def counts(self) -> dict[str, int]:
-        """What a table says of the sample: blocks used and left out, trials, and those without a value."""
+        """What a table says of the sample: blocks used and left out, trials, and those
+        without a value.
+        """
         used = len(self.whole)
         return {
             "blocks": used,
@@ -58,10 +66,11 @@ class Sample:
         }
 
     def noise(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> Floats:
-        """The covariance of the replicate noise in the means of points `one` and `other`, (b,) each.
+        """The covariance of the replicate noise in the means of points `one` and
+        `other`, (b,) each.
 
-        It is estimated from the replicates that both have, and NaN where these are fewer than two. A point with
-        itself gives the variance of its mean, s^2 / n.
+        It is estimated from the replicates that both have, and NaN where these are
+        fewer than two. A point with itself gives the variance of its mean, s^2 / n.
         """
         first, second = self.residuals[one], self.residuals[other]
         both = np.isfinite(first) & np.isfinite(second)
@@ -69,11 +78,16 @@ class Sample:
         shared = both.sum(axis=1)
         counts = np.isfinite(first).sum(axis=1) * np.isfinite(second).sum(axis=1)
         enough = shared > 1
-        return np.where(enough, products * shared / np.where(enough, counts * (shared - 1), 1), np.nan)
+        return np.where(
+            enough,
+            products * shared / np.where(enough, counts * (shared - 1), 1),
+            np.nan,
+        )
 
 
 class Analysis(NamedTuple):
-    """What is asked of a sample: numbers with these `names` for each of `rows`, whose first columns these are.
+    """What is asked of a sample: numbers with these `names` for each of `rows`, whose
+    first columns these are.
 
     `estimate` gives them for each choice of blocks, (names, rows, resamples).
     """
@@ -83,42 +97,70 @@ class Analysis(NamedTuple):
     estimate: Callable[[Blocks], Floats]
 
 
-def sampled_axis(study: StoredStudy, axis: str | None, samplers: tuple[str, ...]) -> str:
-    """The axis of `study` that one of `samplers` drew: the one named, or the only one there is. Raises StoreError."""
+def sampled_axis(
+    study: StoredStudy, axis: str | None, samplers: tuple[str, ...]
+) -> str:
+    """The axis of `study` that one of `samplers` drew: the one named, or the only one
+    there is. Raises StoreError.
+    """
     if "axes" not in study.provenance:
-        raise StoreError(f"study {study.name}: its plan does not say what its axes sample; launch it once more")
+        raise StoreError(
+            f"study {study.name}: its plan does not say what its axes sample; launch it"
+            " once more"
+        )
     about: dict[str, dict[str, Any]] = study.provenance["axes"]
     kinds = " or ".join(samplers)
     having = [name for name in about if about[name]["sampler"] in samplers]
     if axis is not None and axis not in having:
-        raise StoreError(f"study {study.name}: {unknown(f'axis with sample {kinds}', axis, having)}")
+        raise StoreError(
+            f"study {study.name}: {unknown(f'axis with sample {kinds}', axis, having)}"
+        )
     if not having:
         raise StoreError(f"study {study.name}: no axis has sample {kinds}")
     if axis is None and len(having) > 1:
-        raise StoreError(f"study {study.name}: several axes are sampled, say which: {', '.join(having)}")
+        raise StoreError(
+            f"study {study.name}: several axes are sampled, say which:"
+            f" {', '.join(having)}"
+        )
     return axis or having[0]
 
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[Sample]:
-    """The samples of `axis`, one for every combination of the other axes. Raises StoreError for an unknown metric."""
+    """The samples of `axis`, one for every combination of the other axes. Raises
+    StoreError for an unknown metric.
+    """
     if metric.removesuffix("_mean") not in study.metrics:
-        raise StoreError(f"study {study.name}: {unknown('metric', metric, study.metrics)}")
+        raise StoreError(
+            f"study {study.name}: {unknown('metric', metric, study.metrics)}"
+        )
     about: dict[str, dict[str, Any]] = study.provenance["axes"]
-    others = [field for name in about if name != axis for field in about[name]["fields"]]
+    others = [
+        field for name in about if name != axis for field in about[name]["fields"]
+    ]
     done = study.trials[study.trials["status"] == "done"].set_index("trial_id")[metric]
     plan = study.plan.to_pandas()
-    plan["value"] = plan["trial_id"].map(done).astype(np.float64).where(lambda value: np.isfinite(value))
+    plan["value"] = (
+        plan["trial_id"]
+        .map(done)
+        .astype(np.float64)
+        .where(lambda value: np.isfinite(value))
+    )
     for key, part in plan.groupby(others, sort=False) if others else [((), plan)]:
         yield _sample(part, about[axis], dict(zip(others, key, strict=True)))
 
 
 def _sample(part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]) -> Sample:
     settings = part.drop_duplicates("point").set_index("point")[about["fields"]]
-    table = part.pivot(index="point", columns=REPLICATE, values="value").loc[settings.index]
+    table = part.pivot(index="point", columns=REPLICATE, values="value").loc[
+        settings.index
+    ]
     means, residuals = _split(table.to_numpy(np.float64))
     rows = np.asarray(about.get("rows", range(len(settings))), np.intp)
     if len(rows) % about.get("size", 1) or rows.max(initial=-1) >= len(settings):
-        raise StoreError(f"the plan does not have the {len(settings):,} points in whole blocks; launch it again")
+        raise StoreError(
+            f"the plan does not have the {len(settings):,} points in whole blocks;"
+            " launch it again"
+        )
     return Sample(
         at=at,
         settings=settings.reset_index(drop=True),
@@ -132,7 +174,9 @@ def _sample(part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]) ->
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:
-    """Means (P,) and residuals (P, K) of values (P, K) after the mean effect of each replicate is taken off."""
+    """Means (P,) and residuals (P, K) of values (P, K) after the mean effect of each
+    replicate is taken off.
+    """
     alike = known_means(values - known_means(values, 1)[:, None], 0)
     adjusted = values - np.where(np.isfinite(alike), alike, 0.0)
     means = known_means(adjusted, 1)

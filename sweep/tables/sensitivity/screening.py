@@ -1,20 +1,30 @@
-"""Which settings matter at all: elementary effects of Morris's trajectories, and rank correlations of any sample."""
+"""Which settings matter at all: elementary effects of Morris's trajectories, and rank
+correlations of any sample.
+"""
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.tables.sensitivity.sampled import Analysis, Blocks, Floats, Sample, known_means
+from sweep.tables.sensitivity.sampled import (
+    Analysis,
+    Blocks,
+    Floats,
+    Sample,
+    known_means,
+)
 
 FEWEST = 4
 """A rank correlation needs so many points."""
 
 DETERMINED = 1e-9
-"""A rank is determined by others where they leave less than this part of its variance."""
+"""A rank is determined by others where they leave less than this part of its variance.
+"""
 
 
 def effect_analysis(sample: Sample) -> Analysis:
-    """Mean, mean of the absolute values and standard deviation of the elementary effects of each field.
+    """Mean, mean of the absolute values and standard deviation of the elementary
+    effects of each field.
 
     An effect is a change over the step, which is a part of the unit interval.
     """
@@ -24,23 +34,44 @@ def effect_analysis(sample: Sample) -> Analysis:
 
     def estimate(drawn: Blocks) -> Floats:
         chosen = effects[:, drawn]
-        deviation = chosen.std(axis=1, ddof=1) if len(drawn) > 1 else np.full_like(chosen[:, 0], np.nan)
+        deviation = (
+            chosen.std(axis=1, ddof=1)
+            if len(drawn) > 1
+            else np.full_like(chosen[:, 0], np.nan)
+        )
         return np.stack([chosen.mean(axis=1), np.abs(chosen).mean(axis=1), deviation])
 
-    rows = [{"field": field, "noise": float(size)} for field, size in zip(sample.settings, noise, strict=True)]
+    rows = [
+        {"field": field, "noise": float(size)}
+        for field, size in zip(sample.settings, noise, strict=True)
+    ]
     return Analysis(rows, ("mu", "mu_star", "sigma"), estimate)
 
 
 def _effects(sample: Sample, step: float) -> tuple[Floats, Floats]:
-    """The effects (fields, b), and the standard deviation that noise gives those of each field."""
+    """The effects (fields, b), and the standard deviation that noise gives those of
+    each field.
+    """
     whole = sample.whole
     before, after = whole[:, :-1], whole[:, 1:]
-    settings = np.stack([_numbers(sample.settings[field], texts=True) for field in sample.settings], axis=1)
+    settings = np.stack(
+        [_numbers(sample.settings[field], texts=True) for field in sample.settings],
+        axis=1,
+    )
     direction = np.sign(settings[after] - settings[before])
-    effects = np.einsum("bsf,bs->fb", direction, sample.means[after] - sample.means[before]) / step
+    effects = (
+        np.einsum("bsf,bs->fb", direction, sample.means[after] - sample.means[before])
+        / step
+    )
     one, other = before.ravel(), after.ravel()
-    variance = sample.noise(one, one) + sample.noise(other, other) - 2.0 * sample.noise(one, other)
-    of_field = np.where(direction.reshape(-1, settings.shape[1]) != 0.0, variance[:, None], np.nan)
+    variance = (
+        sample.noise(one, one)
+        + sample.noise(other, other)
+        - 2.0 * sample.noise(one, other)
+    )
+    of_field = np.where(
+        direction.reshape(-1, settings.shape[1]) != 0.0, variance[:, None], np.nan
+    )
     noise: Floats = np.sqrt(np.maximum(known_means(of_field, 0), 0.0)) / step
     return effects, noise
 
@@ -54,19 +85,33 @@ def _numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
 
 
 def rank_analysis(sample: Sample) -> Analysis:
-    """Spearman's correlation of each field with the metric, and the partial one given the ranks of the other fields."""
-    settings = np.stack([_numbers(sample.settings[field], texts=False) for field in sample.settings], axis=1)
+    """Spearman's correlation of each field with the metric, and the partial one given
+    the ranks of the other fields.
+    """
+    settings = np.stack(
+        [_numbers(sample.settings[field], texts=False) for field in sample.settings],
+        axis=1,
+    )
     table = np.column_stack([settings, sample.means])
     whole = sample.whole
 
     def estimate(drawn: Blocks) -> Floats:
-        return np.stack([_rank_correlations(table[whole[column].ravel()]) for column in drawn.T], axis=2)
+        return np.stack(
+            [_rank_correlations(table[whole[column].ravel()]) for column in drawn.T],
+            axis=2,
+        )
 
-    return Analysis([{"field": field} for field in sample.settings], ("spearman", "partial"), estimate)
+    return Analysis(
+        [{"field": field} for field in sample.settings],
+        ("spearman", "partial"),
+        estimate,
+    )
 
 
 def _rank_correlations(table: Floats) -> Floats:
-    """Spearman's and the partial correlations (2, D) of D columns with the last; NaN where they are not defined."""
+    """Spearman's and the partial correlations (2, D) of D columns with the last; NaN
+    where they are not defined.
+    """
     from scipy.stats import rankdata
 
     fields = table.shape[1] - 1
@@ -88,7 +133,10 @@ def _partial(correlation: NDArray[np.float64], place: int) -> float:
     pair = [place, len(correlation) - 1]
     others = [column for column in range(len(correlation)) if column not in pair]
     across = correlation[np.ix_(pair, others)]
-    left = correlation[np.ix_(pair, pair)] - across @ np.linalg.pinv(correlation[np.ix_(others, others)]) @ across.T
+    left = (
+        correlation[np.ix_(pair, pair)]
+        - across @ np.linalg.pinv(correlation[np.ix_(others, others)]) @ across.T
+    )
     if min(left[0, 0], left[1, 1]) < DETERMINED:
         return np.nan
     return float(np.clip(left[0, 1] / np.sqrt(left[0, 0] * left[1, 1]), -1.0, 1.0))

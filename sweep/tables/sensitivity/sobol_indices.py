@@ -1,13 +1,17 @@
-"""Sobol indices from blocks of means over replicates, as they are and without replicate noise.
+"""Sobol indices from blocks of means over replicates, as they are and without replicate
+noise.
 
-The mean of n replicates is f + e: f is what we ask for, e is noise. The product of two means has the expectation of the
-product of their f plus the covariance of their e. So every product in the estimators of Saltelli et al. (2010, Computer
-Physics Communications 181, 259-270) loses what the replicates tell of its own part, their sample covariance divided by
-n. For independent noise this is the one-way analysis of variance (Searle, Casella and McCulloch 1992, Variance
-Components, chapter 3) put into the estimators: numerators of S1 and S2 keep their expectation, those of ST lose the
-noise variance of a mean, and all are divided by the variance less that. It stays right where points share random
-numbers, which the plain analysis of variance takes for independent noise, and where blocks share points. Replicates
-must be independent of each other, and there must be two.
+The mean of n replicates is f + e: f is what we ask for, e is noise. The product of two
+means has the expectation of the product of their f plus the covariance of their e. So
+every product in the estimators of Saltelli et al. (2010, Computer Physics
+Communications 181, 259-270) loses what the replicates tell of its own part, their
+sample covariance divided by n. For independent noise this is the one-way analysis of
+variance (Searle, Casella and McCulloch 1992, Variance Components, chapter 3) put into
+the estimators: numerators of S1 and S2 keep their expectation, those of ST lose the
+noise variance of a mean, and all are divided by the variance less that. It stays right
+where points share random numbers, which the plain analysis of variance takes for
+independent noise, and where blocks share points. Replicates must be independent of each
+other, and there must be two.
 """
 
 from itertools import combinations
@@ -23,7 +27,9 @@ ROUNDING = 1e-12
 
 
 class Columns(NamedTuple):
-    """Which point of a block is which: A, B, A with one field of B (`ab`), and the reverse (`ba`), if there are any."""
+    """Which point of a block is which: A, B, A with one field of B (`ab`), and the
+    reverse (`ba`), if there are any.
+    """
 
     a: int
     b: int
@@ -41,18 +47,32 @@ def _columns(fields: int, size: int) -> Columns:
 
 
 def index_analysis(sample: Sample) -> Analysis:
-    """The raw and corrected S1, ST and S2, and the share of noise in the variance of a mean."""
+    """The raw and corrected S1, ST and S2, and the share of noise in the variance of a
+    mean.
+    """
     fields, whole = list(sample.settings.columns), sample.whole
     columns = _columns(len(fields), whole.shape[1])
-    labels = [("S1", field, "") for field in fields] + [("ST", field, "") for field in fields]
+    labels = [("S1", field, "") for field in fields] + [
+        ("ST", field, "") for field in fields
+    ]
     labels += [("S2", fields[one], fields[other]) for one, other in columns.pairs]
-    rows: list[dict[str, object]] = [{"index": name, "field": one, "other": other} for name, one, other in labels]
+    rows: list[dict[str, object]] = [
+        {"index": name, "field": one, "other": other} for name, one, other in labels
+    ]
     values = sample.means[whole]
     spread = values.std() if len(whole) else 0.0
     if spread <= ROUNDING * np.abs(values).max(initial=0.0):
-        return Analysis(rows, NAMES, lambda drawn: np.full((len(NAMES), len(rows), drawn.shape[1]), np.nan))
-    # Centred values make products of them much more precise, and SALib expects values of the size of one.
-    means, noise = (values - values.mean()) / spread, _noise(sample, columns) / spread**2
+        return Analysis(
+            rows,
+            NAMES,
+            lambda drawn: np.full((len(NAMES), len(rows), drawn.shape[1]), np.nan),
+        )
+    # Centred values make products of them much more precise, and SALib expects values
+    # of the size of one.
+    means, noise = (
+        (values - values.mean()) / spread,
+        _noise(sample, columns) / spread**2,
+    )
     return Analysis(rows, NAMES, lambda drawn: _estimates(columns, means, noise, drawn))
 
 
@@ -60,7 +80,10 @@ def _estimates(columns: Columns, means: Floats, noise: Floats, drawn: Blocks) ->
     from SALib.analyze.sobol import first_order, second_order, total_order
 
     a, b = means[drawn, columns.a], means[drawn, columns.b]
-    ab, ba = [means[drawn, column] for column in columns.ab], [means[drawn, column] for column in columns.ba]
+    ab, ba = (
+        [means[drawn, column] for column in columns.ab],
+        [means[drawn, column] for column in columns.ba],
+    )
     raw = np.array(
         [first_order(a, column, b) for column in ab]
         + [total_order(a, column, b) for column in ab]
@@ -75,22 +98,40 @@ def _estimates(columns: Columns, means: Floats, noise: Floats, drawn: Blocks) ->
 
 
 def _means_of(noise: Floats, drawn: Blocks) -> Floats:
-    """Means of rows (rows, b) over the blocks drawn, of those that are known, (rows, resamples)."""
+    """Means of rows (rows, b) over the blocks drawn, of those that are known, (rows,
+    resamples).
+    """
     blocks, resamples = drawn.shape
     places = drawn + blocks * np.arange(resamples)
-    times = np.bincount(places.ravel(), minlength=blocks * resamples).reshape(resamples, blocks).T.astype(np.float64)
+    times = (
+        np.bincount(places.ravel(), minlength=blocks * resamples)
+        .reshape(resamples, blocks)
+        .T.astype(np.float64)
+    )
     known = np.isfinite(noise)
     number = known @ times
-    means: Floats = np.where(known, noise, 0.0) @ times / np.where(number > 0.0, number, np.nan)
+    means: Floats = (
+        np.where(known, noise, 0.0) @ times / np.where(number > 0.0, number, np.nan)
+    )
     return means
 
 
 def _noise(sample: Sample, columns: Columns) -> Floats:
-    """What noise adds to the variance and to the numerator of every index, (1 + indices, b)."""
+    """What noise adds to the variance and to the numerator of every index, (1 +
+    indices, b).
+    """
     points, noise = sample.whole.T, sample.noise
     a, b = points[columns.a], points[columns.b]
-    ab, ba = points[columns.ab.start : columns.ab.stop], points[columns.ba.start : columns.ba.stop]
+    ab, ba = (
+        points[columns.ab.start : columns.ab.stop],
+        points[columns.ba.start : columns.ba.stop],
+    )
     first = [noise(b, column) - noise(b, a) for column in ab]
-    total = [0.5 * (noise(a, a) + noise(column, column)) - noise(a, column) for column in ab]
-    second = [noise(ba[j], ab[k]) - noise(a, b) - first[j] - first[k] for j, k in columns.pairs]
+    total = [
+        0.5 * (noise(a, a) + noise(column, column)) - noise(a, column) for column in ab
+    ]
+    second = [
+        noise(ba[j], ab[k]) - noise(a, b) - first[j] - first[k]
+        for j, k in columns.pairs
+    ]
     return np.array([0.5 * (noise(a, a) + noise(b, b)), *first, *total, *second])
