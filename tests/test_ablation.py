@@ -13,7 +13,7 @@ from kernels.models import MODELS
 from sweep.cli.listing import point_table, table_text
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError
 from sweep.spec.ablation import WORLD
 from sweep.spec.settings import Value, fields, preset_settings
 from sweep.spec.study import Study, parse_spec
@@ -206,10 +206,10 @@ def test_details_name_what_was_changed_in_each_trial(tmp_path: Path) -> None:
     assert list(labels.index) == list(study.trials["trial_id"])
     changed = [name for name in study.varied if name != "drag"]
     assert list(labels) == [label for label in ["", *changed, "all"] for _ in range(2)]
-    with pytest.raises(StoreError, match='unknown ablated preset "as_run"'):
+    with pytest.raises(ChoiceError, match='unknown ablated preset "as_run"'):
         details(study, "as_run")
     with pytest.raises(
-        StoreError, match='unknown ablated preset "as_written": there is none'
+        ChoiceError, match='unknown ablated preset "as_written": there is none'
     ):
         details(launched(SMALL, tmp_path), "as_written")
 

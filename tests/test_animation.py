@@ -18,7 +18,7 @@ from studies import SMALL, launched
 import sweep.replays.flight as flight
 import sweep.replays.video as video
 from sweep.cli.showing import Wanted, check, show
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, OutputError
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.replays.flight import frames, write_flight
 from sweep.tables.stored_study import StoredStudy
@@ -176,7 +176,7 @@ def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
     a_job = builders.job(
         n=30, steps=400, separation_weight=1e308, separation_range=1000.0
     )
-    with pytest.raises(StoreError, match=r"it diverged before frame 400"):
+    with pytest.raises(ChoiceError, match=r"it diverged before frame 400"):
         write_picture("test", a_job, 400, tmp_path / "x.png", silent)
     assert list(tmp_path.iterdir()) == []
     write_animation("test", a_job, tmp_path / "x.gif", 1, silent)
@@ -218,7 +218,7 @@ def test_without_ffmpeg_mp4_says_what_to_do(
     monkeypatch.setattr(video.shutil, "which", lambda _name: None)
     monkeypatch.setattr(video, "find_spec", lambda _name: None)
     with pytest.raises(
-        StoreError,
+        OutputError,
         match=(
             r'MP4 needs ffmpeg, .* pip install "\.\[video\]" brings one .*; a .gif'
             r" needs none"
@@ -239,7 +239,9 @@ def test_an_ffmpeg_that_fails_is_quoted(
         for _ in range(50):
             yield np.zeros((200, 200, 3), np.uint8)
 
-    with pytest.raises(StoreError, match="ffmpeg cannot write the MP4: no such codec"):
+    with pytest.raises(
+        (ChoiceError, OutputError), match="ffmpeg cannot write the MP4: no such codec"
+    ):
         video.write_mp4(pictures(), io.BytesIO())
 
 
@@ -257,7 +259,7 @@ WRONG = [
 def test_a_mistake_is_said_before_any_work(
     study: StoredStudy, trial: str, wanted: Wanted, message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises((ChoiceError, OutputError)) as error:
         check(study, trial, wanted)
     assert message in str(error.value)
 

@@ -8,7 +8,7 @@ from plotted import shown, study, titles
 from studies import SMALL, launched
 
 from sweep.analysis import mean_interval
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import coverage_figure
 from sweep.figures.pieces import estimated
 from sweep.figures.selection import select
@@ -48,7 +48,7 @@ def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
 
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match=r"study small has no heatmaps; record: \{heatmaps: true\} keeps them",
     ):
         coverage_figure(study("small"))

@@ -15,7 +15,7 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
 from sweep.campaigns.search import export as module
 from sweep.campaigns.search.export import check_export, export
-from sweep.errors import StoreError
+from sweep.errors import OutputError
 from sweep.spec.objectives import Constraint, Objective, Statistic
 
 LOSS = Objective("loss", False, MEAN)
@@ -136,7 +136,7 @@ def test_a_study_that_is_there_is_left_as_it_is(
     export(study, url)
     for again in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
         with pytest.raises(
-            StoreError,
+            OutputError,
             match=(
                 r'has a study "my/gains" already, which is left as it is; give'
                 r" another URL"
@@ -179,7 +179,7 @@ def test_a_url_that_is_none_is_one_line(
 ) -> None:
     study = stored(monkeypatch, some_search())
     for attempt in (lambda: export(study, url), lambda: check_export(url, "my/gains")):
-        with pytest.raises(StoreError) as caught:
+        with pytest.raises(OutputError) as caught:
             attempt()
         assert str(caught.value).startswith(f"{url}: ")
         assert "sqlite:///gains.db" in str(caught.value)

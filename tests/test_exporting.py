@@ -21,7 +21,7 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
 import sweep.tables.exporting as exporting
 import sweep.tables.netcdf as netcdf
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, OutputError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 
@@ -286,7 +286,7 @@ MISTAKES = [
 def test_a_mistake_is_named_and_nothing_written(
     study: StoredStudy, tmp_path: Path, name: str, table: str, message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises((ChoiceError, OutputError)) as error:
         export(study, tmp_path / name, table)
     assert message in str(error.value)
     assert list(tmp_path.iterdir()) == []
@@ -295,7 +295,7 @@ def test_a_mistake_is_named_and_nothing_written(
 def test_what_is_not_stored_is_said(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     with pytest.raises(
-        StoreError, match=r"no heatmaps of it are stored; record: \{heatmaps"
+        ChoiceError, match=r"no heatmaps of it are stored; record: \{heatmaps"
     ):
         export(study, tmp_path / "maps.nc", "heatmaps")
 
@@ -306,7 +306,7 @@ def test_an_existing_file_is_replaced_only_by_force(
 ) -> None:
     (tmp_path / taken).write_text("mine")
     with pytest.raises(
-        StoreError, match=f"{taken}: exists already; --force replaces it"
+        OutputError, match=f"{taken}: exists already; --force replaces it"
     ):
         export(study, tmp_path / "file.csv")
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
@@ -324,7 +324,8 @@ def test_a_write_that_fails_leaves_the_old_file(
 
     monkeypatch.setitem(exporting.WRITERS, ".parquet", full)
     with pytest.raises(
-        StoreError, match=r"file.parquet: cannot be written \(No space left on device\)"
+        OutputError,
+        match=r"file.parquet: cannot be written \(No space left on device\)",
     ):
         export(study, tmp_path / "file.parquet", force=True)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
@@ -335,7 +336,7 @@ def test_without_its_packages_netcdf_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(netcdf, "find_spec", lambda _name: None)
     with pytest.raises(
-        StoreError, match=r'which are not installed: pip install "\.\[netcdf\]"'
+        ChoiceError, match=r'which are not installed: pip install "\.\[netcdf\]"'
     ):
         export(study, tmp_path / "file.nc")
     assert list(tmp_path.iterdir()) == []

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from studies import SMALL, launched
 
 from sweep.analysis import curves
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
 from sweep.figures.selection import select
@@ -184,7 +184,7 @@ def test_a_metric_below_zero_is_not_cut_off(study: StoredStudy) -> None:
 def test_wrong_choices_of_curves_say_what_is_allowed(
     name: str, choices: dict, message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         metric_curves(plotted.study(name), **choices)
     assert message in str(error.value)
 
@@ -196,7 +196,7 @@ def test_curves_are_no_means_over_what_is_sampled(tmp_path: Path) -> None:
     )
     drawn = launched(spec.replace("n: 12, ", ""), tmp_path)
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match="a curve would be a mean over separation_weight; allowed: up to 60",
     ):
         metric_curves(drawn)

@@ -9,7 +9,7 @@ from plotted import ascending, made_up, shown, study, titles
 from sampled import axis
 
 from sweep.analysis import by_point, mean_interval
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure
 from sweep.figures.scales import cell_edges
 
@@ -133,7 +133,7 @@ def test_points_without_a_value_leave_their_cell_empty() -> None:
 def test_wrong_choices_say_what_is_allowed(
     name: str, choices: dict, message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         heatmap_figure(study(name), "speed", **choices)
     assert message in str(error.value)
 

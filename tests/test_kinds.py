@@ -12,7 +12,7 @@ from studies import relaunch
 from typer.testing import CliRunner
 
 from sweep.cli.app import app
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.figures import KINDS, Choices, Kind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
 from sweep.tables.stored_study import StoredStudy
@@ -280,7 +280,7 @@ def test_a_new_kind_is_one_entry(
 def test_what_cannot_be_drawn_is_said_before_any_work(
     name: str, kinds: list[str], choices: dict[str, object], message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         plan_figures(study(name), kinds, Choices(**choices))  # type: ignore[arg-type]
     assert message in str(error.value)
     assert "\n" not in str(error.value)

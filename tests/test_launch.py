@@ -18,7 +18,7 @@ from kernels import KERNELS_SHA
 from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result
@@ -196,10 +196,10 @@ def test_trajectories_are_asked_for(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     assert study.trajectories.empty
     with pytest.raises(
-        StoreError, match=r"no trajectory of trial \w+ is stored; record: {"
+        ChoiceError, match=r"no trajectory of trial \w+ is stored; record: {"
     ):
         study.trajectory(study.trials["trial_id"][0])
-    with pytest.raises(StoreError, match='unknown trial "nope"'):
+    with pytest.raises(ChoiceError, match='unknown trial "nope"'):
         study.trajectory("nope")
 
 

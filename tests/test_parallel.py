@@ -6,7 +6,7 @@ from matplotlib.colors import to_hex
 from plotted import legend_texts, made_up, shown, study, titles
 from sampled import FIELDS, axis
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import VERMILION, parallel_figure
 
 
@@ -79,7 +79,7 @@ def test_points_without_a_value_are_left_out_and_counted() -> None:
 
 def test_without_a_sample_there_is_nothing_to_draw() -> None:
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match=(
             "study grid: parallel needs an axis that samples settings, and there is"
             " none"

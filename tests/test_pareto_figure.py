@@ -8,7 +8,7 @@ from plotted import legend_texts, shown, study, titles
 
 from kernels.metrics import METRICS
 from sweep.analysis import by_point
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import pareto_figure
 from sweep.figures.aims import LOW_IS_BETTER, aim
 
@@ -104,6 +104,6 @@ def test_by_default_more_coverage_and_a_smaller_cv_are_better() -> None:
     ],
 )
 def test_wrong_metrics_say_what_is_allowed(metrics: list[str], message: str) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         pareto_figure(study("grid"), *metrics)
     assert message in str(error.value)

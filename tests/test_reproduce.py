@@ -10,7 +10,7 @@ from PIL import Image
 from publications import FIGURES, PUBLISHED, SPEC, experiments
 
 from sweep.cli.progress import ProgressBar
-from sweep.errors import SpecError, StoreError
+from sweep.errors import OutputError, SpecError
 from sweep.published.claims import read_all
 from sweep.published.reproduce import Outcome, reproduce
 from sweep.workers.executors import Serial
@@ -177,7 +177,7 @@ def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     experiments(tmp_path)
     (tmp_path / "results" / "scorecard.html").mkdir(parents=True)
     with pytest.raises(
-        StoreError,
+        OutputError,
         match=r"results: cannot write the page .*; trials and figures are stored",
     ):
         reproduced(tmp_path)

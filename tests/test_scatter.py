@@ -10,7 +10,7 @@ from sampled import axis
 
 from sweep.analysis import by_point
 from sweep.analysis.estimate import rank_estimate
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, scatter_figure
 
 
@@ -133,7 +133,7 @@ def test_details_of_a_preset_are_named_along_the_axis() -> None:
 def test_wrong_choices_say_what_is_allowed(
     name: str, choices: dict, message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         scatter_figure(study(name), **{"metric": "speed"} | choices)
     assert message in str(error.value)
 
@@ -143,7 +143,7 @@ def test_too_many_panels_say_what_to_choose() -> None:
         f"n: {list(range(3, 10))}, steps: {list(range(60, 70))}, {axis('random', 3)}"
     )
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match=(
             r"scatter has 210 panels, by n \(7 values\) and steps \(10 values\);"
             r" allowed: up to 12"

@@ -35,7 +35,7 @@ from sweep.campaigns.search.run import search
 from sweep.campaigns.search.stored import Asked, read_asked
 from sweep.cli.listing import point_table, status_json
 from sweep.design.jobs import Job
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
@@ -91,7 +91,7 @@ def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
     searched(TINY, tmp_path)
     (tmp_path / "tiny" / "asked.parquet").unlink()
     with pytest.raises(
-        StoreError, match=r"study tiny: not a search \(it has no asked\.parquet\)"
+        ChoiceError, match=r"study tiny: not a search \(it has no asked\.parquet\)"
     ):
         read_asked(StoredStudy("tiny", tmp_path))
     assert searched(TINY, tmp_path).statuses.total() == 0
@@ -628,7 +628,7 @@ def test_a_launch_under_the_name_of_a_search_makes_it_a_study(tmp_path: Path) ->
         tmp_path,
         Serial(),
     )
-    with pytest.raises(StoreError, match="not a search"):
+    with pytest.raises(ChoiceError, match="not a search"):
         read_asked(StoredStudy("tiny", tmp_path))
 
 

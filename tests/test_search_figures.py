@@ -10,7 +10,7 @@ from made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import search as history_module
 from sweep.figures import search_runs as runs_module
 from sweep.figures.search import front_figure, history_figure
@@ -261,5 +261,5 @@ def test_the_hypervolume_of_a_search_alone_has_room_above_it_and_begins_at_no_tr
 def test_a_figure_that_does_not_suit_a_search_says_so(
     drawn, figure: Any, message: str
 ) -> None:
-    with pytest.raises(StoreError, match=message):
+    with pytest.raises(ChoiceError, match=message):
         drawn(figure, searched(candidate(0, 1.0)))

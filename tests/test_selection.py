@@ -12,7 +12,7 @@ from sampled import axis, study_of
 from studies import IMPOSSIBLE, launched
 
 from sweep.analysis import mean_interval
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.selection import select, where_of
 
 
@@ -180,7 +180,7 @@ def test_where_as_texts(texts: list[str], found: dict[str, object]) -> None:
 def test_wrong_choices_of_points_say_what_is_allowed(
     texts: list[str], message: str
 ) -> None:
-    with pytest.raises(StoreError) as error:
+    with pytest.raises(ChoiceError) as error:
         select(study("grid"), where_of(study("grid"), texts))
     assert str(error.value).startswith(message)
 
@@ -188,6 +188,6 @@ def test_wrong_choices_of_points_say_what_is_allowed(
 def test_a_study_without_results_says_so(tmp_path: Path) -> None:
     failed = launched(IMPOSSIBLE, tmp_path)
     with pytest.raises(
-        StoreError, match="study small: no trial is done, so there is nothing to draw"
+        ChoiceError, match="study small: no trial is done, so there is nothing to draw"
     ):
         select(failed)

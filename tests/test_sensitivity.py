@@ -25,7 +25,7 @@ from sampled import (
 from scipy.stats import spearmanr
 from studies import launched
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.tables.sensitivity import morris, rank_correlations, sobol
 from sweep.tables.sensitivity.sampled import samples
 
@@ -358,20 +358,22 @@ def test_correlations_that_are_not_defined_are_missing() -> None:
 def test_mistakes_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     study = study_of(f"n: {{integers: [3, 5], points: 3}}, {axis('saltelli', 4)}")
     with pytest.raises(
-        StoreError, match="several axes are sampled, say which: joint, n"
+        ChoiceError, match="several axes are sampled, say which: joint, n"
     ):
         rank_correlations(study, "speed")
-    with pytest.raises(StoreError, match="no axis has sample morris"):
+    with pytest.raises(ChoiceError, match="no axis has sample morris"):
         morris(study, "speed")
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match='unknown axis with sample saltelli "jiont"; did you mean "joint"',
     ):
         sobol(study, "speed", "jiont")
-    with pytest.raises(StoreError, match='unknown metric "sped"; did you mean "speed"'):
+    with pytest.raises(
+        ChoiceError, match='unknown metric "sped"; did you mean "speed"'
+    ):
         sobol(study, "sped")
     monkeypatch.setitem(sys.modules, "SALib", None)
-    with pytest.raises(StoreError, match="need the package SALib"):
+    with pytest.raises(ChoiceError, match="need the package SALib"):
         sobol(study, "speed")
     del study.provenance["axes"]
     with pytest.raises(

@@ -24,7 +24,7 @@ from sweep.cli.progress import ProgressBar
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError
 from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import parse_document
@@ -291,7 +291,7 @@ def test_what_is_said_before_during_and_after(
 def test_a_study_of_a_fixed_number_has_no_stopping(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     assert study.repeated == {}
-    with pytest.raises(StoreError, match="study small: its number of trials is fixed"):
+    with pytest.raises(ChoiceError, match="study small: its number of trials is fixed"):
         _ = study.stopping
 
 

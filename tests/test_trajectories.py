@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plotted import shown, study, titles
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import trajectories_figure
 
 
@@ -47,7 +47,7 @@ def test_trails_fade_and_end_where_the_flock_is() -> None:
 
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
-        StoreError,
+        ChoiceError,
         match=(
             r"study small has no trajectories; record: \{trajectories: true\} keeps"
             r" them"

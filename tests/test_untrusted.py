@@ -21,7 +21,7 @@ from studies import SMALL, launched, relaunch
 import kernels
 import sweep.spec.images as images
 import sweep.spec.point_tables as tables
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import fields
 from sweep.spec.study import load_spec, parse_spec
@@ -206,7 +206,7 @@ def test_stored_studies_cannot_be_sought_outside_of_the_results(
 ) -> None:
     launched(SMALL.replace("study: small", "study: up"), tmp_path)
     (tmp_path / "results").mkdir()
-    with pytest.raises(StoreError, match="is not allowed"):
+    with pytest.raises(ChoiceError, match="is not allowed"):
         StoredStudy(name, tmp_path / "results")
 
 

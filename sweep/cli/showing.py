@@ -38,7 +38,7 @@ class Wanted(NamedTuple):
 def check(
     study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
 ) -> None:
-    """Raise StoreError where something wanted cannot be.
+    """Raise ChoiceError where something wanted cannot be.
 
     That is a file, a frame, an MP4 without ffmpeg, a page of too many boids, or
     anything of an unknown trial.

@@ -33,7 +33,7 @@ class Aim(NamedTuple):
 
 def aim(study: StoredStudy, text: str) -> Aim:
     """The aim that `coverage+`, `coverage_cv-` or a metric alone means. Raises
-    StoreError for an unknown metric.
+    ChoiceError for an unknown metric.
     """
     metric = recorded(study, text.rstrip("+-"))
     return Aim(

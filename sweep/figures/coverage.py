@@ -14,7 +14,7 @@ from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, mean_interval
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.figures.pieces import (
     draw_visits,
     estimated,
@@ -60,7 +60,7 @@ def coverage_figure(
     its coverage and CV, if recorded.
 
     Obstacles are outlined where all trials of a point have the same; a point none of
-    whose trials is done says so. Raises StoreError where no heatmaps are stored and for
+    whose trials is done says so. Raises ChoiceError where no heatmaps are stored and for
     more than twelve points.
     """
     return draw_coverage(coverage_layout(study, where=where))
@@ -69,7 +69,7 @@ def coverage_figure(
 def coverage_layout(
     study: StoredStudy, *, where: Mapping[str, object] | None
 ) -> Coverage:
-    """What `coverage_figure` will show. Raises StoreError as it does."""
+    """What `coverage_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     if (
         "visits"
@@ -77,7 +77,7 @@ def coverage_layout(
             "heatmaps", trial_ids=pa.array([], pa.string())
         ).column_names
     ):
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them"
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
@@ -139,7 +139,7 @@ def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> Axe
 
 
 def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
-    """The mean visits of each point over its trials that are done. Raises StoreError
+    """The mean visits of each point over its trials that are done. Raises ChoiceError
     where one has none stored.
     """
     done = selection.trials[selection.trials["status"] == "done"]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import note, quantity, title_panel, without_trials, words
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import (
@@ -58,7 +58,7 @@ def metric_curves(
     All series metrics where `metrics` is empty. Without `by` it is the listed setting
     with the fewest values. More than seven values, up to 60, are a bar of colours where
     they are numbers. Other settings that vary are panels. A panel none of whose trials
-    is done says so. Raises StoreError where no series are stored, for names that the
+    is done says so. Raises ChoiceError where no series are stored, for names that the
     study does not have, for too many lines or panels.
     """
     return draw_curves(curves_layout(study, by, metrics, where=where))
@@ -71,18 +71,18 @@ def curves_layout(
     *,
     where: Mapping[str, object] | None,
 ) -> Curves:
-    """What `metric_curves` will show. Raises StoreError as it does."""
+    """What `metric_curves` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     recorded = series_metrics(study)
     for name in metrics:
         if name not in recorded:
-            raise StoreError(
+            raise ChoiceError(
                 f"study {study.name}: {unknown('series metric', name, recorded)}"
             )
     chosen = _lines(selection, by)
     others = selection.apart([chosen] if chosen else [])
     if mixed := selection.mixed([*([chosen] if chosen else []), *others]):
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: a curve would be a mean over {', '.join(mixed)};"
             f" allowed: up to {MOST_LINES} points; choose with by and where"
         )
@@ -94,7 +94,7 @@ def curves_layout(
 
 
 def series_metrics(study: StoredStudy) -> list[str]:
-    """The metrics of which every recorded frame is stored. Raises StoreError where
+    """The metrics of which every recorded frame is stored. Raises ChoiceError where
     there are none.
     """
     stored = study.store.read(
@@ -102,7 +102,7 @@ def series_metrics(study: StoredStudy) -> list[str]:
     ).column_names
     recorded = [name for name in stored if name not in ("trial_id", "frame")]
     if not recorded:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name} has no series; record: {{series:"
             f" [{study.metrics[0]}]}} keeps them"
         )
@@ -110,7 +110,7 @@ def series_metrics(study: StoredStudy) -> list[str]:
 
 
 def _lines(selection: Selection, by: str | None) -> str | None:
-    """The setting whose values are lines. Raises StoreError for more of them than can
+    """The setting whose values are lines. Raises ChoiceError for more of them than can
     be told apart.
     """
     listed = selection.apart([])
@@ -127,7 +127,7 @@ def _lines(selection: Selection, by: str | None) -> str | None:
             if few
             else f"with where, {selection.example([name])}"
         )
-        raise StoreError(
+        raise ChoiceError(
             f"study {selection.study.name}: curves by {name}, which has {number:,}"
             f" values; allowed: up to {most}; choose {offer}"
         )

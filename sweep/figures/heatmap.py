@@ -14,7 +14,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 from sweep.analysis import half_width
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.scales import (
     Floats,
@@ -87,7 +87,7 @@ def heatmap_figure(
     with the most values. Cells of a grid are exact: means over the replicates of a
     point. A setting with more than 30 values, or 12 sampled ones, is in bins, which are
     means over their points, whatever else is sampled; empty ones are white. Other
-    listed settings are panels. Raises StoreError for names that the study does not
+    listed settings are panels. Raises ChoiceError for names that the study does not
     have, for fewer than two settings, and for more than twelve panels.
     """
     return draw_heatmap(heatmap_layout(study, metric, x, y, where=where))
@@ -101,12 +101,12 @@ def heatmap_layout(
     *,
     where: Mapping[str, object] | None,
 ) -> Heatmap:
-    """What `heatmap_figure` will show. Raises StoreError as it does."""
+    """What `heatmap_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     recorded(study, metric)
     given = [selection.setting(name) for name in (x, y) if name]
     if x and x == y:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: heatmap with x and y both {x}; allowed: two settings"
         )
     listed = sorted(
@@ -116,7 +116,7 @@ def heatmap_layout(
     free = [*selection.sampled, *listed]
     chosen = [*given, *(name for name in free if name not in given)][:2]
     if len(chosen) < 2:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: heatmap needs two settings that vary, and there is"
             f" {len(chosen)}"
         )

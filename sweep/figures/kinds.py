@@ -13,7 +13,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from sweep.campaigns.search.stored import read_asked
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, UserError
 from sweep.figures.aims import aim
 from sweep.figures.coverage import coverage_layout, draw_coverage
 from sweep.figures.curves import curves_layout, draw_curves, series_metrics
@@ -58,7 +58,7 @@ class Choices(NamedTuple):
 
     def columns(self, study: StoredStudy) -> list[str]:
         """The columns of the trials to draw, each with its direction as given. Raises
-        StoreError for unknown ones.
+        ChoiceError for unknown ones.
         """
         named = [
             (aim(study, text).metric, text[len(text.rstrip("+-")) :])
@@ -89,7 +89,7 @@ class Kind(NamedTuple):
     """A kind of figure: what it shows, which of by, x and y it takes, and its figures
     of a study.
 
-    `plan` draws nothing and raises StoreError where the kind does not suit the study.
+    `plan` draws nothing and raises ChoiceError where the kind does not suit the study.
     """
 
     text: str
@@ -100,7 +100,7 @@ class Kind(NamedTuple):
         """Why this kind does not suit a study; "" where it does."""
         try:
             self.plan(study, choices)
-        except StoreError as error:
+        except UserError as error:
             return str(error)
         return ""
 
@@ -182,14 +182,14 @@ def _pareto(study: StoredStudy, choices: Choices) -> list[Planned]:
 def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
     selection = select(study, choices.where)
     if not selection.sampled:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: sensitivity needs an axis that samples settings, and"
             " there is none"
         )
     axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
     about = study.provenance["axes"][axis]
     if fixed := [name for name in choices.where or {} if name in about["fields"]]:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: sensitivity with where {fixed[0]}, which {axis}"
             " samples; allowed: others"
         )
@@ -233,7 +233,7 @@ def _of_search(
         }
         if given := [name for name, value in choice.items() if value]:
             what = "is of the whole search and its objectives"
-            raise StoreError(
+            raise ChoiceError(
                 f"study {study.name}: {kind} {what}, and takes no {given[0]}"
             )
         return [Planned("", partial(draw, study))]
@@ -292,13 +292,13 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
     """The figures of the kinds called `names`, or without any of all that suit the
     study; nothing is drawn yet.
 
-    Raises StoreError for unknown names of kinds, metrics and settings, for a choice
+    Raises ChoiceError for unknown names of kinds, metrics and settings, for a choice
     that none of the kinds takes, where a kind that is named does not suit the study,
     and where none does.
     """
     for name in names:
         if name not in KINDS:
-            raise StoreError(f"study {study.name}: {unknown('kind', name, KINDS)}")
+            raise ChoiceError(f"study {study.name}: {unknown('kind', name, KINDS)}")
     _check(study, names, choices)
     if names:
         chosen = list(dict.fromkeys(names))
@@ -321,7 +321,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
     }
     left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
     if len(reasons) == len(KINDS):
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}"
         )
     fitting = [name for name, reason in why.items() if not reason]
@@ -344,7 +344,7 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
         if value is not None:
             selection.setting(value)
             if names and not set(names) & set(taking):
-                raise StoreError(
+                raise ChoiceError(
                     f"study {study.name}: {choice} is for {', '.join(taking)}, not for"
                     f" {', '.join(names)}"
                 )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.aims import Aim, aim
 from sweep.figures.pieces import note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, is_logarithmic, places
@@ -54,7 +54,7 @@ def parallel_figure(
 
     The best 5 % of the points of a panel are in colour: `coverage+` asks for the
     highest, `coverage_cv-` for the lowest. What the spec draws logarithmically has a
-    logarithmic axis. Listed settings are panels. Raises StoreError for names that the
+    logarithmic axis. Listed settings are panels. Raises ChoiceError for names that the
     study does not have, where nothing is sampled, and for more than twelve panels.
     """
     return draw_parallel(parallel_layout(study, metric, where=where))
@@ -63,11 +63,11 @@ def parallel_figure(
 def parallel_layout(
     study: StoredStudy, metric: str, *, where: Mapping[str, object] | None
 ) -> Parallel:
-    """What `parallel_figure` will show. Raises StoreError as it does."""
+    """What `parallel_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     chosen = aim(study, metric)
     if not selection.sampled:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: parallel needs an axis that samples settings, and"
             " there is none"
         )

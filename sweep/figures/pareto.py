@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.campaigns.search.fronts import nondominated
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.aims import LOW_IS_BETTER, Aim, aim
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.selection import Facet, Selection, select
@@ -48,7 +48,7 @@ def pareto_figure(
     asks for a high metric and `coverage_cv-` for a low one. Without metrics they are
     the first of which more and the first of which less is better. Where settings are
     sampled, the listed ones are colours and panels with fronts of their own; else all
-    points compete, unless `by` tells them apart. Raises StoreError for names that the
+    points compete, unless `by` tells them apart. Raises ChoiceError for names that the
     study does not have, where no two metrics are given or found, and for more than
     twelve panels.
     """
@@ -66,24 +66,24 @@ def pareto_layout(
     by: str | None,
     where: Mapping[str, object] | None,
 ) -> Pareto:
-    """What `pareto_figure` will show. Raises StoreError as it does."""
+    """What `pareto_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     if not metrics:
         metrics = opposed_metrics(study)
     if len(metrics) != 2:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: pareto needs two metrics and has {len(metrics)}; say"
             " which and which way is better, for example"
             f" {' '.join(f'{name}+' for name in study.metrics[:2])}"
         )
     first, second = (aim(study, text) for text in metrics)
     if first.metric == second.metric:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: pareto with {first.metric} twice; allowed: two"
             " different metrics"
         )
     if len(selection.points) < 2:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: pareto needs points to compare, and there is one"
         )
     others = selection.apart(selection.sampled) if selection.sampled else []

@@ -35,7 +35,7 @@ def save(
     PDF, the description of an SVG. Each file appears by one rename; a PNG comes last,
     so that what it says of itself is true of all. `below` is the folder that the user
     has named, by default that of the files: no folder between the two may be a link.
-    Raises StoreError where a file cannot be written.
+    Raises OutputError where a file cannot be written.
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.analysis.estimate import rank_estimate
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import estimated, note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
@@ -56,7 +56,7 @@ def scatter_figure(
 
     Up to 60 points of a panel have their 95 % interval; a title gives Spearman's
     correlation of the points with its interval. Listed settings that are on no axis are
-    colours (`by`, or the one with two or three values) and panels. Raises StoreError
+    colours (`by`, or the one with two or three values) and panels. Raises ChoiceError
     for names that the study does not have and for more than twelve panels.
     """
     return draw_scatter(scatter_layout(study, metric, x, by=by, where=where))
@@ -70,7 +70,7 @@ def scatter_layout(
     by: str | None,
     where: Mapping[str, object] | None,
 ) -> Scatter:
-    """What `scatter_figure` will show. Raises StoreError as it does."""
+    """What `scatter_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     recorded(study, metric)
     if selection.setting(x) in selection.sampled if x else selection.sampled:
@@ -93,7 +93,7 @@ def scatter_layout(
             for facet in _facets(selection, name, colour)
         ]
     if not rows:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: scatter needs a setting that varies, and none does"
         )
     free = [name for name in (*others, x) if name not in (None, colour)]

@@ -16,7 +16,7 @@ from sweep.campaigns.search.held_out import front, references, winners
 from sweep.campaigns.search.outcome import FAILED, candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
 from sweep.campaigns.search.stored import Asked, read_asked
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 from sweep.spec.objectives import Floats, Objective
@@ -37,7 +37,7 @@ def history_figure(study: StoredStudy) -> Figure:
 
     The line is the winner by then, where there is one objective. Right of the end are
     the held-out estimates of the winner, or of the front, and of the references. With
-    one objective the worst candidates lie at the edge as triangles. Raises StoreError
+    one objective the worst candidates lie at the edge as triangles. Raises ChoiceError
     where the study is no search.
     """
     asked = read_asked(study)
@@ -58,7 +58,7 @@ def front_figure(study: StoredStudy) -> Figure:
     """The candidates of a search for several objectives, and its front judged on
     held-out seeds, a panel a pair.
 
-    Raises StoreError where the study is no search, or has one objective.
+    Raises ChoiceError where the study is no search, or has one objective.
     """
     asked = with_front(study, "front")
     wanted = objectives(asked)
@@ -81,11 +81,11 @@ def front_figure(study: StoredStudy) -> Figure:
 def with_front(study: StoredStudy, kind: str) -> Asked:
     """What a search for several objectives has asked for, for a figure of this kind.
 
-    Raises StoreError where the study is no search, or has one objective.
+    Raises ChoiceError where the study is no search, or has one objective.
     """
     asked = read_asked(study)
     if len(objectives(asked)) < 2:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {kind} needs two objectives and there is one;"
             " allowed: history"
         )

@@ -21,7 +21,7 @@ from sweep.campaigns.search.repetitions import (
     runs,
 )
 from sweep.campaigns.search.stored import Asked, read_asked
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
@@ -34,7 +34,7 @@ def comparison_figure(study: StoredStudy) -> Figure:
     random searches, and their winners.
 
     With several objectives it is the hypervolume. On the right are the held-out values,
-    a point a run, with their means. Raises StoreError where the study is no search, or
+    a point a run, with their means. Raises ChoiceError where the study is no search, or
     has no repetitions.
     """
     asked = with_repetitions(study)
@@ -75,7 +75,7 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
     """The hypervolume of a search for several objectives against trials, and that of
     its repetitions, if there are any.
 
-    Raises StoreError where the study is no search, or has one objective.
+    Raises ChoiceError where the study is no search, or has one objective.
     """
     asked = with_front(study, "hypervolume")
     reference = reference_point(asked)
@@ -119,12 +119,12 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
 
 
 def with_repetitions(study: StoredStudy) -> Asked:
-    """What a search with repetitions has asked for. Raises StoreError where the study
+    """What a search with repetitions has asked for. Raises ChoiceError where the study
     is none.
     """
     asked = read_asked(study)
     if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: has no repetitions; run it with --repetitions 10"
         )
     return asked

@@ -18,7 +18,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.analysis import agrees, by_point
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.figures.pieces import named, span, words
 from sweep.tables.sides import BOOLEANS
 from sweep.tables.stored_study import StoredStudy, details
@@ -102,9 +102,9 @@ class Selection:
         return sorted(found) if is_number(self.points[name]) else found
 
     def setting(self, name: str) -> str:
-        """`name`, if it differs between points. Raises StoreError."""
+        """`name`, if it differs between points. Raises ChoiceError."""
         if name not in self.points:
-            raise StoreError(
+            raise ChoiceError(
                 f"study {self.study.name}:"
                 f" {unknown('varied setting', name, self.points.columns)}"
             )
@@ -169,26 +169,26 @@ class Selection:
         """The setting whose values become colours: `by`, or that of the `others` with
         the fewest, if these are few.
 
-        Raises StoreError for a setting that does not vary or is `shown` already, and
+        Raises ChoiceError for a setting that does not vary or is `shown` already, and
         for too many values.
         """
         if by is None:
             few = [name for name in others if len(self.values(name)) <= MOST_BY_DEFAULT]
             return few[0] if few else None
         if self.setting(by) in shown:
-            raise StoreError(
+            raise ChoiceError(
                 f"study {self.study.name}: by {by}, which is on an axis"
                 f" already{self._offer(others)}"
             )
         if (number := len(self.values(by))) > MOST_COLOURS:
-            raise StoreError(
+            raise ChoiceError(
                 f"study {self.study.name}: by {by}, which has {number:,} values;"
                 f" allowed: up to {MOST_COLOURS}{self._offer(others)}"
             )
         return by
 
     def panels(self, names: Sequence[str], what: str) -> list[Facet]:
-        """`facets`. Raises StoreError for more than twelve,
+        """`facets`. Raises ChoiceError for more than twelve,
         which says what to choose.
         """
         facets = self.facets(names)
@@ -198,14 +198,14 @@ class Selection:
     def allow(
         self, panels: int, names: Sequence[str], what: str, remedy: str = ""
     ) -> None:
-        """Raise StoreError for more than twelve panels of the values of these settings,
+        """Raise ChoiceError for more than twelve panels of the values of these settings,
         which says what to choose.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(
                 f"{name} ({len(self.values(name)):,} values)" for name in names
             )
-            raise StoreError(
+            raise ChoiceError(
                 f"study {self.study.name}: {what} has {panels:,}"
                 f" panels{f', by {numbers}' if names else ''}; allowed: up to"
                 f" {MOST_PANELS};"
@@ -270,7 +270,7 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
     """The trials of `study` whose settings are those of `where`; all that were ablated
     together are one, `detail`.
 
-    Raises StoreError for a setting that does not vary, for a value that no point has,
+    Raises ChoiceError for a setting that does not vary, for a value that no point has,
     and where no trial is done.
     """
     plan = study.plan.to_pandas()
@@ -292,7 +292,7 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
     planned = len(among(plan, points.index))
     trials = among(trials, points.index)
     if not (trials["status"] == "done").any():
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: no trial is done{' there' if where else ''}, so there"
             " is nothing to draw"
         )
@@ -313,10 +313,10 @@ def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:
 
 def recorded(study: StoredStudy, metric: str) -> str:
     """`metric`, or with `_mean` its mean over the last half, if the study has it.
-    Raises StoreError.
+    Raises ChoiceError.
     """
     if metric.removesuffix("_mean") not in study.metrics:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )
     return metric
@@ -324,18 +324,18 @@ def recorded(study: StoredStudy, metric: str) -> str:
 
 def where_of(study: StoredStudy, texts: Sequence[str]) -> dict[str, object]:
     """What `select` wants from texts such as n=50 and map=cafeteria,fov=90. Raises
-    StoreError for another form.
+    ChoiceError for another form.
     """
     found: dict[str, object] = {}
     for text in ",".join(texts).split(",") if texts else []:
         name, equals, value = text.partition("=")
         if not equals:
-            raise StoreError(
+            raise ChoiceError(
                 f'study {study.name}: where "{text}"; allowed: SETTING=VALUE, for'
                 " example n=50"
             )
         if name in found:
-            raise StoreError(
+            raise ChoiceError(
                 f"study {study.name}: where has {name} twice; allowed: one value of a"
                 " setting"
             )
@@ -361,10 +361,10 @@ def _having(
     study: StoredStudy, points: pd.DataFrame, name: str, value: object
 ) -> NDArray[np.bool_]:
     """Which points have that value of a setting. Raises
-    StoreError where there is none.
+    ChoiceError where there is none.
     """
     if name not in points:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: where {name}:"
             f" {unknown('varied setting', name, points.columns)}"
         )
@@ -373,7 +373,7 @@ def _having(
     if not found.any():
         values = [_spelled(one) for one in dict.fromkeys(column)]
         if isinstance(value, str):
-            raise StoreError(
+            raise ChoiceError(
                 f"study {study.name}: where {name}: {unknown('value', value, values)}"
             )
         allowed = (
@@ -381,7 +381,7 @@ def _having(
             if len(values) <= FEW_LISTED
             else f"{len(values):,} values"
         )
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: where {name}: no point has {_spelled(value)};"
             f" allowed: {allowed}"
         )

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import draw_flock, draw_map, note, span, title_panel, units_of
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
@@ -48,7 +48,7 @@ def trajectories_figure(
 
     Trails fade from the last recorded frame back to the first; triangles are the boids
     in the last one. Obstacles are grey, and a goal that some force seeks is a cross.
-    Raises StoreError where no trajectories are stored and for more than four points.
+    Raises ChoiceError where no trajectories are stored and for more than four points.
     """
     return draw_trajectories(trajectories_layout(study, where=where))
 
@@ -56,7 +56,7 @@ def trajectories_figure(
 def trajectories_layout(
     study: StoredStudy, *, where: Mapping[str, object] | None
 ) -> Flights:
-    """What `trajectories_figure` will show. Raises StoreError as it does."""
+    """What `trajectories_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     if (
         "vx"
@@ -64,14 +64,14 @@ def trajectories_layout(
             "trajectories", trial_ids=pa.array([], pa.string())
         ).column_names
     ):
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name} has no trajectories; record: {{trajectories: true}}"
             " keeps them"
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     facets = selection.facets(names)
     if len(facets) > MOST_TRIALS:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: trajectories of {len(facets):,} points, by"
             f" {', '.join(names)}; allowed: up to {MOST_TRIALS}; choose with where,"
             f" {selection.example(names)}"

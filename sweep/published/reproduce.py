@@ -13,7 +13,7 @@ from pathlib import Path
 from kernels import KERNELS_SHA
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Display
-from sweep.errors import StoreError
+from sweep.errors import OutputError, StoreError
 from sweep.published.claims import QUICK, Claim, Publication
 from sweep.published.drawings import FigureFile
 from sweep.published.estimates import MeasureError, measure
@@ -253,7 +253,7 @@ def _write(page: Page, results: Path) -> None:
             with replacing(page.root / name, results) as file:
                 file.write(text.encode())
     except OSError as error:
-        raise StoreError(
+        raise OutputError(
             f"{page.root}: cannot write the page ({error}); trials and figures are"
             " stored"
         ) from None

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kernels.models import MODELS
 from sweep.design.jobs import Job
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map
 from sweep.replays.flight import Report, frames
 from sweep.replays.video import write_gif, write_mp4
@@ -120,17 +120,17 @@ class Scene:
 
 
 def check_frame(job: Job, frame: int) -> None:
-    """Raise StoreError where a trial has no such frame."""
+    """Raise ChoiceError where a trial has no such frame."""
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
-        raise StoreError(
+        raise ChoiceError(
             f"trial {job.trial_id}: there is no frame {frame:,}; it has frames 0 to"
             f" {steps:,}"
         )
 
 
 def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) -> None:
-    """Write the picture of one frame as PNG. Raises StoreError where the trial ends
+    """Write the picture of one frame as PNG. Raises ChoiceError where the trial ends
     before it.
     """
     from PIL import Image
@@ -142,7 +142,7 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
         if step == frame
     ]
     if not found:
-        raise StoreError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
+        raise ChoiceError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
     with unfinished(path) as file:
         Image.fromarray(Scene(study, job).draw(frame, found[0])).save(file, "png")
 

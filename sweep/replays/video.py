@@ -11,7 +11,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import StoreError
+from sweep.errors import OutputError
 from sweep.tables.outputs import by_path
 
 FRAMES_A_SECOND = 25
@@ -26,7 +26,7 @@ Pictures = Iterator[NDArray[np.uint8]]
 
 
 def find_ffmpeg() -> str:
-    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises StoreError where
+    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises OutputError where
     there is neither.
     """
     if found := shutil.which("ffmpeg"):
@@ -35,7 +35,7 @@ def find_ffmpeg() -> str:
         from imageio_ffmpeg import get_ffmpeg_exe
 
         return str(get_ffmpeg_exe())
-    raise StoreError(
+    raise OutputError(
         f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif"
         " needs none"
     )
@@ -61,7 +61,7 @@ def write_gif(pictures: Pictures, file: BinaryIO) -> None:
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) of even size as an MP4. Raises StoreError where
+    """Write pictures (rows, columns, 3) of even size as an MP4. Raises OutputError where
     ffmpeg fails.
     """
     by_path(lambda path: _run_ffmpeg(pictures, path), file)
@@ -117,4 +117,4 @@ def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:
         said = error.splitlines()[-1] if error else "no reason given"
-        raise StoreError(f"ffmpeg cannot write the MP4: {said}")
+        raise OutputError(f"ffmpeg cannot write the MP4: {said}")

@@ -31,7 +31,7 @@ from sweep.analysis import (
     paired_contrast,
     replicates,
 )
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.settings import spelled
 from sweep.tables.matching import Matching, match
 from sweep.tables.sides import Side
@@ -120,7 +120,7 @@ def compare_sides(
     differences that are about normal. Equivalence is by two one-sided tests, whose
     p-values are adjusted for each other (by Holm for "max_t"). So with "holm" the
     chance of a wrong word is at most 1 - `confidence` for differences and for
-    equivalence each, and with "bonferroni" for both. Raises StoreError for what cannot
+    equivalence each, and with "bonferroni" for both. Raises ChoiceError for what cannot
     be compared.
     """
     method = method or Method()
@@ -167,13 +167,13 @@ class _Place(NamedTuple):
 
 
 def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
-    """The metrics to compare. Raises StoreError where a side has not recorded one, or
+    """The metrics to compare. Raises ChoiceError where a side has not recorded one, or
     in another unit.
     """
     for name in asked:
         for side in (one, other):
             if name not in side.study.metrics:
-                raise StoreError(
+                raise ChoiceError(
                     f"study {side.study.name}:"
                     f" {unknown('metric', name, side.study.metrics)}"
                 )
@@ -182,7 +182,7 @@ def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
                 f"{_unit(one, name)} in {one.model} and {_unit(other, name)} in"
                 f" {other.model}"
             )
-            raise StoreError(f"metric {name} cannot be compared: it is in {units}")
+            raise ChoiceError(f"metric {name} cannot be compared: it is in {units}")
     shared = [name for name in one.study.metrics if name in other.study.metrics]
     names = [
         name
@@ -190,7 +190,7 @@ def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
         if _unit(one, name) == _unit(other, name)
     ]
     if not names:
-        raise StoreError(
+        raise ChoiceError(
             f"no metric in common: {one.study.name} has {', '.join(one.study.metrics)};"
             f" {other.study.name} has {', '.join(other.study.metrics)}"
         )
@@ -202,20 +202,20 @@ def _unit(side: Side, metric: str) -> str:
 
 
 def _check(method: Method, metrics: Sequence[str]) -> None:
-    """Raise StoreError for a confidence or a margin that cannot be."""
+    """Raise ChoiceError for a confidence or a margin that cannot be."""
     if not 0.5 <= method.confidence < 1.0:
-        raise StoreError(
+        raise ChoiceError(
             f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, as 0.95"
         )
     if method.margin is None:
         return
     if not 0.0 < method.margin < np.inf:
-        raise StoreError(
+        raise ChoiceError(
             f"margin: {method.margin:g}; allowed: a number above 0, in the unit of the"
             " metric"
         )
     if len(metrics) > 1:
-        raise StoreError(
+        raise ChoiceError(
             "a margin is in the unit of one metric: name it, one of"
             f" {', '.join(metrics)}"
         )
@@ -303,31 +303,31 @@ def _contrasts(
 
 
 def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
-    """The contrasts with simultaneous intervals. Raises StoreError where max_t cannot
+    """The contrasts with simultaneous intervals. Raises ChoiceError where max_t cannot
     have them.
     """
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
-            raise StoreError(
+            raise ChoiceError(
                 "max_t resamples pairs of trials, and not all trials share random"
                 " numbers; use holm"
             )
         if len(contrasts) > MOST_RESAMPLED:
-            raise StoreError(
+            raise ChoiceError(
                 f"max_t: {len(contrasts):,} comparisons; allowed: {MOST_RESAMPLED:,};"
                 " use holm"
             )
     try:
         return jointly(contrasts, method.confidence, method.together)
     except ValueError as error:
-        raise StoreError(f"{error}; use holm") from None
+        raise ChoiceError(f"{error}; use holm") from None
 
 
 def judge(contrasts: Sequence[Contrast], method: Method) -> pd.DataFrame:
     """The columns of a comparison from a to the verdict, of contrasts that are one
     family.
 
-    Raises StoreError where max_t cannot judge them.
+    Raises ChoiceError where max_t cannot judge them.
     """
     family = _family(contrasts, method)
     sides = family.contrasts

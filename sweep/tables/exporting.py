@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.store.origin import PROVENANCE
 from sweep.store.parquet import table_writer
 from sweep.tables.formulas import without_formulas
@@ -48,12 +48,12 @@ def export(
     Parquet and Arrow files have the table as it is stored; CSV files have one row a
     boid or pixel where a stored row has many; netCDF files have arrays by trial, see
     sweep.tables.netcdf. Values come back with the same bits from all. The checksum
-    stands in `<path>.sha256`. Raises StoreError, before any work where it can be known,
+    stands in `<path>.sha256`. Raises ChoiceError, before any work where it can be known,
     for an unknown table or ending, for a file that exists without `force`, and where
     there is nothing to export.
     """
     if table not in TABLES:
-        raise StoreError(f"study {study.name}: {unknown('table', table, TABLES)}")
+        raise ChoiceError(f"study {study.name}: {unknown('table', table, TABLES)}")
     check_output(path, WRITERS, force=force)
     beside = [path.with_name(path.name + ending) for ending in (BESIDE, ".sha256")]
     beside = beside if path.suffix == ".csv" else beside[1:]
@@ -82,7 +82,7 @@ def _rows(study: StoredStudy, name: str) -> pa.Table:
             if name == "trials"
             else f"; record: {{{name}: ...}} in the spec keeps some"
         )
-        raise StoreError(f"study {study.name}: no {name} of it are stored{asked}")
+        raise ChoiceError(f"study {study.name}: no {name} of it are stored{asked}")
     order = np.argsort(
         pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable"
     )

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.analysis import replicates
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.settings import fields
 from sweep.tables.sides import Side
 
@@ -47,7 +47,7 @@ def match(one: Side, other: Side) -> Matching:
     """The points of two sides, matched on the settings that vary on either and have a
     value in common.
 
-    Settings that both sides name are not matched on. Raises StoreError where several
+    Settings that both sides name are not matched on. Raises ChoiceError where several
     points of a side agree in all that is matched on, where no point has a partner, and
     where the two sides are the same trials.
     """
@@ -66,7 +66,7 @@ def match(one: Side, other: Side) -> Matching:
         _check_single(side, table, partner, names)
     common = [key for key in keyed[0].index if key in keyed[1].index]
     if not common:
-        raise StoreError(
+        raise ChoiceError(
             f"no point of {one.text} agrees with one of {other.text} in"
             f" {', '.join(names)}"
         )
@@ -81,7 +81,7 @@ def match(one: Side, other: Side) -> Matching:
             if len(common) == len(keyed[0])
             else "agree only where both are the same trials"
         )
-        raise StoreError(
+        raise ChoiceError(
             f"{one.text} and {other.text} {only}: there is nothing to compare"
         )
     first, second = first[~same], second[~same]
@@ -165,7 +165,7 @@ def _keys(table: pd.DataFrame) -> list[str]:
 def _check_single(
     side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
 ) -> None:
-    """Raise StoreError where a point has several partners,
+    """Raise ChoiceError where a point has several partners,
     saying in what these differ.
     """
     several = table[
@@ -180,7 +180,7 @@ def _check_single(
         if name in group and group[name].nunique() > 1
     ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
-    raise StoreError(
+    raise ChoiceError(
         f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could"
         " be compared with one point of "
         f"the other side; they differ in {', '.join(free)}: choose one, as in "

@@ -19,7 +19,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.store.origin import PROVENANCE
 from sweep.tables.outputs import by_path
 from sweep.tables.stored_study import StoredStudy
@@ -35,9 +35,9 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]
 
 
 def check_netcdf() -> None:
-    """Raise StoreError where the packages that write netCDF are not installed."""
+    """Raise ChoiceError where the packages that write netCDF are not installed."""
     if not (find_spec("xarray") and find_spec("netCDF4")):
-        raise StoreError(
+        raise ChoiceError(
             "netCDF files are written by xarray and netCDF4, which are not installed:"
             f" {INSTALL}"
         )
@@ -153,12 +153,12 @@ def _maps(table: pa.Table) -> Variables:
 
 
 def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
-    """An array that has `value` everywhere. Raises StoreError where it would have too
+    """An array that has `value` everywhere. Raises ChoiceError where it would have too
     many places.
     """
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
-        raise StoreError(
+        raise ChoiceError(
             f"netCDF: an array of all trials would have {size} places; at most"
             f" {MOST_PLACES:,} are allowed: write .parquet instead"
         )

@@ -10,38 +10,38 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
-from sweep.errors import StoreError
+from sweep.errors import OutputError
 from sweep.store.locations import in_unicode
 from sweep.store.new_files import replacing
 from sweep.text import unknown
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
-    """Raise StoreError unless `path` ends as one of `endings`, lies in a folder, and is
+    """Raise OutputError unless `path` ends as one of `endings`, lies in a folder, and is
     free or may be replaced.
     """
     in_unicode(path)
     if path.suffix not in endings:
-        raise StoreError(f"{path}: {unknown('kind of file', path.suffix, endings)}")
+        raise OutputError(f"{path}: {unknown('kind of file', path.suffix, endings)}")
     if not path.parent.is_dir():
-        raise StoreError(f"{path}: there is no folder {path.parent}")
+        raise OutputError(f"{path}: there is no folder {path.parent}")
     if path.is_dir():
-        raise StoreError(f"{path}: is a folder")
+        raise OutputError(f"{path}: is a folder")
     if path.exists() and not force:
-        raise StoreError(f"{path}: exists already; --force replaces it")
+        raise OutputError(f"{path}: exists already; --force replaces it")
 
 
 @contextmanager
 def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
     """A file to write to, which becomes `path` in one step at the end: see `replacing`.
 
-    Raises StoreError where it cannot be written.
+    Raises OutputError where it cannot be written.
     """
     try:
         with replacing(path, below) as file:
             yield file
     except OSError as error:
-        raise StoreError(
+        raise OutputError(
             f"{path}: cannot be written ({error.strerror or error})"
         ) from error
 

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from sweep.analysis import agrees
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.spec.settings import Field, NotAllowedError, Value, study_fields
 from sweep.store.locations import Location
 from sweep.tables.stored_study import StoredStudy, details
@@ -56,7 +56,7 @@ def read_side(text: str, results: Location) -> Side:
 
     After the study's name and a colon come settings, or presets where the study ablates
     one: with the study's own nothing is changed, with the other all is. Raises
-    StoreError for a study, setting, value or preset that is not there, and where no
+    ChoiceError for a study, setting, value or preset that is not there, and where no
     trial is left.
     """
     name, colon, rest = text.partition(":")
@@ -67,18 +67,18 @@ def read_side(text: str, results: Location) -> Side:
     for item in rest.split(",") if colon else ():
         what, equals, value = (part.strip() for part in item.partition("="))
         if not what or (equals and not value):
-            raise StoreError(
+            raise ChoiceError(
                 f"{text}: what follows the colon is setting=value[,setting=value] or a"
                 " preset"
             )
         if what in named:
-            raise StoreError(f"{text}: {what} has a value already")
+            raise ChoiceError(f"{text}: {what} has a value already")
         chosen, names = (
             _with_setting(study, what, value) if equals else _with_preset(study, what)
         )
         trials, named = trials[chosen[trials.index]], named | names
     if trials.empty:
-        raise StoreError(f"study {name}: no point has all of {rest}")
+        raise ChoiceError(f"study {name}: no point has all of {rest}")
     return Side(text, study, trials.reset_index(drop=True), frozenset(named))
 
 
@@ -101,7 +101,7 @@ def listed(name: str, column: "pd.Series[Any]", near: Value | None = None) -> st
 def _stored(name: str, results: Location) -> StoredStudy:
     studies = _studies(results)
     if name not in studies:
-        raise StoreError(f"{results}: {unknown('study', name, studies)}")
+        raise ChoiceError(f"{results}: {unknown('study', name, studies)}")
     return StoredStudy(name, results)
 
 
@@ -133,16 +133,16 @@ def _with_setting(
         return _with_detail(study, text)
     known = study_fields(str(trials["model"].iloc[0]), study.provenance.get("maps", {}))
     if name not in known:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown('setting', name, known)}{_varied(study)}"
         )
     try:
         value = _parsed(text, known[name])
     except NotAllowedError as error:
-        raise StoreError(f"study {study.name}: {error}") from None
+        raise ChoiceError(f"study {study.name}: {error}") from None
     chosen = pd.Series(agrees(trials[name].to_numpy(), value), index=trials.index)
     if not chosen.any():
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: no point has {name} = {text};"
             f" {listed(name, trials[name], value)}"
         )
@@ -184,7 +184,7 @@ def _with_preset(study: StoredStudy, preset: str) -> tuple["pd.Series[bool]", se
             if ablated
             else "; the study ablates no preset: name settings, as in n=50"
         )
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown('preset', preset, [own, *ablated])}{why}"
         )
     if not ablated:
@@ -201,7 +201,7 @@ def _with_detail(study: StoredStudy, detail: str) -> tuple["pd.Series[bool]", se
     preset, groups = next(iter(study.provenance["ablated"].items()))
     labels = details(study, preset).to_numpy()
     if detail not in labels:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}:"
             f" {unknown(DETAIL, detail, dict.fromkeys(filter(None, labels)))}"
         )

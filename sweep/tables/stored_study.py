@@ -34,12 +34,12 @@ class StoredStudy:
     asked for.
 
     `name` is the study's and `results` the folder or object store that holds it. Raises
-    StoreError where there is none.
+    StoreError where there is none, and ChoiceError for what is no name.
     """
 
     def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
-            raise StoreError(
+            raise ChoiceError(
                 f'study "{name}" is not allowed: a name of folders below the results,'
                 ' joined by "/"'
             )
@@ -104,10 +104,10 @@ class StoredStudy:
         many of them have a value; the half_width of the repeated interval, in the unit
         of the metric; reached, whether that is narrow enough and final; and why no
         trials follow: "half width", "max" or "too few values", or "not yet" where some
-        do. Raises StoreError for a study with a fixed number of trials.
+        do. Raises ChoiceError for a study with a fixed number of trials.
         """
         if "until" not in self.provenance:
-            raise StoreError(
+            raise ChoiceError(
                 f'study {self.name}: its number of trials is fixed; "replicates" has no'
                 ' "until"'
             )
@@ -190,16 +190,16 @@ class StoredStudy:
         """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
         them, shape (F, 4, N).
 
-        Raises StoreError where there is no such trial, and where none are stored of it.
+        Raises ChoiceError where there is no such trial, and where none are stored of it.
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
             stored = self.store.trial_ids()
             if trial not in stored:
-                raise StoreError(
+                raise ChoiceError(
                     f"study {self.name}: {unknown('trial', trial, stored)}"
                 )
-            raise StoreError(
+            raise ChoiceError(
                 f"study {self.name}: no trajectory of trial {trial} is stored; record:"
                 " {trajectories: true} does that"
             )
@@ -289,12 +289,12 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
 
     It is "" where no setting of the axis differs from the study's preset, the name of
     the setting where one detail does ("map" where the world does), "all" where all do,
-    and else the names of all that do, joined by " + ". Raises StoreError where no axis
+    and else the names of all that do, joined by " + ". Raises ChoiceError where no axis
     of the study ablates that preset.
     """
     ablated: dict[str, list[list[str]]] = study.provenance.get("ablated", {})
     if preset not in ablated:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown('ablated preset', preset, ablated)}"
         )
     trials = study.trials

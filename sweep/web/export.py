@@ -16,7 +16,7 @@ from PIL import Image, PngImagePlugin
 
 from kernels import KERNELS_SHA
 from sweep.design.jobs import Job
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.figures import STYLE, draw_flock
 from sweep.replays.animation import MOST_FRAMES, Picture, Scene
 from sweep.replays.video import find_ffmpeg, write_gif, write_mp4
@@ -49,7 +49,7 @@ class File(NamedTuple):
     content: bytes
 
     def save(self, path: Path, *, force: bool = False) -> None:
-        """Write it to `path`, whole or not at all. Raises StoreError where that cannot
+        """Write it to `path`, whole or not at all. Raises ChoiceError where that cannot
         be.
         """
         check_output(path, [Path(self.name).suffix], force=force)
@@ -117,7 +117,7 @@ def _svg(
 
 
 def animate(flight: Flight, kind: str) -> File:
-    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises StoreError for
+    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError for
     an MP4 without ffmpeg.
     """
     if kind == "mp4":
@@ -139,10 +139,10 @@ def thinned(flight: Flight, most: int) -> Flight:
     """The run with every second, third, ... frame and its last one, so that there are
     no more than `most`.
 
-    Raises StoreError where `most` is below 2.
+    Raises ChoiceError where `most` is below 2.
     """
     if most < 2:
-        raise StoreError(
+        raise ChoiceError(
             f"at most {most} frames: a run has two at least, its first and its last"
         )
     count = len(flight.steps)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NoReturn, TypeVar
 
-from sweep.errors import SpecError, StoreError
+from sweep.errors import UserError
 from sweep.web.history import Cursor
 from sweep.web.messages import Export, Hello, Ready
 from sweep.web.outbox import Line, Outbox
@@ -255,7 +255,7 @@ def _error(message: str) -> Reply:
 
 def _reason(error: Exception) -> str:
     """What the page is told of an error; what is not the user's is logged in full."""
-    if isinstance(error, SpecError | StoreError | MessageError):
+    if isinstance(error, UserError | MessageError):
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)
     return (

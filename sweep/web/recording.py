@@ -14,7 +14,7 @@ from html import escape
 from typing import Any
 
 from sweep.design.jobs import Job
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.web.encoding import frame
 from sweep.web.export import MIME, File, about, file_name, thinned
 from sweep.web.flight import Flight
@@ -38,7 +38,7 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
     that a session begins with.
 
     With more frames than it has room for it has every second, third, ... of them.
-    `spec` is the YAML that it hands out. Raises StoreError where too few frames would
+    `spec` is the YAML that it hands out. Raises ChoiceError where too few frames would
     be left.
     """
     few = thinned(flight, _room(flight.job, len(flight.steps)))
@@ -66,21 +66,21 @@ def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
 
 
 def check_page(job: Job, every: int) -> None:
-    """Raise StoreError where a page has no room for a trial with a frame every `every`
+    """Raise ChoiceError where a page has no room for a trial with a frame every `every`
     steps; 0 stands for 1.
     """
     _room(job, int(job.settings["steps"]) // (every or 1) + 1)
 
 
 def _room(job: Job, frames: int) -> int:
-    """How many frames of a trial a page has room for; StoreError where that is too
+    """How many frames of a trial a page has room for; ChoiceError where that is too
     little for one of so many frames.
     """
     n = int(job.settings["n"])
     bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
     room = MOST_BYTES // bytes_a_frame
     if room < min(FEWEST_FRAMES, frames):
-        raise StoreError(
+        raise ChoiceError(
             f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
             f" {MOST_BYTES:,}, which are {room} frames: it would jump; export an"
             " animation instead"

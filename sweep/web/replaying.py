@@ -13,7 +13,7 @@ import numpy as np
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design.jobs import Job
-from sweep.errors import SpecError, StoreError
+from sweep.errors import SpecError, StoreError, UserError
 from sweep.replays.bits import differences
 from sweep.replays.flight import Report
 from sweep.tables.stored_study import StoredStudy
@@ -46,7 +46,7 @@ class Replay(Live):
     """The replay of a stored trial, at step 0; `differences` are those to what is
     stored of it.
 
-    Raises StoreError where there is no such trial, where its map is not known any more,
+    Raises ChoiceError where there is no such trial, StoreError where its map is not known any more,
     and where it fails, and SpecError where it has more boids than can be shown.
     """
 
@@ -58,7 +58,7 @@ class Replay(Live):
             self.track = survey(self.job, _measured(self.job), report)
             self.differences = differences(study.name, self.stored, simulate(self.job))
         except Exception as error:
-            if isinstance(error, StoreError):
+            if isinstance(error, UserError):
                 raise
             about = f"{type(error).__name__}: {error}"
             raise StoreError(

@@ -20,7 +20,7 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from sweep.errors import SpecError, StoreError
+from sweep.errors import SpecError, UserError
 from sweep.web.messages import Hello
 from sweep.web.playing import Player
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, parse, write
@@ -201,7 +201,7 @@ class Server:
         """Play to a page after its hello; the code with which its socket is closed."""
         try:
             player = await self.rooms.player(await _hello(line), line)
-        except (SpecError, StoreError) as error:
+        except UserError as error:
             await line.tell({"type": "error", "message": str(error)})
             return REFUSED
         taken = await player.play(line)

@@ -32,8 +32,8 @@ class Show(Protocol):
         """The state message."""
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and what it is told in return. Raises SpecError or
-        StoreError for what is refused.
+        """Do what the page asks, and what it is told in return. Raises a UserError
+        for what is refused.
         """
 
     def export(self, kind: str) -> Callable[[], Reply]:

@@ -60,7 +60,7 @@ class View(AnyWidget):
         .mp4 or .html.
 
         Of a live run that is the run up to the frame, of a stored trial all of it.
-        Raises StoreError where the file cannot be written, and SpecError where a run
+        Raises OutputError where the file cannot be written, and SpecError where a run
         was changed on its way, so that its spec does not give it.
         """
         place = Path(path)

@@ -12,7 +12,7 @@ from searches import TINY
 
 from sweep.campaigns.search import export as module
 from sweep.campaigns.search.export import PASSWORD, check_export
-from sweep.errors import StoreError
+from sweep.errors import OutputError, StoreError
 from sweep.store.locations import location
 
 SPEC = TINY.replace("budget: 30", "budget: 8")
@@ -45,7 +45,7 @@ def test_the_password_of_the_environment_is_used_and_never_said(
     monkeypatch.setenv(PASSWORD, "SEC:RET@/")
     used = module._with_password("postgresql://me@host/db", "")
     assert used == "postgresql://me:SEC%3ARET%40%2F@host/db"
-    with pytest.raises(StoreError) as caught:
+    with pytest.raises(OutputError) as caught:
         check_export("postgresql+pg8000://me@127.0.0.1:1/db", "tiny")
     assert "SEC" not in str(caught.value)
 

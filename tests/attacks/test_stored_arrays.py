@@ -13,7 +13,7 @@ from studies import COVERING, launched
 
 import sweep.tables.netcdf as netcdf
 from attacks.hostile import give
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 
@@ -251,6 +251,6 @@ def test_an_array_of_all_trials_has_a_bound(
     monkeypatch.setattr(netcdf, "MOST_PLACES", TRIALS * 600 * 800 - 1)
     study = StoredStudy("covering", folder / "results")
     with pytest.raises(
-        StoreError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"
+        ChoiceError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"
     ):
         export(study, folder / "x.nc", "heatmaps")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import kernels
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, OutputError
 from sweep.store.new_files import create, replacing
 from sweep.tables.outputs import by_path, unfinished
 
@@ -228,7 +228,9 @@ def test_between_the_named_folder_and_the_file_no_folder_is_a_link(
     (results / link).parent.mkdir(parents=True, exist_ok=True)
     (results / link).symlink_to(tmp_path / "elsewhere")
     with (
-        pytest.raises(StoreError, match=f"results/{link} is a symbolic link"),
+        pytest.raises(
+            (ChoiceError, OutputError), match=f"results/{link} is a symbolic link"
+        ),
         unfinished(results / "a" / "b" / "x.txt", results),
     ):
         pass

@@ -13,7 +13,7 @@ from PIL import Image
 import sweep.web.export as export
 import sweep.web.flight as flights
 from kernels import KERNELS_SHA
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, OutputError, StoreError
 from sweep.replays.animation import Scene
 from sweep.spec.study import Record
 from sweep.trial.simulation import simulate
@@ -156,7 +156,7 @@ def test_a_thinned_flight_keeps_the_first_and_the_last_frame(
 
 
 def test_a_flight_of_one_frame_is_refused(flight: Flight) -> None:
-    with pytest.raises(StoreError, match="two at least"):
+    with pytest.raises(ChoiceError, match="two at least"):
         export.thinned(flight, 1)
 
 
@@ -166,9 +166,9 @@ def test_a_file_is_saved_whole_under_its_ending_and_replaces_none(
     file = export.draw_frame(STUDY, JOB, 3, flight.bodies[3], "svg")
     file.save(tmp_path / "x.svg")
     assert (tmp_path / "x.svg").read_bytes() == file.content
-    with pytest.raises(StoreError, match="exists already"):
+    with pytest.raises(OutputError, match="exists already"):
         file.save(tmp_path / "x.svg")
-    with pytest.raises(StoreError, match=r'unknown kind of file "\.png"'):
+    with pytest.raises(OutputError, match=r'unknown kind of file "\.png"'):
         file.save(tmp_path / "x.png")
     file.save(tmp_path / "x.svg", force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["x.svg"]

@@ -193,8 +193,8 @@ def test_a_stored_trial_is_scrubbed_and_has_the_stored_numbers(
     study = launched(FLOWN, lab.folder / "stored")
     row = study.trials.iloc[2]
     call = (
-        "import sweep\nview = sweep.load('small',"
-        f" 'stored').replay('{row['trial_id']}')\nview"
+        "import sweep\nstudy = sweep.load('small', 'stored')\n"
+        f"view = sweep.replay(study, '{row['trial_id']}')\nview"
     )
     notebook = opened(
         call, ITS_STATE, "print(json.dumps(view.show.status()['replay']['metrics']))"

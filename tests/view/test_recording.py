@@ -19,7 +19,7 @@ from studies import SMALL, launched
 import sweep.web.recording as recording
 from kernels import KERNELS_SHA
 from sweep.cli.showing import Wanted, check, show
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.web.export import File
 from sweep.web.flight import Flight, fly
 from sweep.web.live import Live
@@ -123,7 +123,7 @@ def test_a_page_of_too_many_boids_is_refused_before_any_work(
     monkeypatch.setattr(
         recording, "MOST_BYTES", 5 * 4 * (HEAD + 12 * BYTES_A_BOID + 3) // 3
     )
-    with pytest.raises(StoreError, match=r"12 boids take .* which are 4 frames"):
+    with pytest.raises(ChoiceError, match=r"12 boids take .* which are 4 frames"):
         check(study, trial, wanted)
     check(study, trial, wanted._replace(every=3))
 
@@ -172,7 +172,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
     monkeypatch.setattr(recording, "MOST_BYTES", 9 * bytes_a_frame)
     with pytest.raises(
-        StoreError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"
+        ChoiceError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"
     ):
         recording.record(flight, greeting, "")
 

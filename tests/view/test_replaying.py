@@ -14,7 +14,7 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
 import sweep.web.track as track
 from sweep.cli.listing import point_table, table_text
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError
 from sweep.spec.study import Record
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
@@ -280,7 +280,7 @@ def test_a_trial_that_diverged_ends_with_its_last_finite_frame(tmp_path: Path) -
 
 
 def test_what_cannot_be_shown_is_said(tmp_path: Path, flown: StoredStudy) -> None:
-    with pytest.raises(StoreError, match="unknown trial"):
+    with pytest.raises(ChoiceError, match="unknown trial"):
         Replay(flown, "0123")
     study = launched(IMPOSSIBLE, tmp_path)
     with pytest.raises(StoreError, match="cannot be shown, as it fails: "):

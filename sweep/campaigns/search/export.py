@@ -23,7 +23,7 @@ from sweep.campaigns.search.outcome import (
 )
 from sweep.campaigns.search.samplers import distributions, quiet
 from sweep.campaigns.search.stored import Asked, read_asked
-from sweep.errors import StoreError
+from sweep.errors import OutputError
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.search import Parameter
 from sweep.tables.stored_study import StoredStudy
@@ -44,7 +44,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     complete trials there, so that optuna's best is our winner; the others are pruned
     ones, and failed ones have failed. With one objective a trial has as intermediate
     values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
-    status, blocks, trial_ids, and for those that are judged held_out. Raises StoreError
+    status, blocks, trial_ids, and for those that are judged held_out. Raises OutputError
     where the study is no search, the storage cannot be written, or has a study of that
     name, which is left as it is. The password of a database is that of the variable
     SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
@@ -80,7 +80,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
 
 
 def check_export(url: str, name: str) -> None:
-    """Raise StoreError, before any work, where `export` to this URL under this name
+    """Raise OutputError, before any work, where `export` to this URL under this name
     would do so.
     """
     with quiet(), _storage(url) as storage:
@@ -92,7 +92,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
         storage.get_study_id_from_name(name)  # all else that is there stays unread
     except KeyError:
         return
-    raise StoreError(
+    raise OutputError(
         f'{url}: has a study "{name}" already, which is left as it is; give another'
         f' URL, or delete that study with "optuna delete-study --storage {url}'
         f' --study-name {name}"'
@@ -102,7 +102,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
     """The storage at `url`, closed at the end; what is
-    wrong with it is a StoreError.
+    wrong with it is a OutputError.
     """
     from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
@@ -112,13 +112,13 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
     try:
         storage = RDBStorage(_with_password(url, example))
     except (SQLAlchemyError, ImportError, ValueError, RuntimeError) as error:
-        raise StoreError(
+        raise OutputError(
             f"{url}: cannot be opened ({_first_line(error)}); {example}"
         ) from error
     try:
         yield storage
     except (SQLAlchemyError, StorageInternalError, DuplicatedStudyError) as error:
-        raise StoreError(
+        raise OutputError(
             f"{url}: cannot be written ({_first_line(error.__cause__ or error)})"
         ) from error
     finally:
@@ -127,7 +127,7 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
 
 
 def _with_password(url: str, example: str) -> str:
-    """The URL with the password of the environment. Raises StoreError where it has one
+    """The URL with the password of the environment. Raises OutputError where it has one
     of its own, which is not said.
 
     Other users of a machine can read the arguments of a command, and shells and logs
@@ -140,7 +140,7 @@ def _with_password(url: str, example: str) -> str:
         parsed = make_url(url)
     except (ArgumentError, ValueError):  # its words may have a part of a password
         shown = f"{url.partition('://')[0]}://..." if "://" in url else url
-        raise StoreError(
+        raise OutputError(
             f"{shown}: not the URL of a storage of optuna; {example}"
         ) from None
     secret = parsed.password is not None or any(
@@ -148,7 +148,7 @@ def _with_password(url: str, example: str) -> str:
     )
     if secret:
         plain = parsed.set(query={}).render_as_string(hide_password=True)
-        raise StoreError(
+        raise OutputError(
             f"--export {plain}: a URL with a password can be read by others in the list"
             f" of processes; leave it out, and set the variable {PASSWORD}"
         )

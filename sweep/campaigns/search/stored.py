@@ -19,7 +19,7 @@ import pyarrow as pa
 from sweep.campaigns.search.candidates import section_of
 from sweep.campaigns.search.samplers import options
 from sweep.design.jobs import Job
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.recorded import MEAN
 from sweep.spec.settings import Value
 from sweep.spec.study import Study
@@ -71,12 +71,12 @@ class Asked:
 
 
 def read_asked(study: StoredStudy) -> Asked:
-    """What a stored search has asked for. Raises StoreError where the study is no
+    """What a stored search has asked for. Raises ChoiceError where the study is no
     search.
     """
     asked = study.store.read_asked()
     if asked is None:
-        raise StoreError(f"study {study.name}: not a search (it has no asked.parquet)")
+        raise ChoiceError(f"study {study.name}: not a search (it has no asked.parquet)")
     about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
     metrics = [name + ending for name in study.metrics for ending in ("", MEAN)]
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()

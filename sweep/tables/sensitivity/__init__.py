@@ -24,7 +24,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import CONFIDENCE
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError
 from sweep.spec.blocks import INSTALL, OPTIONS
 from sweep.spec.sampling import SAMPLERS
 from sweep.tables.sensitivity.sampled import (
@@ -60,11 +60,11 @@ def sobol(
     replicate noise (see `sobol_indices`); noise_share, the part of the variance of a
     mean that is noise; each with _low and _high. Without replicates, and where noise
     leaves no variance, corrected numbers are NaN, as are intervals where a resample has
-    no value. Raises StoreError where no axis has such a sample or several have, for an
+    no value. Raises ChoiceError where no axis has such a sample or several have, for an
     unknown metric, and where SALib is missing.
     """
     if find_spec("SALib") is None:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: Sobol indices need the package SALib, which is not"
             f" installed: {INSTALL}"
         )
@@ -92,7 +92,7 @@ def morris(
     Environmental Modelling and Software 22, 1509-1518) and their standard deviation,
     each with _low and _high. Noise makes mu_star and sigma larger. Trajectories on few
     levels share points, whose noise their intervals then take for effect. The sign of
-    mu means nothing for a setting of texts. Raises StoreError as `sobol`, without a
+    mu means nothing for a setting of texts. Raises ChoiceError as `sobol`, without a
     need of SALib.
     """
     chosen = sampled_axis(study, axis, ("morris",))
@@ -115,7 +115,7 @@ def rank_correlations(
     ranks of the axis's other fields leave of both (Iman and Helton 1988, Risk Analysis
     8, 71-90), each with _low and _high. NaN for a setting of texts, and where a rank
     does not vary or is determined by the others. Replicate noise makes them smaller.
-    Equal points count once, except in blocks. Raises StoreError as `sobol`, without a
+    Equal points count once, except in blocks. Raises ChoiceError as `sobol`, without a
     need of SALib.
     """
     chosen = sampled_axis(study, axis, (*SAMPLERS, *OPTIONS, "table"))

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.errors import StoreError
+from sweep.errors import ChoiceError, StoreError
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -101,7 +101,7 @@ def sampled_axis(
     study: StoredStudy, axis: str | None, samplers: tuple[str, ...]
 ) -> str:
     """The axis of `study` that one of `samplers` drew: the one named, or the only one
-    there is. Raises StoreError.
+    there is. Raises ChoiceError.
     """
     if "axes" not in study.provenance:
         raise StoreError(
@@ -112,13 +112,13 @@ def sampled_axis(
     kinds = " or ".join(samplers)
     having = [name for name in about if about[name]["sampler"] in samplers]
     if axis is not None and axis not in having:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown(f'axis with sample {kinds}', axis, having)}"
         )
     if not having:
-        raise StoreError(f"study {study.name}: no axis has sample {kinds}")
+        raise ChoiceError(f"study {study.name}: no axis has sample {kinds}")
     if axis is None and len(having) > 1:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: several axes are sampled, say which:"
             f" {', '.join(having)}"
         )
@@ -127,10 +127,10 @@ def sampled_axis(
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[Sample]:
     """The samples of `axis`, one for every combination of the other axes. Raises
-    StoreError for an unknown metric.
+    ChoiceError for an unknown metric.
     """
     if metric.removesuffix("_mean") not in study.metrics:
-        raise StoreError(
+        raise ChoiceError(
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )
     about: dict[str, dict[str, Any]] = study.provenance["axes"]
