@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 STATIC = Path(__file__).parent / "static"
-IMPORT = re.compile(r'^import \{ ([^}]*) \} from "\./([a-z]+)\.js";$', re.MULTILINE)
+IMPORT = re.compile(r'^import \{\s([^}]*?),?\s\} from "\./([a-z]+)\.js";$', re.MULTILINE)
 EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
 
 

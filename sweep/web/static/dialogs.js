@@ -1,4 +1,5 @@
-// What opens on demand: the copied spec, files to take away, the keys, and which metrics are plotted.
+// What opens on demand: the copied spec, files to take away, the keys, and which
+// metrics are plotted.
 
 import { button, make, spaced } from "./dom.js";
 import { KEYS } from "./keys.js";
@@ -9,12 +10,20 @@ export function download(name, mime, bytes) {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-export const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+export const bytesOf = (base64) =>
+  Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
 function dialog(root, title, ...children) {
-  const close = button("remove", "Close", () => box.close(), "", { className: "quiet" });
+  const close = button("remove", "Close", () => box.close(), "", {
+    className: "quiet",
+  });
   const heading = make("h2", { textContent: title });
-  const box = make("dialog", { "aria-label": title }, make("header", {}, heading, close), ...children);
+  const box = make(
+    "dialog",
+    { "aria-label": title },
+    make("header", {}, heading, close),
+    ...children,
+  );
   box.addEventListener("click", (event) => event.target === box && box.close());
   root.append(box);
   return box;
@@ -22,11 +31,29 @@ function dialog(root, title, ...children) {
 
 export class SpecDialog {
   constructor(root) {
-    this.text = make("textarea", { readOnly: true, spellcheck: false, rows: 18, "aria-label": "spec.yaml" });
+    this.text = make("textarea", {
+      readOnly: true,
+      spellcheck: false,
+      rows: 18,
+      "aria-label": "spec.yaml",
+    });
     this.note = make("p", { role: "status" });
-    const copy = button("copy", "Copy", () => this.copy(), "Copy", { className: "primary" });
-    const save = button("save", "Save as spec.yaml", () => download("spec.yaml", "text/yaml", this.text.value), "Save as spec.yaml");
-    this.box = dialog(root, "This state as a spec", this.note, this.text, make("footer", {}, copy, save));
+    const copy = button("copy", "Copy", () => this.copy(), "Copy", {
+      className: "primary",
+    });
+    const save = button(
+      "save",
+      "Save as spec.yaml",
+      () => download("spec.yaml", "text/yaml", this.text.value),
+      "Save as spec.yaml",
+    );
+    this.box = dialog(
+      root,
+      "This state as a spec",
+      this.note,
+      this.text,
+      make("footer", {}, copy, save),
+    );
   }
 
   show({ yaml, exact, note }, sweeps) {
@@ -50,7 +77,14 @@ export class SpecDialog {
 }
 
 export function keysDialog(root) {
-  const rows = KEYS.map(([keys, words]) => make("tr", {}, make("th", { scope: "row", textContent: keys }), make("td", { textContent: words })));
+  const rows = KEYS.map(([keys, words]) =>
+    make(
+      "tr",
+      {},
+      make("th", { scope: "row", textContent: keys }),
+      make("td", { textContent: words }),
+    )
+  );
   return dialog(root, "Keys", make("table", {}, make("tbody", {}, ...rows)));
 }
 
@@ -63,18 +97,32 @@ export class MetricsDialog {
 
   show(metrics, plots) {
     const rows = metrics.map(({ name, text }) => {
-      const input = make("input", { type: "checkbox", value: name, checked: plots.includes(name) });
-      const words = make("span", {}, make("b", { textContent: spaced(name) }), ` ${text}`);
+      const input = make("input", {
+        type: "checkbox",
+        value: name,
+        checked: plots.includes(name),
+      });
+      const words = make(
+        "span",
+        {},
+        make("b", { textContent: spaced(name) }),
+        ` ${text}`,
+      );
       return make("label", {}, input, words);
     });
     this.list.replaceChildren(...rows);
-    this.list.onchange = () => this.chosen([...this.list.querySelectorAll("input:checked")].map((input) => input.value));
+    this.list.onchange = () =>
+      this.chosen(
+        [...this.list.querySelectorAll("input:checked")].map((input) => input.value),
+      );
     this.box.showModal();
   }
 
   // What came of a choice, which may have been refused.
   follow(plots) {
-    for (const input of this.list.querySelectorAll("input")) input.checked = plots.includes(input.value);
+    for (const input of this.list.querySelectorAll("input")) {
+      input.checked = plots.includes(input.value);
+    }
   }
 }
 
@@ -82,15 +130,32 @@ export class MetricsDialog {
 export class Menu {
   constructor(label, picture, commands) {
     this.items = commands.map(([words, hint, act]) => {
-      const item = make("button", { type: "button", role: "menuitem", tabIndex: -1 }, make("b", { textContent: words }), make("small", { textContent: hint }));
+      const item = make(
+        "button",
+        { type: "button", role: "menuitem", tabIndex: -1 },
+        make("b", { textContent: words }),
+        make("small", { textContent: hint }),
+      );
       item.addEventListener("click", () => this.toggle(false) ?? act());
       return item;
     });
-    this.list = make("div", { className: "menu", role: "menu", hidden: true, "aria-label": label }, ...this.items);
-    this.opener = button(picture, label, () => this.toggle(this.list.hidden), label, { "aria-haspopup": "menu", "aria-expanded": "false" });
+    this.list = make("div", {
+      className: "menu",
+      role: "menu",
+      hidden: true,
+      "aria-label": label,
+    }, ...this.items);
+    this.opener = button(picture, label, () => this.toggle(this.list.hidden), label, {
+      "aria-haspopup": "menu",
+      "aria-expanded": "false",
+    });
     this.element = make("div", { className: "opens" }, this.opener, this.list);
     this.element.addEventListener("keydown", (event) => this.key(event));
-    this.element.addEventListener("focusout", (event) => !this.element.contains(event.relatedTarget) && this.toggle(false, false));
+    this.element.addEventListener(
+      "focusout",
+      (event) =>
+        !this.element.contains(event.relatedTarget) && this.toggle(false, false),
+    );
   }
 
   toggle(open, focus = true) {

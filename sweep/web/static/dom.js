@@ -1,4 +1,5 @@
-// Elements, icons and numbers: what all parts of the page are made of. Text is set as text, never as HTML.
+// Elements, icons and numbers: what all parts of the page are made of. Text is set as
+// text, never as HTML.
 
 const PICTURES = {
   play: ["M7 4.5v15l12.5-7.5z", true],
@@ -27,8 +28,11 @@ const PICTURES = {
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
-    if (name === "on") for (const [event, act] of Object.entries(value)) element.addEventListener(event, act);
-    else if (name in element && !name.startsWith("aria")) element[name] = value;
+    if (name === "on") {
+      for (const [event, act] of Object.entries(value)) {
+        element.addEventListener(event, act);
+      }
+    } else if (name in element && !name.startsWith("aria")) element[name] = value;
     else element.setAttribute(name, value);
   }
   element.append(...children.filter((child) => child !== null));
@@ -40,7 +44,12 @@ export function icon(name) {
   const space = "http://www.w3.org/2000/svg";
   const picture = document.createElementNS(space, "svg");
   const line = document.createElementNS(space, "path");
-  for (const [key, value] of [["viewBox", "0 0 24 24"], ["aria-hidden", "true"], ["focusable", "false"]]) {
+  for (
+    const [key, value] of [["viewBox", "0 0 24 24"], ["aria-hidden", "true"], [
+      "focusable",
+      "false",
+    ]]
+  ) {
     picture.setAttribute(key, value);
   }
   picture.classList.toggle("filled", filled);
@@ -49,11 +58,21 @@ export function icon(name) {
   return picture;
 }
 
-// A button with an icon; `label` is its name for everyone, `words` those that stand beside the icon.
+// A button with an icon; `label` is its name for everyone, `words` those that stand
+// beside the icon.
 export function button(picture, label, act, words = "", properties = {}) {
-  const parts = [...(picture ? [icon(picture)] : []), ...(words ? [make("span", { textContent: words })] : [])];
+  const parts = [
+    ...(picture ? [icon(picture)] : []),
+    ...(words ? [make("span", { textContent: words })] : []),
+  ];
   const named = words && label === words ? {} : { "aria-label": label };
-  return make("button", { type: "button", title: label, on: { click: act }, ...named, ...properties }, ...parts);
+  return make("button", {
+    type: "button",
+    title: label,
+    on: { click: act },
+    ...named,
+    ...properties,
+  }, ...parts);
 }
 
 export function setIcon(element, name, label) {
@@ -62,24 +81,32 @@ export function setIcon(element, name, label) {
   element.setAttribute("aria-label", label);
 }
 
-// randomUUID is only there for pages from this machine or by https, which a notebook need not be.
-export const randomName = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (part) => part.toString(36)).join("-");
+// randomUUID is only there for pages from this machine or by https, which a notebook
+// need not be.
+export const randomName = () =>
+  Array.from(crypto.getRandomValues(new Uint32Array(4)), (part) => part.toString(36))
+    .join("-");
 
 export const spaced = (name) => name.replaceAll("_", " ");
 
 const RAISED = { 2: "²", 3: "³", 4: "⁴" };
-export const unitText = (unit) => (unit ?? "").replace(/\^([234])/g, (_, power) => RAISED[power]);
+export const unitText = (unit) =>
+  (unit ?? "").replace(/\^([234])/g, (_, power) => RAISED[power]);
 
 // A number as people read it: at most `digits` significant ones.
 export function short(value, digits = 4) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (typeof value !== "number") return String(value);
   const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(digits - 2).replace("e+", "e");
+  if (size !== 0 && (size >= 1e6 || size < 1e-4)) {
+    return value.toExponential(digits - 2).replace("e+", "e");
+  }
   return String(Number(value.toPrecision(digits)));
 }
 
-export const asNumber = (value) => (typeof value === "string" ? Number(value.replace("inf", "Infinity")) : value);
+export const asNumber = (
+  value,
+) => (typeof value === "string" ? Number(value.replace("inf", "Infinity")) : value);
 
 // Calls `act` at once and then at most every `wait` ms, the last call always.
 export function paced(act, wait) {

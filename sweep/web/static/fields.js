@@ -1,4 +1,5 @@
-// The settings as controls, generated from what the server says of each: so a new model has its page for nothing.
+// The settings as controls, generated from what the server says of each: so a new model
+// has its page for nothing.
 
 import { asNumber, button, make, paced, short, spaced, unitText } from "./dom.js";
 
@@ -21,7 +22,9 @@ export class Slide {
 
   value(notch) {
     const part = notch / NOTCHES;
-    if (this.logarithmic) return this.tidy(this.low * (this.high / this.low) ** part, 3);
+    if (this.logarithmic) {
+      return this.tidy(this.low * (this.high / this.low) ** part, 3);
+    }
     const steps = Math.round((part * (this.high - this.low)) / this.step);
     return this.tidy(Math.min(this.low + steps * this.step, this.high), 9);
   }
@@ -32,7 +35,12 @@ export class Slide {
 
   // The next value up or down, for the keyboard.
   beside(value, direction) {
-    if (!this.logarithmic) return this.tidy(Math.min(Math.max(value + direction * this.step, this.low), this.high), 9);
+    if (!this.logarithmic) {
+      return this.tidy(
+        Math.min(Math.max(value + direction * this.step, this.low), this.high),
+        9,
+      );
+    }
     return this.value(this.notch(value) + direction * (NOTCHES / 50));
   }
 }
@@ -46,15 +54,29 @@ export class Field {
     const { name, text, unit } = about;
     const title = make("label", { htmlFor: this.id, textContent: spaced(name) });
     const meaning = make("span", { className: "about", textContent: text });
-    this.back = button("undo", `Set ${spaced(name)} back to the preset`, () => this.set(about.default), "", { className: "quiet back" });
+    this.back = button(
+      "undo",
+      `Set ${spaced(name)} back to the preset`,
+      () => this.set(about.default),
+      "",
+      { className: "quiet back" },
+    );
     const head = make("div", { className: "head" }, title, meaning, this.back);
     this.line = make("div", { className: "line" }, ...this.inputs());
-    if (this.input.type === "text") this.line.append(make("span", { className: "unit", textContent: unitText(unit) }));
+    if (this.input.type === "text") {
+      this.line.append(
+        make("span", { className: "unit", textContent: unitText(unit) }),
+      );
+    }
     this.element = make("div", { className: `field ${about.kind}` }, head, this.line);
     this.element.dataset.name = name;
     if (this.slide) this.addSweep();
-    for (const event of ["pointerenter", "focusin"]) this.element.addEventListener(event, () => tip.show(this));
-    for (const event of ["pointerleave", "focusout"]) this.element.addEventListener(event, () => tip.hide(this));
+    for (const event of ["pointerenter", "focusin"]) {
+      this.element.addEventListener(event, () => tip.show(this));
+    }
+    for (const event of ["pointerleave", "focusout"]) {
+      this.element.addEventListener(event, () => tip.hide(this));
+    }
   }
 
   set(value) {
@@ -67,19 +89,37 @@ export class Field {
     const { kind, choices } = this.about;
     const act = { id: this.id, on: { change: () => this.entered() } };
     if (kind === "choice") {
-      this.input = make("select", act, ...choices.map((one) => make("option", { value: one, textContent: spaced(one) })));
+      this.input = make(
+        "select",
+        act,
+        ...choices.map((one) =>
+          make("option", { value: one, textContent: spaced(one) })
+        ),
+      );
       return [this.input];
     }
     if (kind === "bool") {
       this.input = make("input", { ...act, type: "checkbox", className: "switch" });
       return [this.input];
     }
-    this.input = make("input", { ...act, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
+    this.input = make("input", {
+      ...act,
+      type: "text",
+      inputMode: "decimal",
+      autocomplete: "off",
+      spellcheck: false,
+    });
     this.input.addEventListener("keydown", (event) => this.nudge(event));
     this.input.addEventListener("input", () => (this.typing = true));
     if (!this.slide) return [this.input];
     const label = `${spaced(this.about.name)}, slider`;
-    this.slider = make("input", { type: "range", min: 0, max: NOTCHES, step: 1, "aria-label": label });
+    this.slider = make("input", {
+      type: "range",
+      min: 0,
+      max: NOTCHES,
+      step: 1,
+      "aria-label": label,
+    });
     this.slider.addEventListener("input", () => this.slid());
     this.slider.addEventListener("change", () => this.slid());
     this.slider.addEventListener("keydown", (event) => this.nudge(event));
@@ -93,7 +133,11 @@ export class Field {
   }
 
   nudge(event) {
-    const direction = { ArrowUp: 1, ArrowDown: -1, ...(event.target === this.slider && { ArrowRight: 1, ArrowLeft: -1 }) }[event.key];
+    const direction = {
+      ArrowUp: 1,
+      ArrowDown: -1,
+      ...(event.target === this.slider && { ArrowRight: 1, ArrowLeft: -1 }),
+    }[event.key];
     if (!direction || !this.slide) return;
     event.preventDefault();
     this.step(direction);
@@ -114,7 +158,8 @@ export class Field {
     if (about.kind === "bool") return this.set(input.checked);
     if (about.kind === "choice") return this.set(input.value);
     const text = input.value.trim().toLowerCase();
-    const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text); // what is no number is refused in words
+    // What is no number is refused in words.
+    const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text);
     if (value !== this.value) this.set(value);
   }
 
@@ -130,24 +175,45 @@ export class Field {
   addSweep() {
     const bounds = ["low", "high", "points"].map((name) => {
       const label = `${spaced(this.about.name)}, sweep: ${name}`;
-      const input = make("input", { type: "text", inputMode: "decimal", "aria-label": label, autocomplete: "off" });
+      const input = make("input", {
+        type: "text",
+        inputMode: "decimal",
+        "aria-label": label,
+        autocomplete: "off",
+      });
       input.addEventListener("change", () => this.sweep());
       return input;
     });
     [this.low, this.high, this.points] = bounds;
-    this.sweeping = button("range", `Sweep ${spaced(this.about.name)} in the copied spec`, () => this.toggleSweep(), "", {
-      className: "quiet sweeps",
-      "aria-pressed": "false",
-    });
+    this.sweeping = button(
+      "range",
+      `Sweep ${spaced(this.about.name)} in the copied spec`,
+      () => this.toggleSweep(),
+      "",
+      {
+        className: "quiet sweeps",
+        "aria-pressed": "false",
+      },
+    );
     this.line.append(this.sweeping);
-    const words = ["from", "to", "points"].flatMap((word, i) => (word === "points" ? [bounds[i], word] : [word, bounds[i]]));
-    this.bounds = make("div", { className: "bounds", hidden: true }, make("span", { textContent: "sweep" }), ...words);
+    const words = ["from", "to", "points"].flatMap((
+      word,
+      i,
+    ) => (word === "points" ? [bounds[i], word] : [word, bounds[i]]));
+    this.bounds = make(
+      "div",
+      { className: "bounds", hidden: true },
+      make("span", { textContent: "sweep" }),
+      ...words,
+    );
     this.element.append(this.bounds);
   }
 
   toggleSweep() {
     const { name } = this.about;
-    if (this.sweeping.getAttribute("aria-pressed") === "true") return this.send({ type: "sweep", name, off: true });
+    if (this.sweeping.getAttribute("aria-pressed") === "true") {
+      return this.send({ type: "sweep", name, off: true });
+    }
     this.known = null;
     const { low, high } = this.slide;
     return this.send({ type: "sweep", name, low, high, points: SWEEP_POINTS });
@@ -155,7 +221,9 @@ export class Field {
 
   sweep() {
     this.known = null;
-    const [low, high, points] = [this.low, this.high, this.points].map((input) => Number(input.value));
+    const [low, high, points] = [this.low, this.high, this.points].map((input) =>
+      Number(input.value)
+    );
     this.send({ type: "sweep", name: this.about.name, low, high, points });
   }
 
@@ -169,8 +237,12 @@ export class Field {
     if (!this.slide) return;
     this.sweeping.setAttribute("aria-pressed", String(Boolean(sweep)));
     this.bounds.hidden = !sweep;
-    const entries = sweep ? [[this.low, sweep.low], [this.high, sweep.high], [this.points, sweep.design.points]] : [];
-    for (const [input, bound] of entries) if (!input.matches(":focus")) input.value = String(bound);
+    const entries = sweep
+      ? [[this.low, sweep.low], [this.high, sweep.high], [this.points, sweep.points]]
+      : [];
+    for (const [input, bound] of entries) {
+      if (!input.matches(":focus")) input.value = String(bound);
+    }
   }
 
   show() {
@@ -178,14 +250,18 @@ export class Field {
     if (this.about.kind === "bool") input.checked = value;
     else if (!this.typing && input.value !== String(value)) input.value = String(value);
     if (!slider) return;
-    if (!slider.matches(":active")) slider.value = String(this.slide.notch(asNumber(value)));
+    if (!slider.matches(":active")) {
+      slider.value = String(this.slide.notch(asNumber(value)));
+    }
     slider.style.setProperty("--part", `${slider.value / (NOTCHES / 100)}%`);
     slider.setAttribute("aria-valuetext", `${value} ${this.about.unit}`.trim());
   }
 
   freeze(frozen) {
     if (this.input.disabled === frozen) return;
-    for (const one of this.element.querySelectorAll("input, select, button")) one.disabled = frozen;
+    for (const one of this.element.querySelectorAll("input, select, button")) {
+      one.disabled = frozen;
+    }
   }
 }
 
@@ -196,7 +272,13 @@ export class Tip {
     this.name = make("code");
     this.text = make("p");
     this.facts = make("p", { className: "facts" });
-    this.element = make("div", { className: "tip", role: "tooltip", hidden: true }, this.name, this.text, this.facts);
+    this.element = make(
+      "div",
+      { className: "tip", role: "tooltip", hidden: true },
+      this.name,
+      this.text,
+      this.facts,
+    );
     root.append(this.element);
     this.field = null;
   }
@@ -206,16 +288,24 @@ export class Tip {
     const { name, text, allowed, default: preset } = field.about;
     this.name.textContent = name;
     this.text.textContent = text;
-    const usual = preset === undefined ? "" : `preset: ${typeof preset === "number" ? short(preset, 6) : preset}`;
+    const usual = preset === undefined
+      ? ""
+      : `preset: ${typeof preset === "number" ? short(preset, 6) : preset}`;
     this.facts.textContent = [unitText(allowed), usual].filter(Boolean).join(" · ");
     this.element.hidden = false;
     this.place(field.element.getBoundingClientRect());
   }
 
   place(beside) {
-    const [space, own] = [this.root.getBoundingClientRect(), this.element.getBoundingClientRect()];
-    const floor = this.root.querySelector("footer").getBoundingClientRect().top; // what is said there may be read too
-    const left = beside.left - own.width - 10 > space.left ? beside.left - own.width - 10 : beside.right + 10;
+    const [space, own] = [
+      this.root.getBoundingClientRect(),
+      this.element.getBoundingClientRect(),
+    ];
+    // What is said there may be read too.
+    const floor = this.root.querySelector("footer").getBoundingClientRect().top;
+    const left = beside.left - own.width - 10 > space.left
+      ? beside.left - own.width - 10
+      : beside.right + 10;
     const inside = left + own.width <= space.right;
     const top = inside ? beside.top : beside.bottom + 4;
     this.element.style.left = `${(inside ? left : beside.left) - space.left}px`;

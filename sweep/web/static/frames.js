@@ -9,15 +9,25 @@ export const OBSTACLE_PIXEL = 255;
 
 const padded = (bytes) => (bytes + 3) & ~3;
 
-// x and y are 16 bits across `box`, headings 8 bits of a turn; sections that were not sent are null. Accelerations are
-// those of each rule in turn: all ax, then all ay.
+// x and y are 16 bits across `box`, headings 8 bits of a turn; sections that were not
+// sent are null. Accelerations are those of each rule in turn: all ax, then all ay.
 export function decode(data) {
-  const buffer = data instanceof ArrayBuffer ? data : data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
+  const buffer = data instanceof ArrayBuffer
+    ? data
+    : data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
   const view = new DataView(buffer);
   if (view.getUint32(0, true) !== MAGIC) throw new Error("not a frame");
   const [flags, step, n] = [4, 8, 12].map((at) => view.getUint32(at, true));
   const box = [16, 20, 24, 28].map((at) => view.getFloat32(at, true));
-  const frame = { step, n, box, flocks: null, accelerations: null, rules: 0, coverage: null };
+  const frame = {
+    step,
+    n,
+    box,
+    flocks: null,
+    accelerations: null,
+    rules: 0,
+    coverage: null,
+  };
   let at = 32;
   const take = (type, count) => {
     const values = new type(buffer, at, count);
@@ -43,10 +53,13 @@ export function decode(data) {
   return frame;
 }
 
-export const placeX = (frame, i) => frame.box[0] + (frame.x[i] / 65535) * (frame.box[2] - frame.box[0]);
-export const placeY = (frame, i) => frame.box[1] + (frame.y[i] / 65535) * (frame.box[3] - frame.box[1]);
+export const placeX = (frame, i) =>
+  frame.box[0] + (frame.x[i] / 65535) * (frame.box[2] - frame.box[0]);
+export const placeY = (frame, i) =>
+  frame.box[1] + (frame.y[i] / 65535) * (frame.box[3] - frame.box[1]);
 
-// A flock takes the colour that most of its boids had, the larger flocks first; a boid alone has none (-1).
+// A flock takes the colour that most of its boids had, the larger flocks first; a boid
+// alone has none (-1).
 export class FlockColours {
   constructor(colours) {
     this.colours = colours;
@@ -59,7 +72,9 @@ export class FlockColours {
     const votes = new Map();
     for (let i = 0; i < n; i++) {
       let vote = votes.get(flocks[i]);
-      if (!vote) votes.set(flocks[i], (vote = { size: 0, counts: new Uint32Array(this.colours) }));
+      if (!vote) {
+        votes.set(flocks[i], vote = { size: 0, counts: new Uint32Array(this.colours) });
+      }
       vote.size++;
       if (before[i] >= 0) vote.counts[before[i]]++;
     }

@@ -1,9 +1,11 @@
-// What lies still: the world, its visits and obstacles, the goal, the handles of what is selected, and the scale.
+// What lies still: the world, its visits and obstacles, the goal, the handles of what
+// is selected, and the scale.
 
 import { OBSTACLE_PIXEL } from "./frames.js";
 import { short } from "./dom.js";
 
-export const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
+// Room for the tools and for the scale.
+export const MARGIN = { side: 18, top: 56, bottom: 34 };
 
 export function drawGround(stage) {
   const { context, scene } = stage;
@@ -20,7 +22,9 @@ export function drawGround(stage) {
   }
   context.strokeStyle = stage.colours.border;
   context.lineWidth = 1.5;
-  context.setLineDash(scene.borders === "bounded" ? [] : scene.borders === "torus" ? [7, 4] : [2, 4]);
+  context.setLineDash(
+    scene.borders === "bounded" ? [] : scene.borders === "torus" ? [7, 4] : [2, 4],
+  );
   context.strokeRect(...world);
   context.setLineDash([]);
 }
@@ -28,14 +32,21 @@ export function drawGround(stage) {
 export function paintHeat(stage) {
   if (!stage.coverage) return;
   const { rows, columns, visits } = stage.coverage;
-  stage.heatMost = visits.reduce((most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)), 0);
+  stage.heatMost = visits.reduce(
+    (most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)),
+    0,
+  );
   const [red, green, blue] = stage.colours.heat.match(/[\d.]+/g).map(Number);
   const table = new Uint32Array(256);
   for (let count = 1; count < OBSTACLE_PIXEL; count++) {
-    const opacity = 0.16 + 0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
-    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) | (green << 8) | red;
+    const opacity = 0.16 +
+      0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
+    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) |
+      (green << 8) | red;
   }
-  if (stage.heat.width !== columns || stage.heat.height !== rows) [stage.heat.width, stage.heat.height] = [columns, rows];
+  if (stage.heat.width !== columns || stage.heat.height !== rows) {
+    [stage.heat.width, stage.heat.height] = [columns, rows];
+  }
   const context = stage.heat.getContext("2d");
   const image = context.createImageData(columns, rows);
   const pixels = new Uint32Array(image.data.buffer);
@@ -46,7 +57,10 @@ export function paintHeat(stage) {
 function outline(stage, [x, y, halfWidth, halfHeight, round]) {
   const { context } = stage;
   const middle = stage.toScreen({ x, y });
-  const [across, along] = [halfWidth * stage.camera.scale, halfHeight * stage.camera.scale];
+  const [across, along] = [
+    halfWidth * stage.camera.scale,
+    halfHeight * stage.camera.scale,
+  ];
   context.beginPath();
   if (round) context.arc(middle.x, middle.y, Math.max(across, 2.5), 0, 2 * Math.PI);
   else context.rect(middle.x - across, middle.y - along, 2 * across, 2 * along);
@@ -103,8 +117,13 @@ export function drawScale(stage) {
   const { context } = stage;
   const rough = 110 / stage.camera.scale;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ?? power;
-  const [left, right, y] = [MARGIN.side, MARGIN.side + length * stage.camera.scale, stage.height - 11];
+  const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ??
+    power;
+  const [left, right, y] = [
+    MARGIN.side,
+    MARGIN.side + length * stage.camera.scale,
+    stage.height - 11,
+  ];
   context.strokeStyle = context.fillStyle = stage.colours.muted;
   context.lineWidth = 1.5;
   context.beginPath();

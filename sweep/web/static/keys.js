@@ -11,7 +11,10 @@ export const KEYS = [
   ["1 to 9, then + or −", "choose a weight and change it"],
   ["V, D, B, G", "tools: select, disc, box, goal"],
   ["Click, [ or ]", "select a boid, or the one before or after"],
-  ["Arrow keys", "move the selected obstacle; with Shift, resize it; without one, move the view"],
+  [
+    "Arrow keys",
+    "move the selected obstacle; with Shift, resize it; without one, move the view",
+  ],
   ["Delete", "remove the selected obstacle"],
   ["Ctrl Z", "undo a change of the obstacles"],
   ["Wheel, Page Up, Page Down", "zoom; F shows the whole world"],
@@ -34,14 +37,19 @@ export class Keys {
   key(event) {
     const { view } = this;
     if (event.key === "Tab") view.pointed = false;
-    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]");
+    const typing = event.target.closest?.(
+      "input:not([type=range]):not([type=checkbox]), select, textarea, dialog[open]",
+    );
     if (typing || !view.state) return;
     const undoing = event.key === "z" && (event.ctrlKey || event.metaKey);
     if (undoing) view.hand.undo();
     if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
-    if (event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")) {
+    if (
+      event.key === " " && event.target.closest?.("button, summary, [type=checkbox]")
+    ) {
       if (!view.pointed) return;
-      event.target.blur(); // it was clicked, not reached by the keyboard: the key is meant for the run
+      // It was clicked, not reached by the keyboard: the key is meant for the run.
+      event.target.blur();
     }
     if (!undoing && !this.shortcut(event.key)) return;
     event.preventDefault();
@@ -68,7 +76,9 @@ export class Keys {
       Delete: () => view.hand.remove(),
       Escape: () => view.hand.release(),
     };
-    const act = /^[1-9]$/.test(key) ? () => this.weigh(0, Number(key) - 1) : acts[key.length === 1 ? key.toLowerCase() : key];
+    const act = /^[1-9]$/.test(key)
+      ? () => this.weigh(0, Number(key) - 1)
+      : acts[key.length === 1 ? key.toLowerCase() : key];
     act?.();
     return Boolean(act);
   }
@@ -80,7 +90,9 @@ export class Keys {
     if (!field || view.hand.frozen) return;
     this.weight = index;
     const value = direction ? field.step(direction) : field.value;
-    view.hint.textContent = `${index + 1}  ${spaced(field.about.name)} ${short(value, 6)}  (+ or −)`;
+    view.hint.textContent = `${index + 1}  ${spaced(field.about.name)} ${
+      short(value, 6)
+    }  (+ or −)`;
     view.hint.hidden = false;
     clearTimeout(this.hinted);
     this.hinted = setTimeout(() => (view.hint.hidden = true), HINTED_FOR);

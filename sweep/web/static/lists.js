@@ -1,4 +1,5 @@
-// What there is to choose from beside the picture: its obstacles, and the boid that is looked at.
+// What there is to choose from beside the picture: its obstacles, and the boid that is
+// looked at.
 
 import { button, make, short, spaced } from "./dom.js";
 import { ARROW } from "./swarm.js";
@@ -8,7 +9,10 @@ const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "heig
 
 const kindOf = (row) => (row[4] ? "disc" : "rectangle");
 const partsOf = ([x, y, a, b, round]) => (round ? [x, y, a] : [x, y, 2 * a, 2 * b]);
-const rowOf = (kind, [x, y, a, b]) => (kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0]);
+const rowOf = (
+  kind,
+  [x, y, a, b],
+) => (kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0]);
 
 // Every obstacle as a button; the chosen one shows its numbers.
 export class ObstacleList {
@@ -17,11 +21,39 @@ export class ObstacleList {
     this.shown = "";
     this.count = make("span", { className: "count" });
     this.rows = make("ul", { className: "obstacles" });
-    const add = (kind, words) => button("plus", `Add a ${words} in the middle of the world`, () => this.add(kind), words);
-    this.undo = button("undo", "Undo the last change of the obstacles", () => hand.undo(), "undo");
-    this.actions = make("div", { className: "row" }, add("disc", "disc"), add("rectangle", "box"), this.undo);
-    const summary = make("summary", {}, make("span", { textContent: "Obstacles" }), this.count);
-    this.element = make("details", { className: "group" }, summary, this.actions, this.rows);
+    const add = (kind, words) =>
+      button(
+        "plus",
+        `Add a ${words} in the middle of the world`,
+        () => this.add(kind),
+        words,
+      );
+    this.undo = button(
+      "undo",
+      "Undo the last change of the obstacles",
+      () => hand.undo(),
+      "undo",
+    );
+    this.actions = make(
+      "div",
+      { className: "row" },
+      add("disc", "disc"),
+      add("rectangle", "box"),
+      this.undo,
+    );
+    const summary = make(
+      "summary",
+      {},
+      make("span", { textContent: "Obstacles" }),
+      this.count,
+    );
+    this.element = make(
+      "details",
+      { className: "group" },
+      summary,
+      this.actions,
+      this.rows,
+    );
   }
 
   add(kind) {
@@ -36,26 +68,54 @@ export class ObstacleList {
     this.actions.hidden = frozen;
     this.count.textContent = String(obstacles.length);
     const now = JSON.stringify([obstacles, marked, frozen]);
-    if (now === this.shown || this.rows.contains(document.activeElement) && this.hand.drag) return;
+    if (
+      now === this.shown || this.rows.contains(document.activeElement) && this.hand.drag
+    ) return;
     this.shown = now;
     const focus = this.focused();
-    const shown = obstacles.slice(0, MOST_ROWS).map((row, i) => this.row(row, i, i === marked && !frozen));
-    if (obstacles.length > MOST_ROWS) shown.push(make("li", { textContent: `and ${obstacles.length - MOST_ROWS} more` }));
+    const shown = obstacles.slice(0, MOST_ROWS).map((row, i) =>
+      this.row(row, i, i === marked && !frozen)
+    );
+    if (obstacles.length > MOST_ROWS) {
+      shown.push(
+        make("li", { textContent: `and ${obstacles.length - MOST_ROWS} more` }),
+      );
+    }
     this.rows.replaceChildren(...shown);
     if (focus) this.rows.querySelector(`[data-place="${focus}"]`)?.focus();
-    if (this.element.open) this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({ block: "nearest" });
+    if (this.element.open) {
+      this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({
+        block: "nearest",
+      });
+    }
   }
 
   focused() {
-    return this.rows.contains(document.activeElement) ? document.activeElement.dataset.place : "";
+    return this.rows.contains(document.activeElement)
+      ? document.activeElement.dataset.place
+      : "";
   }
 
   row(row, index, open) {
     const kind = kindOf(row);
-    const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${short(row[1])}`;
-    const choose = button(kind, `Select the ${words}`, () => this.hand.mark(open ? null : index), words, { "aria-pressed": String(open) });
+    const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${
+      short(row[1])
+    }`;
+    const choose = button(
+      kind,
+      `Select the ${words}`,
+      () => this.hand.mark(open ? null : index),
+      words,
+      { "aria-pressed": String(open) },
+    );
     choose.dataset.place = `row ${index}`;
-    const away = button("remove", `Remove the ${words}`, () => this.hand.remove(index), "", { className: "quiet" });
+    const away = button(
+      "remove",
+      `Remove the ${words}`,
+      () => this.hand.remove(index),
+      "",
+      { className: "quiet" },
+    );
     away.hidden = this.hand.frozen;
     const head = make("div", { className: "row" }, choose, away);
     return make("li", {}, head, ...(open ? [this.numbers(kind, row, index)] : []));
@@ -63,7 +123,12 @@ export class ObstacleList {
 
   numbers(kind, row, index) {
     const inputs = partsOf(row).map((value, i) => {
-      const input = make("input", { type: "text", inputMode: "decimal", value: String(value), "aria-label": `${kind} ${PARTS[kind][i]}` });
+      const input = make("input", {
+        type: "text",
+        inputMode: "decimal",
+        value: String(value),
+        "aria-label": `${kind} ${PARTS[kind][i]}`,
+      });
       input.dataset.place = `part ${i}`;
       input.addEventListener("change", () => {
         const values = inputs.map((one) => Number(one.value));
@@ -71,7 +136,9 @@ export class ObstacleList {
       });
       return input;
     });
-    const labelled = inputs.map((input, i) => make("label", {}, make("span", { textContent: PARTS[kind][i] }), input));
+    const labelled = inputs.map((input, i) =>
+      make("label", {}, make("span", { textContent: PARTS[kind][i] }), input)
+    );
     return make("div", { className: "numbers" }, ...labelled);
   }
 }
@@ -81,14 +148,33 @@ export class BoidCard {
     this.stage = stage;
     this.send = send;
     this.chosen = null; // which may not be on the screen yet
-    this.input = make("input", { type: "text", inputMode: "numeric", "aria-label": "index of the boid that is looked at", placeholder: "none" });
+    this.input = make("input", {
+      type: "text",
+      inputMode: "numeric",
+      "aria-label": "index of the boid that is looked at",
+      placeholder: "none",
+    });
     this.input.addEventListener("change", () => this.entered());
-    const around = (picture, words, by) => button(picture, words, () => this.beside(by), "", { className: "quiet" });
-    this.away = button("remove", "Look at no boid", () => this.choose(null), "", { className: "quiet" });
-    const head = make("div", { className: "row" }, make("h3", { textContent: "Boid" }), around("before", "The boid before", -1), this.input);
+    const around = (picture, words, by) =>
+      button(picture, words, () => this.beside(by), "", { className: "quiet" });
+    this.away = button("remove", "Look at no boid", () => this.choose(null), "", {
+      className: "quiet",
+    });
+    const head = make(
+      "div",
+      { className: "row" },
+      make("h3", { textContent: "Boid" }),
+      around("before", "The boid before", -1),
+      this.input,
+    );
     head.append(around("after", "The next boid", 1), this.away);
     this.facts = make("p", { className: "facts" });
-    this.element = make("section", { className: "boid", "aria-label": "the boid that is looked at" }, head, this.facts);
+    this.element = make(
+      "section",
+      { className: "boid", "aria-label": "the boid that is looked at" },
+      head,
+      this.facts,
+    );
     this.show(null);
   }
 
@@ -112,20 +198,35 @@ export class BoidCard {
 
   show(selection, unit = "") {
     this.away.hidden = !selection;
-    if (!this.input.matches(":focus")) this.input.value = selection ? String(selection.boid) : "";
-    this.facts.textContent = selection ? this.words(selection, unit) : "Click a boid to see whom it sees.";
+    if (!this.input.matches(":focus")) {
+      this.input.value = selection ? String(selection.boid) : "";
+    }
+    this.facts.textContent = selection
+      ? this.words(selection, unit)
+      : "Click a boid to see whom it sees.";
   }
 
   words({ x, y, range, fov, heading, neighbours }, unit) {
-    const turned = typeof heading === "number" ? `, heading ${short((heading * 180) / Math.PI, 3)}°` : "";
+    const turned = typeof heading === "number"
+      ? `, heading ${short((heading * 180) / Math.PI, 3)}°`
+      : "";
     const sees = Number.isFinite(range) ? ` within ${short(range)} ${unit}` : "";
-    const cone = typeof fov === "number" && fov < 360 ? `, in a cone of ${short(fov)}°` : "";
-    const others = neighbours.length === 1 ? "1 neighbour" : `${neighbours.length} neighbours`;
+    const cone = typeof fov === "number" && fov < 360
+      ? `, in a cone of ${short(fov)}°`
+      : "";
+    const others = neighbours.length === 1
+      ? "1 neighbour"
+      : `${neighbours.length} neighbours`;
     return `at ${short(x)}, ${short(y)} ${unit}${turned}; ${others}${sees}${cone}`;
   }
 }
 
-export const OVERLAY_WORDS = { trails: "trails", flocks: "flocks", coverage: "coverage", accelerations: "accelerations" };
+export const OVERLAY_WORDS = {
+  trails: "trails",
+  flocks: "flocks",
+  coverage: "coverage",
+  accelerations: "accelerations",
+};
 
 // Switches for what is drawn besides the boids, with the legend of each.
 export class Overlays {
@@ -134,7 +235,12 @@ export class Overlays {
     this.inputs = new Map();
     this.legends = new Map();
     this.rows = make("div", { className: "overlays" });
-    this.element = make("section", { "aria-label": "overlays" }, make("h2", { textContent: "Show" }), this.rows);
+    this.element = make(
+      "section",
+      { "aria-label": "overlays" },
+      make("h2", { textContent: "Show" }),
+      this.rows,
+    );
     this.changed = changed;
   }
 
@@ -145,11 +251,25 @@ export class Overlays {
   }
 
   row(name) {
-    const input = make("input", { type: "checkbox", className: "switch", on: { change: () => this.changed() } });
+    const input = make("input", {
+      type: "checkbox",
+      className: "switch",
+      on: { change: () => this.changed() },
+    });
     const legend = make("div", { className: "legend" });
     this.inputs.set(name, input);
     this.legends.set(name, legend);
-    return make("div", {}, make("label", {}, input, make("span", { textContent: OVERLAY_WORDS[name] ?? spaced(name) })), legend);
+    return make(
+      "div",
+      {},
+      make(
+        "label",
+        {},
+        input,
+        make("span", { textContent: OVERLAY_WORDS[name] ?? spaced(name) }),
+      ),
+      legend,
+    );
   }
 
   get chosen() {
@@ -163,23 +283,39 @@ export class Overlays {
   explain(rules, unit) {
     const on = (name) => this.inputs.get(name)?.checked;
     this.legend("accelerations", on("accelerations") && rules.length > 0, () => [
-      ...rules.map((rule, i) => this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))),
-      make("small", { textContent: this.stage.arrowScale > 0 ? `an arrow of ${ARROW} px is ${short(ARROW / this.stage.arrowScale, 2)} ${unit}` : "" }),
+      ...rules.map((rule, i) =>
+        this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))
+      ),
+      make("small", {
+        textContent: this.stage.arrowScale > 0
+          ? `an arrow of ${ARROW} px is ${
+            short(ARROW / this.stage.arrowScale, 2)
+          } ${unit}`
+          : "",
+      }),
     ]);
     const most = this.stage.heatMost;
     this.legend("coverage", on("coverage") && most > 0, () => [
       make("i", { className: "ramp" }),
-      make("small", { textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel` }),
+      make("small", {
+        textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel`,
+      }),
     ]);
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
     const words = `${flocks.size} of two or more; grey boids are alone`;
-    this.legend("flocks", on("flocks") && this.stage.frame?.flocks, () => [make("small", { textContent: words })]);
+    this.legend(
+      "flocks",
+      on("flocks") && this.stage.frame?.flocks,
+      () => [make("small", { textContent: words })],
+    );
   }
 
   legend(name, wanted, parts) {
     const [legend, fresh] = [this.legends.get(name), wanted ? parts() : []];
-    if (legend && legend.textContent !== fresh.map((part) => part.textContent).join("")) legend.replaceChildren(...fresh);
+    if (
+      legend && legend.textContent !== fresh.map((part) => part.textContent).join("")
+    ) legend.replaceChildren(...fresh);
   }
 
   swatch(colour, words) {

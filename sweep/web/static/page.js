@@ -1,11 +1,15 @@
-// The served page: a socket to the server that started it, opened again whenever it was dropped.
+// The served page: a socket to the server that started it, opened again whenever it was
+// dropped.
 
 import { randomName } from "./dom.js";
 import { mount } from "./view.js";
 
 const FIRST_WAIT = 300; // ms
 const LONGEST_WAIT = 8000;
-const OVER = { 4001: "This run went on in another window.", 4002: "The server has no run for this page." };
+const OVER = {
+  4001: "This run went on in another window.",
+  4002: "The server has no run for this page.",
+};
 
 function pageId() {
   const known = sessionStorage.getItem("boidsweep-page") ?? randomName();
@@ -28,19 +32,28 @@ class Socket {
       this.wait = FIRST_WAIT;
       this.onopen();
     };
-    this.socket.onmessage = ({ data }) => this.onmessage(typeof data === "string" ? JSON.parse(data) : data);
-    this.socket.onclose = ({ code }) => (OVER[code] ? this.onclose(OVER[code]) : this.again());
+    this.socket.onmessage = ({ data }) =>
+      this.onmessage(typeof data === "string" ? JSON.parse(data) : data);
+    this.socket.onclose = (
+      { code },
+    ) => (OVER[code] ? this.onclose(OVER[code]) : this.again());
   }
 
   again() {
     if (this.closed) return;
-    this.onclose(`The connection is lost. Trying again in ${Math.ceil(this.wait / 1000)} s; is sweep view still running?`);
+    this.onclose(
+      `The connection is lost. Trying again in ${
+        Math.ceil(this.wait / 1000)
+      } s; is sweep view still running?`,
+    );
     setTimeout(() => this.start(), this.wait);
     this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket.readyState === WebSocket.OPEN) {
+      this.socket.send(JSON.stringify(message));
+    }
   }
 
   close() {
@@ -50,5 +63,8 @@ class Socket {
 }
 
 const socket = new Socket();
-const mounted = mount(document.querySelector("main"), socket, { page: pageId(), shortcuts: document });
+const mounted = mount(document.querySelector("main"), socket, {
+  page: pageId(),
+  shortcuts: document,
+});
 window.boidsweep = { ...mounted, socket };

@@ -1,8 +1,13 @@
-// What a run is of: its model, preset and map; and of a stored trial, what it is compared with.
+// What a run is of: its model, preset and map; and of a stored trial, what it is
+// compared with.
 
 import { make, short, spaced } from "./dom.js";
 
-const named = (one) => (typeof one === "string" ? { name: one } : { ...one, text: one.text ?? one.source });
+const named = (
+  one,
+) => (typeof one === "string"
+  ? { name: one }
+  : { ...one, text: one.text ?? one.source });
 
 export class Pickers {
   constructor(prefix, send) {
@@ -21,23 +26,48 @@ export class Pickers {
     if (shown === this.shown) return;
     this.shown = shown;
     const presets = (name) => controls.models.find((one) => one.name === name).presets;
-    const own = (name) => (presets(name).includes(preset) ? preset : presets(name).at(-1));
+    const own = (
+      name,
+    ) => (presets(name).includes(preset) ? preset : presets(name).at(-1));
     const maps = controls.maps.map(named);
     const { map } = settings;
     if (map && !maps.some(({ name }) => name === map)) maps.push({ name: map });
     this.element.replaceChildren(
-      this.picker("model", model, controls.models.map(named), (name) => this.send({ type: "model", model: name, preset: own(name) })),
-      this.picker("preset", preset, presets(model).map(named), (name) => this.send({ type: "model", model, preset: name })),
-      this.picker("map", map, maps, (name) => this.send({ type: "set", name: "map", value: name })),
+      this.picker(
+        "model",
+        model,
+        controls.models.map(named),
+        (name) => this.send({ type: "model", model: name, preset: own(name) }),
+      ),
+      this.picker(
+        "preset",
+        preset,
+        presets(model).map(named),
+        (name) => this.send({ type: "model", model, preset: name }),
+      ),
+      this.picker(
+        "map",
+        map,
+        maps,
+        (name) => this.send({ type: "set", name: "map", value: name }),
+      ),
     );
-    for (const select of this.element.querySelectorAll("select")) select.disabled = Boolean(replay);
+    for (const select of this.element.querySelectorAll("select")) {
+      select.disabled = Boolean(replay);
+    }
   }
 
   // A labelled list of names, whose texts are hints.
   picker(label, value, options, act) {
     const id = `${this.prefix}-${label}`;
-    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: name, title: text }));
-    const select = make("select", { id, on: { change: () => act(select.value) } }, ...choices);
+    const choices = options.map(({ name, text = "" }) =>
+      make("option", { value: name, textContent: name, title: text })
+    );
+    const select = make(
+      "select",
+      { id, on: { change: () => act(select.value) } },
+      ...choices,
+    );
     select.value = value;
     return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
   }
@@ -45,7 +75,11 @@ export class Pickers {
 
 export class ReplayCard {
   constructor() {
-    this.element = make("section", { className: "record", hidden: true, "aria-label": "replay" });
+    this.element = make("section", {
+      className: "record",
+      hidden: true,
+      "aria-label": "replay",
+    });
     this.shown = "";
   }
 
@@ -53,19 +87,48 @@ export class ReplayCard {
     this.element.hidden = !replay;
     if (!replay || this.shown === JSON.stringify(replay)) return;
     this.shown = JSON.stringify(replay);
-    const title = make("h2", { textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial" });
-    const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
-    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: replay.words });
-    this.element.replaceChildren(title, trial, verdict, ...this.table(Object.entries(replay.metrics ?? {})));
+    const title = make("h2", {
+      textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial",
+    });
+    const trial = make("p", {
+      className: "facts",
+      textContent: `${replay.study}, trial ${replay.trial}`,
+    });
+    const verdict = make("p", {
+      className: replay.equal ? "exact" : "exact not",
+      textContent: replay.words,
+    });
+    this.element.replaceChildren(
+      title,
+      trial,
+      verdict,
+      ...this.table(Object.entries(replay.metrics ?? {})),
+    );
   }
 
   table(metrics) {
     if (!metrics.length) return [];
     const rows = metrics.map(([name, { stored, replayed }]) => {
-      const cells = [stored, replayed].map((value) => make("td", { textContent: short(value, 6) }));
-      return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
+      const cells = [stored, replayed].map((value) =>
+        make("td", { textContent: short(value, 6) })
+      );
+      return make(
+        "tr",
+        {},
+        make("th", { scope: "row", textContent: spaced(name) }),
+        ...cells,
+      );
     });
-    const head = ["at the end", "stored", "replayed"].map((textContent) => make("th", { scope: "col", textContent }));
-    return [make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows))];
+    const head = ["at the end", "stored", "replayed"].map((textContent) =>
+      make("th", { scope: "col", textContent })
+    );
+    return [
+      make(
+        "table",
+        {},
+        make("thead", {}, make("tr", {}, ...head)),
+        make("tbody", {}, ...rows),
+      ),
+    ];
   }
 }

@@ -1,4 +1,5 @@
-// Metrics against the step, each in a small canvas, with what was published as dashed lines.
+// Metrics against the step, each in a small canvas, with what was published as dashed
+// lines.
 
 import { button, make, short, spaced, unitText, write } from "./dom.js";
 
@@ -6,7 +7,8 @@ const MOST = 3000;
 const MOST_WORDS = 3;
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
-// The values of one metric by step, thinned where there are too many of them for a plot.
+// The values of one metric by step, thinned where there are too many of them for a
+// plot.
 export class Series {
   constructor() {
     this.clear();
@@ -43,26 +45,49 @@ export class Plot {
     Object.assign(this, { metric, series });
     this.canvas = make("canvas", { role: "img", tabIndex: -1 });
     this.value = make("output", { className: "reading" });
-    const close = button("remove", `Remove the plot of ${spaced(metric.name)}`, remove, "", { className: "quiet" });
+    const close = button(
+      "remove",
+      `Remove the plot of ${spaced(metric.name)}`,
+      remove,
+      "",
+      { className: "quiet" },
+    );
     const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
     this.line = make("p", { className: "published" });
-    const unit = make("span", { className: "unit", textContent: unitText(metric.unit) });
-    this.element = make("figure", { className: "plot" }, make("header", {}, title, this.value, unit, close));
+    const unit = make("span", {
+      className: "unit",
+      textContent: unitText(metric.unit),
+    });
+    this.element = make(
+      "figure",
+      { className: "plot" },
+      make("header", {}, title, this.value, unit, close),
+    );
     this.element.append(this.canvas, this.line);
     this.publish(settings);
   }
 
-  // What a document says for the very settings on the screen: of a whole run, or of one of its frames.
+  // What a document says for the very settings on the screen: of a whole run, or of one
+  // of its frames.
   publish(settings) {
-    const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
+    const suits = (one) =>
+      Object.entries(one.settings ?? {}).every(([name, value]) =>
+        settings[name] === value
+      );
     const known = new Map();
-    for (const one of this.metric.published ?? []) if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    for (const one of this.metric.published ?? []) {
+      if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    }
     this.published = [...known.values()];
     const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
-    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) => short(value) + at(frame)).join(", ");
+    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) =>
+      short(value) + at(frame)
+    ).join(", ");
     const more = this.published.length > MOST_WORDS ? " ..." : "";
     write(this.line, words && `published: ${words}${more}`);
-    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join("\n");
+    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join(
+      "\n",
+    );
   }
 
   draw(step, colours) {
@@ -70,12 +95,21 @@ export class Plot {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (!width) return;
     const ratio = devicePixelRatio || 1;
-    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
-    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+    if (canvas.width !== Math.round(width * ratio)) {
+      canvas.width = Math.round(width * ratio);
+    }
+    if (canvas.height !== Math.round(height * ratio)) {
+      canvas.height = Math.round(height * ratio);
+    }
     const context = canvas.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    const area = { left: EDGE.left, right: width - EDGE.right, top: EDGE.top, bottom: height - EDGE.bottom };
+    const area = {
+      left: EDGE.left,
+      right: width - EDGE.right,
+      top: EDGE.top,
+      bottom: height - EDGE.bottom,
+    };
     this.drawIn(context, area, step, colours);
     this.tell(step);
   }
@@ -83,9 +117,14 @@ export class Plot {
   drawIn(context, area, step, colours) {
     const { low, high } = this.bounds();
     const { steps } = this.series;
-    const [first, last] = [steps[0] ?? 0, Math.max(steps.at(-1) ?? 1, (steps[0] ?? 0) + 1)];
-    const across = (one) => area.left + ((one - first) / (last - first)) * (area.right - area.left);
-    const along = (value) => area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
+    const [first, last] = [
+      steps[0] ?? 0,
+      Math.max(steps.at(-1) ?? 1, (steps[0] ?? 0) + 1),
+    ];
+    const across = (one) =>
+      area.left + ((one - first) / (last - first)) * (area.right - area.left);
+    const along = (value) =>
+      area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
     context.lineWidth = 1;
     context.strokeStyle = colours.border;
     for (const y of [area.top, area.bottom]) this.level(context, area, y);
@@ -97,7 +136,9 @@ export class Plot {
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
-    for (const { value, frame } of this.passing) this.ring(context, across(frame), along(value));
+    for (const { value, frame } of this.passing) {
+      this.ring(context, across(frame), along(value));
+    }
     if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
@@ -117,7 +158,9 @@ export class Plot {
 
   get passing() {
     const { steps } = this.series;
-    return this.published.filter(({ frame }) => frame !== null && frame >= steps[0] && frame <= steps.at(-1));
+    return this.published.filter(({ frame }) =>
+      frame !== null && frame >= steps[0] && frame <= steps.at(-1)
+    );
   }
 
   ring(context, x, y) {
@@ -147,18 +190,31 @@ export class Plot {
   }
 
   bounds() {
-    const known = [...this.series.values.filter((value) => value !== null), ...[...this.lasting, ...this.passing].map(({ value }) => value)];
+    const known = [
+      ...this.series.values.filter((value) => value !== null),
+      ...[...this.lasting, ...this.passing].map(({ value }) => value),
+    ];
     if (!known.length) return { low: 0, high: 1 };
-    const [least, most] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    const [least, most] = known.reduce(
+      ([a, b], value) => [Math.min(a, value), Math.max(b, value)],
+      [Infinity, -Infinity],
+    );
     const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
-    return { low: least >= 0 ? Math.max(0, least - room) : least - room, high: most + room };
+    return {
+      low: least >= 0 ? Math.max(0, least - room) : least - room,
+      high: most + room,
+    };
   }
 
   tell(step) {
     const { metric } = this;
     write(this.value, short(this.series.at(step) ?? null));
     const known = this.line.textContent && `; ${this.line.textContent}`;
-    const label = `${spaced(metric.name)}: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
-    if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
+    const label = `${
+      spaced(metric.name)
+    }: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
+    if (this.canvas.getAttribute("aria-label") !== label) {
+      this.canvas.setAttribute("aria-label", label);
+    }
   }
 }

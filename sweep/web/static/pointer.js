@@ -1,4 +1,5 @@
-// The hand: obstacles are placed, moved and resized, the goal set and boids chosen, by pointer or keyboard.
+// The hand: obstacles are placed, moved and resized, the goal set and boids chosen, by
+// pointer or keyboard.
 
 import { paced } from "./dom.js";
 
@@ -6,15 +7,26 @@ const NEAR = { mouse: 9, pen: 14, touch: 22 }; // CSS pixels
 const STILL = 4;
 const DRAG_SEND_EVERY = 150; // ms while dragging
 const PATIENCE = 3000; // ms to wait for the world that was asked for
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const ARROWS = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
 
-// Obstacles are rows [x, y, half width, half height, 1 for a disc], as in a scene; shapes are what a spec has.
+// Obstacles are rows [x, y, half width, half height, 1 for a disc], as in a scene;
+// shapes are what a spec has.
 export function shapeOf([x, y, halfWidth, halfHeight, round]) {
-  return round ? { disc: { x, y, radius: halfWidth } } : { rectangle: { x, y, width: 2 * halfWidth, height: 2 * halfHeight } };
+  return round
+    ? { disc: { x, y, radius: halfWidth } }
+    : { rectangle: { x, y, width: 2 * halfWidth, height: 2 * halfHeight } };
 }
 
 const same = (first, second) =>
-  first.length === second.length && first.every((row, i) => row.every((value, k) => Math.abs(Number(value) - Number(second[i][k])) < 1e-9));
+  first.length === second.length &&
+  first.every((row, i) =>
+    row.every((value, k) => Math.abs(Number(value) - Number(second[i][k])) < 1e-9)
+  );
 
 export class Hand {
   constructor(stage, send, changed) {
@@ -28,10 +40,21 @@ export class Hand {
     this.past = [];
     this.waiting = 0;
     // It may be due when the next drag has begun and has changed nothing yet.
-    this.sendPaced = paced(() => this.drag && stage.edited && this.sendShapes(), DRAG_SEND_EVERY);
+    this.sendPaced = paced(
+      () => this.drag && stage.edited && this.sendShapes(),
+      DRAG_SEND_EVERY,
+    );
     const { canvas } = stage;
-    const listen = { pointerdown: "down", pointermove: "move", pointerup: "up", pointercancel: "up", keydown: "key" };
-    for (const [event, method] of Object.entries(listen)) canvas.addEventListener(event, (given) => this[method](given));
+    const listen = {
+      pointerdown: "down",
+      pointermove: "move",
+      pointerup: "up",
+      pointercancel: "up",
+      keydown: "key",
+    };
+    for (const [event, method] of Object.entries(listen)) {
+      canvas.addEventListener(event, (given) => this[method](given));
+    }
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
@@ -45,8 +68,12 @@ export class Hand {
   settle(scene) {
     const { stage } = this;
     const late = performance.now() - this.waiting > PATIENCE;
-    if (stage.edited && !this.drag && (late || same(stage.edited, scene.obstacles))) stage.edited = null;
-    if (stage.marked !== null && stage.marked >= stage.obstacles.length) stage.marked = null;
+    if (stage.edited && !this.drag && (late || same(stage.edited, scene.obstacles))) {
+      stage.edited = null;
+    }
+    if (stage.marked !== null && stage.marked >= stage.obstacles.length) {
+      stage.marked = null;
+    }
   }
 
   refuse() {
@@ -61,7 +88,8 @@ export class Hand {
     this.changed();
   }
 
-  // The whole list of obstacles anew; `lasting` says that undo comes back to what was before.
+  // The whole list of obstacles anew; `lasting` says that undo comes back to what was
+  // before.
   replace(obstacles, lasting = true) {
     const { stage } = this;
     if (lasting) this.past.push(stage.obstacles);
@@ -82,7 +110,13 @@ export class Hand {
   }
 
   add(kind, x, y, halfWidth = this.usual, halfHeight = halfWidth) {
-    const row = [this.tidy(x), this.tidy(y), this.tidy(halfWidth), this.tidy(halfHeight), kind === "disc" ? 1 : 0];
+    const row = [
+      this.tidy(x),
+      this.tidy(y),
+      this.tidy(halfWidth),
+      this.tidy(halfHeight),
+      kind === "disc" ? 1 : 0,
+    ];
     this.stage.marked = this.stage.obstacles.length;
     this.replace([...this.stage.obstacles, row]);
   }
@@ -124,18 +158,35 @@ export class Hand {
     if (this.fingers.size === 2) this.drag = { kind: "pinch" };
     if (this.fingers.size > 1) return;
     const place = this.where(event);
-    this.drag = { place, at: this.stage.toWorld(place), moved: false, ...this.grip(place, NEAR[event.pointerType] ?? 9) };
-    if (this.drag.kind === "shape" && this.drag.boid === null) this.mark(this.drag.index);
+    this.drag = {
+      place,
+      at: this.stage.toWorld(place),
+      moved: false,
+      ...this.grip(place, NEAR[event.pointerType] ?? 9),
+    };
+    if (this.drag.kind === "shape" && this.drag.boid === null) {
+      this.mark(this.drag.index);
+    }
   }
 
-  // What the pointer has taken hold of: it is dragged. A boid there is what a click means.
+  // What the pointer has taken hold of: it is dragged. A boid there is what a click
+  // means.
   grip(place, near) {
     const { stage } = this;
     if (this.tool !== "select") return { kind: this.tool };
     const reach = ({ x, y }, most) => Math.hypot(x - place.x, y - place.y) <= most;
     if (!this.frozen && stage.marked !== null) {
-      const handle = stage.handles(stage.obstacles[stage.marked]).find((one) => reach(one, near));
-      if (handle) return { kind: "handle", index: stage.marked, signs: handle.signs, row: stage.obstacles[stage.marked] };
+      const handle = stage.handles(stage.obstacles[stage.marked]).find((one) =>
+        reach(one, near)
+      );
+      if (handle) {
+        return {
+          kind: "handle",
+          index: stage.marked,
+          signs: handle.signs,
+          row: stage.obstacles[stage.marked],
+        };
+      }
     }
     const boid = stage.boidAt(place, near);
     if (this.frozen) return { kind: "pan", boid };
@@ -143,7 +194,9 @@ export class Hand {
     const goal = (goalX || goalY) && stage.toScreen({ x: goalX, y: goalY });
     if (goal && reach(goal, near + 3)) return { kind: "goal", boid };
     const index = this.shapeAt(stage.toWorld(place));
-    return index < 0 ? { kind: "pan", boid } : { kind: "shape", boid, index, row: stage.obstacles[index] };
+    return index < 0
+      ? { kind: "pan", boid }
+      : { kind: "shape", boid, index, row: stage.obstacles[index] };
   }
 
   shapeAt({ x, y }) {
@@ -183,7 +236,10 @@ export class Hand {
     const after = Math.hypot(third.x - fourth.x, third.y - fourth.y);
     const { stage } = this;
     const from = stage.toWorld(middle);
-    const to = stage.toWorld({ x: (third.x + fourth.x) / 2, y: (third.y + fourth.y) / 2 });
+    const to = stage.toWorld({
+      x: (third.x + fourth.x) / 2,
+      y: (third.y + fourth.y) / 2,
+    });
     stage.pan(from.x - to.x, from.y - to.y);
     if (before > 0) stage.zoom(after / before, middle);
   }
@@ -196,7 +252,11 @@ export class Hand {
       if (drag.index === undefined) [drag.index, drag.drawn] = [drag.base.length, true];
       stage.marked = drag.index;
     }
-    const row = drag.drawn ? this.drawnRow(drag, at) : drag.kind === "shape" ? this.movedRow(drag, at) : this.sizedRow(drag, at);
+    const row = drag.drawn
+      ? this.drawnRow(drag, at)
+      : drag.kind === "shape"
+      ? this.movedRow(drag, at)
+      : this.sizedRow(drag, at);
     stage.edited = [...drag.base];
     stage.edited[drag.index] = row;
     stage.redraw();
@@ -213,8 +273,17 @@ export class Hand {
   }
 
   between(first, second) {
-    const [x, y] = [this.tidy((first.x + second.x) / 2), this.tidy((first.y + second.y) / 2)];
-    return [x, y, this.least(Math.abs(first.x - second.x) / 2), this.least(Math.abs(first.y - second.y) / 2), 0];
+    const [x, y] = [
+      this.tidy((first.x + second.x) / 2),
+      this.tidy((first.y + second.y) / 2),
+    ];
+    return [
+      x,
+      y,
+      this.least(Math.abs(first.x - second.x) / 2),
+      this.least(Math.abs(first.y - second.y) / 2),
+      0,
+    ];
   }
 
   least(length) {
@@ -222,7 +291,10 @@ export class Hand {
   }
 
   movedRow({ row, at: from }, to) {
-    const { x, y } = this.within({ x: row[0] + to.x - from.x, y: row[1] + to.y - from.y });
+    const { x, y } = this.within({
+      x: row[0] + to.x - from.x,
+      y: row[1] + to.y - from.y,
+    });
     return [this.tidy(x), this.tidy(y), ...row.slice(2)];
   }
 
@@ -262,8 +334,9 @@ export class Hand {
     const { x, y } = this.within(drag.at);
     if (drag.kind === "disc" || drag.kind === "rectangle") this.add(drag.kind, x, y);
     else if (drag.kind === "goal" && this.tool === "goal") this.setGoal(drag.at);
-    else if (drag.boid !== null && drag.boid !== undefined) this.send({ type: "select", boid: drag.boid });
-    else if (drag.kind === "pan") this.release();
+    else if (drag.boid !== null && drag.boid !== undefined) {
+      this.send({ type: "select", boid: drag.boid });
+    } else if (drag.kind === "pan") this.release();
   }
 
   release() {
@@ -273,14 +346,18 @@ export class Hand {
 
   wheel(event) {
     event.preventDefault();
-    this.stage.zoom(Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)), this.where(event));
+    this.stage.zoom(
+      Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)),
+      this.where(event),
+    );
     this.changed();
   }
 
   key(event) {
     const { stage } = this;
-    if (event.key in ARROWS && !event.ctrlKey && !event.metaKey) this.arrow(ARROWS[event.key], event.shiftKey);
-    else if (event.key === "Delete" || event.key === "Backspace") this.remove();
+    if (event.key in ARROWS && !event.ctrlKey && !event.metaKey) {
+      this.arrow(ARROWS[event.key], event.shiftKey);
+    } else if (event.key === "Delete" || event.key === "Backspace") this.remove();
     else if (event.key === "PageUp" || event.key === "PageDown") {
       stage.zoom(event.key === "PageUp" ? 1.25 : 0.8, stage.middle);
     } else if (event.key === "Escape") {
@@ -295,11 +372,24 @@ export class Hand {
     const { stage } = this;
     const step = Math.max(stage.scene.width, stage.scene.height) / 100;
     const chosen = stage.obstacles[stage.marked];
-    if (!chosen || this.frozen) return stage.pan(5 * step * across, 5 * step * along * stage.upright);
+    if (!chosen || this.frozen) {
+      return stage.pan(5 * step * across, 5 * step * along * stage.upright);
+    }
     const [x, y, halfWidth, halfHeight, round] = chosen;
-    const place = this.within({ x: x + step * across, y: y + step * along * stage.upright });
-    const [wider, higher] = [halfWidth + step * across, halfHeight + step * (round ? across : -along)];
+    const place = this.within({
+      x: x + step * across,
+      y: y + step * along * stage.upright,
+    });
+    const [wider, higher] = [
+      halfWidth + step * across,
+      halfHeight + step * (round ? across : -along),
+    ];
     const sized = [x, y, this.least(wider), this.least(higher), round];
-    this.change(stage.marked, sizing ? sized : [this.tidy(place.x), this.tidy(place.y), halfWidth, halfHeight, round]);
+    this.change(
+      stage.marked,
+      sizing
+        ? sized
+        : [this.tidy(place.x), this.tidy(place.y), halfWidth, halfHeight, round],
+    );
   }
 }

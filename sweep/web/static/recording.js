@@ -1,12 +1,17 @@
-// A recorded run as a transport: it answers the page as a server would, from what stands in the file.
+// A recorded run as a transport: it answers the page as a server would, from what
+// stands in the file.
 
 const LOOK = 16; // ms between two looks at the clock
 
-// `recording` has the messages controls, state and scene, the steps of its frames and the metrics in them, the spec, and
-// the frames: as many bytes each, one after the other, in base64.
+// `recording` has the messages controls, state and scene, the steps of its frames and
+// the metrics in them, the spec, and the frames: as many bytes each, one after the
+// other, in base64.
 export function recorded(recording) {
   const { steps, metrics, state } = recording;
-  const bytes = Uint8Array.from(atob(recording.frames), (letter) => letter.charCodeAt(0));
+  const bytes = Uint8Array.from(
+    atob(recording.frames),
+    (letter) => letter.charCodeAt(0),
+  );
   const size = bytes.length / steps.length;
   const last = steps.length - 1;
   let place = 0; // among the frames
@@ -96,7 +101,10 @@ export function recorded(recording) {
     send(message) {
       const answer = answers[message.type];
       if (answer) answer(message);
-      else say({ type: "error", message: "this is a recording: it can be played, and nothing in it changed" });
+      else {say({
+          type: "error",
+          message: "this is a recording: it can be played, and nothing in it changed",
+        });}
       if (!message.id) return;
       answered = message.id;
       sayState();

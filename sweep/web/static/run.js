@@ -1,4 +1,5 @@
-// The bar below the picture: it runs and pauses, takes single steps, resets, scrubs through a stored trial.
+// The bar below the picture: it runs and pauses, takes single steps, resets, scrubs
+// through a stored trial.
 
 import { button, make, setIcon, short, write } from "./dom.js";
 
@@ -9,17 +10,48 @@ export class RunBar {
     this.send = send;
     this.state = null;
     this.step = 0;
-    const back = button("reset", "Reset: the same seed from step 0 (R)", () => send({ type: "reset" }));
-    const single = button("step", "One step (.)", () => send({ type: "step", count: 1 }));
-    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", { className: "primary going" });
+    const back = button(
+      "reset",
+      "Reset: the same seed from step 0 (R)",
+      () => send({ type: "reset" }),
+    );
+    const single = button(
+      "step",
+      "One step (.)",
+      () => send({ type: "step", count: 1 }),
+    );
+    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", {
+      className: "primary going",
+    });
     this.bar = make("progress", { "aria-label": "steps done", max: 1, value: 0 });
     this.scrub = make("input", { type: "range", hidden: true, "aria-label": "step" });
-    this.scrub.addEventListener("input", () => send({ type: "seek", frame: Number(this.scrub.value) }));
+    this.scrub.addEventListener(
+      "input",
+      () => send({ type: "seek", frame: Number(this.scrub.value) }),
+    );
     this.clock = make("output", { className: "clock" });
-    const options = SPEEDS.map((speed) => make("option", { value: speed, textContent: speed ? `${speed} steps/s` : "as fast as it goes" }));
+    const options = SPEEDS.map((speed) =>
+      make("option", {
+        value: speed,
+        textContent: speed ? `${speed} steps/s` : "as fast as it goes",
+      })
+    );
     this.speed = make("select", { "aria-label": "speed" }, ...options);
-    this.speed.addEventListener("change", () => send({ type: "speed", steps_per_second: Number(this.speed.value) }));
-    this.element = make("section", { className: "run", "aria-label": "run" }, back, this.going, single, this.bar, this.scrub, this.clock, this.speed);
+    this.speed.addEventListener(
+      "change",
+      () => send({ type: "speed", steps_per_second: Number(this.speed.value) }),
+    );
+    this.element = make(
+      "section",
+      { className: "run", "aria-label": "run" },
+      back,
+      this.going,
+      single,
+      this.bar,
+      this.scrub,
+      this.clock,
+      this.speed,
+    );
   }
 
   get ended() {
@@ -37,7 +69,9 @@ export class RunBar {
   show(state, step) {
     this.state = state;
     const [picture, words, hint] = this.act();
-    if (this.going.lastChild.textContent !== words) setIcon(this.going, picture, `${hint} (Space)`);
+    if (this.going.lastChild.textContent !== words) {
+      setIcon(this.going, picture, `${hint} (Space)`);
+    }
     this.going.lastChild.textContent = words;
     this.offer(state.speed);
     this.speed.value = String(state.speed);
@@ -47,13 +81,19 @@ export class RunBar {
   // What the button does next: its picture, its word, and what that means.
   act() {
     if (this.state.running) return ["pause", "Pause", "Pause"];
-    return this.ended ? ["forward", "Go on", "Go on: twice as many steps"] : ["play", "Run", "Run"];
+    return this.ended
+      ? ["forward", "Go on", "Go on: twice as many steps"]
+      : ["play", "Run", "Run"];
   }
 
   // A speed from elsewhere becomes one that can be chosen.
   offer(speed) {
-    if ([...this.speed.options].some((option) => Number(option.value) === speed)) return;
-    this.speed.add(make("option", { value: speed, textContent: `${short(speed)} steps/s` }));
+    if ([...this.speed.options].some((option) => Number(option.value) === speed)) {
+      return;
+    }
+    this.speed.add(
+      make("option", { value: speed, textContent: `${short(speed)} steps/s` }),
+    );
   }
 
   showStep(step) {
@@ -67,7 +107,17 @@ export class RunBar {
     this.bar.value = step;
     if (!replay) return;
     const { scrub } = this;
-    if (!scrub.matches(":active")) Object.assign(scrub, { min: replay.frames[0], max: last, step: replay.frames[2], value: step });
-    scrub.style.setProperty("--part", `${(100 * (scrub.value - scrub.min)) / Math.max(1, last - scrub.min)}%`);
+    if (!scrub.matches(":active")) {
+      Object.assign(scrub, {
+        min: replay.frames[0],
+        max: last,
+        step: replay.frames[2],
+        value: step,
+      });
+    }
+    scrub.style.setProperty(
+      "--part",
+      `${(100 * (scrub.value - scrub.min)) / Math.max(1, last - scrub.min)}%`,
+    );
   }
 }

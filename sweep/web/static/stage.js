@@ -1,16 +1,45 @@
-// The picture: a camera over the world, and its layers from the ground up to the handles of what is selected.
+// The picture: a camera over the world, and its layers from the ground up to the
+// handles of what is selected.
 
 import { decode, FlockColours, placeX, placeY } from "./frames.js";
 import { make } from "./dom.js";
 import { Stamps } from "./stamps.js";
-import { drawGoal, drawGround, drawHandles, drawObstacles, drawScale, MARGIN, paintHeat } from "./ground.js";
-import { drawAccelerations, drawBoids, drawPerception, drawTrails, RULES } from "./swarm.js";
+import {
+  drawGoal,
+  drawGround,
+  drawHandles,
+  drawObstacles,
+  drawScale,
+  MARGIN,
+  paintHeat,
+} from "./ground.js";
+import {
+  drawAccelerations,
+  drawBoids,
+  drawPerception,
+  drawTrails,
+  RULES,
+} from "./swarm.js";
 
-const COLOURS = ["stage", "ground", "border", "boid", "obstacle", "edge", "goal", "ink", "muted", "chosen", "published", "heat"];
+const COLOURS = [
+  "stage",
+  "ground",
+  "border",
+  "boid",
+  "obstacle",
+  "edge",
+  "goal",
+  "ink",
+  "muted",
+  "chosen",
+  "published",
+  "heat",
+];
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
 
-// `taken` is called with each frame that is drawn, `renewed` when colours or size have changed.
+// `taken` is called with each frame that is drawn, `renewed` when colours or size have
+// changed.
 export class Stage {
   constructor(canvas, taken, renewed) {
     this.canvas = canvas;
@@ -60,7 +89,8 @@ export class Stage {
     probe.remove();
     paintHeat(this);
     this.redraw();
-    requestAnimationFrame(() => this.renewed()); // JupyterLab hides all while it changes its theme
+    // JupyterLab hides all while it changes its theme.
+    requestAnimationFrame(() => this.renewed());
   }
 
   resize() {
@@ -75,9 +105,12 @@ export class Stage {
   }
 
   setScene(scene) {
-    const size = this.scene && `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
+    const size = this.scene &&
+      `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
     this.scene = scene;
-    if (size !== `${scene.width} ${scene.height} ${scene.downwards}`) this.fit = "world";
+    if (size !== `${scene.width} ${scene.height} ${scene.downwards}`) {
+      this.fit = "world";
+    }
     this.look();
     this.redraw();
   }
@@ -107,8 +140,13 @@ export class Stage {
     if (this.fit === "free") return;
     const [left, top, right, bottom] = box;
     const across = (this.width - 2 * MARGIN.side) / Math.max(right - left, 1e-9);
-    const along = (this.height - MARGIN.top - MARGIN.bottom) / Math.max(bottom - top, 1e-9);
-    this.camera = { scale: Math.min(across, along), x: (left + right) / 2, y: (top + bottom) / 2 };
+    const along = (this.height - MARGIN.top - MARGIN.bottom) /
+      Math.max(bottom - top, 1e-9);
+    this.camera = {
+      scale: Math.min(across, along),
+      x: (left + right) / 2,
+      y: (top + bottom) / 2,
+    };
   }
 
   bodies() {
@@ -117,7 +155,12 @@ export class Stage {
     let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
     for (let i = 0; i < frame.n; i++) {
       const [x, y] = [placeX(frame, i), placeY(frame, i)];
-      [left, right, top, bottom] = [Math.min(left, x), Math.max(right, x), Math.min(top, y), Math.max(bottom, y)];
+      [left, right, top, bottom] = [
+        Math.min(left, x),
+        Math.max(right, x),
+        Math.min(top, y),
+        Math.max(bottom, y),
+      ];
     }
     return [left - least, top - least, right + least, bottom + least];
   }
@@ -152,12 +195,18 @@ export class Stage {
 
   toScreen({ x, y }) {
     const { camera, middle } = this;
-    return { x: middle.x + (x - camera.x) * camera.scale, y: middle.y + (y - camera.y) * camera.scale * this.upright };
+    return {
+      x: middle.x + (x - camera.x) * camera.scale,
+      y: middle.y + (y - camera.y) * camera.scale * this.upright,
+    };
   }
 
   toWorld({ x, y }) {
     const { camera, middle } = this;
-    return { x: camera.x + (x - middle.x) / camera.scale, y: camera.y + ((y - middle.y) / camera.scale) * this.upright };
+    return {
+      x: camera.x + (x - middle.x) / camera.scale,
+      y: camera.y + ((y - middle.y) / camera.scale) * this.upright,
+    };
   }
 
   // The boid nearest to a place on the screen, if it is within `reach` pixels, or null.
@@ -197,7 +246,8 @@ export class Stage {
   }
 
   accept(frame) {
-    const gone = this.frame && (frame.step < this.frame.step || frame.n !== this.frame.n);
+    const gone = this.frame &&
+      (frame.step < this.frame.step || frame.n !== this.frame.n);
     if (gone) this.trail = [];
     if (gone) this.coverage = null;
     this.frame = frame;
@@ -205,9 +255,16 @@ export class Stage {
     if (frame.coverage) paintHeat(this);
     if (frame.flocks) this.flocks.assign(frame.flocks);
     const [x, y] = [new Float32Array(frame.n), new Float32Array(frame.n)];
-    for (let i = 0; i < frame.n; i++) [x[i], y[i]] = [placeX(frame, i), placeY(frame, i)];
-    const most = Math.min(TRAIL_FRAMES, Math.max(4, Math.floor(TRAIL_SEGMENTS / Math.max(1, frame.n))));
-    if (this.trail.at(-1)?.step !== frame.step) this.trail.push({ x, y, step: frame.step });
+    for (let i = 0; i < frame.n; i++) {
+      [x[i], y[i]] = [placeX(frame, i), placeY(frame, i)];
+    }
+    const most = Math.min(
+      TRAIL_FRAMES,
+      Math.max(4, Math.floor(TRAIL_SEGMENTS / Math.max(1, frame.n))),
+    );
+    if (this.trail.at(-1)?.step !== frame.step) {
+      this.trail.push({ x, y, step: frame.step });
+    }
     this.trail.splice(0, this.trail.length - most);
     if (this.fit === "boids") this.look();
   }
@@ -217,7 +274,9 @@ export class Stage {
     const origin = this.toScreen({ x: 0, y: 0 });
     const [across, along] = [this.camera.scale, this.camera.scale * this.upright];
     const n = this.frame.n;
-    if (this.screenX?.length !== n) [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
+    if (this.screenX?.length !== n) {
+      [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
+    }
     for (let i = 0; i < n; i++) {
       this.screenX[i] = origin.x + across * x[i];
       this.screenY[i] = origin.y + along * y[i];
@@ -233,9 +292,15 @@ export class Stage {
     return this.edited ?? this.scene?.obstacles ?? [];
   }
 
-  // Where the handles of an obstacle are, by what a drag of them changes: [sign of x, sign of y].
+  // Where the handles of an obstacle are, by what a drag of them changes: [sign of x,
+  // sign of y].
   handles([x, y, halfWidth, halfHeight, round]) {
-    const signs = round ? [[1, 0], [0, 1], [-1, 0], [0, -1]] : [[1, 1], [-1, 1], [-1, -1], [1, -1]];
-    return signs.map(([a, b]) => ({ signs: [a, b], ...this.toScreen({ x: x + a * halfWidth, y: y + b * halfHeight }) }));
+    const signs = round
+      ? [[1, 0], [0, 1], [-1, 0], [0, -1]]
+      : [[1, 1], [-1, 1], [-1, -1], [1, -1]];
+    return signs.map(([a, b]) => ({
+      signs: [a, b],
+      ...this.toScreen({ x: x + a * halfWidth, y: y + b * halfHeight }),
+    }));
   }
 }

@@ -1,5 +1,6 @@
-// Many boids: a triangle is a mask of pixels, made once for each heading, and written straight into an image. Without a
-// graphics card ten thousand of them take a few ms so, and as paths a quarter of a second.
+// Many boids: a triangle is a mask of pixels, made once for each heading, and written
+// straight into an image. Without a graphics card ten thousand of them take a few ms
+// so, and as paths a quarter of a second.
 
 const PHASES = 2; // places of a boid within a pixel, along each axis
 const SAMPLES = 4; // of a pixel, along each axis
@@ -14,7 +15,8 @@ export class Stamps {
     this.made = "";
   }
 
-  // An empty image for boids of a length; all in pixels of the device. `turn` is -1 where y grows upwards.
+  // An empty image for boids of a length; all in pixels of the device. `turn` is -1
+  // where y grows upwards.
   begin(width, height, size, turn) {
     if (this.canvas.width !== width || this.canvas.height !== height || !this.image) {
       [this.canvas.width, this.canvas.height] = [width, height];
@@ -22,7 +24,15 @@ export class Stamps {
       this.pixels = new Uint32Array(this.image.data.buffer);
     }
     const made = `${width} ${size} ${turn}`;
-    if (this.made !== made) Object.assign(this, { made, size, turn, masks: [], half: Math.ceil(0.65 * size) + 1 });
+    if (this.made !== made) {
+      Object.assign(this, {
+        made,
+        size,
+        turn,
+        masks: [],
+        half: Math.ceil(0.65 * size) + 1,
+      });
+    }
     this.pixels.fill(0);
   }
 
@@ -32,26 +42,38 @@ export class Stamps {
     const [column, row] = [Math.floor(nearX / PHASES), Math.floor(nearY / PHASES)];
     const { half, pixels } = this;
     const { width, height } = this.canvas;
-    if (column < half || row < half || column >= width - half || row >= height - half) return;
-    const kind = (heading * PHASES + (nearX - column * PHASES)) * PHASES + nearY - row * PHASES;
+    if (column < half || row < half || column >= width - half || row >= height - half) {
+      return;
+    }
+    const kind = (heading * PHASES + (nearX - column * PHASES)) * PHASES + nearY -
+      row * PHASES;
     const { places, opacities } = (this.masks[kind] ??= this.mask(kind));
     const origin = row * width + column;
     for (let k = 0; k < places.length; k++) {
       const at = origin + places[k];
-      if (opacities[k] > pixels[at] >>> 24) pixels[at] = ((opacities[k] << 24) | colour) >>> 0;
+      if (opacities[k] > pixels[at] >>> 24) {
+        pixels[at] = ((opacities[k] << 24) | colour) >>> 0;
+      }
     }
   }
 
   mask(kind) {
     const angle = (Math.floor(kind / PHASES ** 2) / 128) * Math.PI * this.turn;
     const [cos, sin] = [Math.cos(angle) * this.size, Math.sin(angle) * this.size];
-    const [x, y] = [(Math.floor(kind / PHASES) % PHASES) / PHASES, (kind % PHASES) / PHASES];
-    const corners = CORNERS.map(([along, across]) => [x + along * cos - across * sin, y + along * sin + across * cos]);
+    const [x, y] = [
+      (Math.floor(kind / PHASES) % PHASES) / PHASES,
+      (kind % PHASES) / PHASES,
+    ];
+    const corners = CORNERS.map((
+      [along, across],
+    ) => [x + along * cos - across * sin, y + along * sin + across * cos]);
     const [places, opacities] = [[], []];
     for (let row = -this.half; row <= this.half; row++) {
       for (let column = -this.half; column <= this.half; column++) {
         const opacity = Math.round(255 * covered(corners, column, row));
-        if (opacity > 0) places.push(row * this.canvas.width + column), opacities.push(opacity);
+        if (opacity > 0) {
+          places.push(row * this.canvas.width + column), opacities.push(opacity);
+        }
       }
     }
     return { places: Int32Array.from(places), opacities: Uint8Array.from(opacities) };

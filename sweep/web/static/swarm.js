@@ -1,9 +1,11 @@
-// What moves: boids with their trails, whom one of them sees, and the accelerations by rule.
+// What moves: boids with their trails, whom one of them sees, and the accelerations by
+// rule.
 
 import { CORNERS } from "./stamps.js";
 
 export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
-const TRAIL_GAP = 10; // steps between two frames, from which on a straight line says nothing
+// Steps between two frames, from which on a straight line says nothing.
+const TRAIL_GAP = 10;
 const MANY = 300; // boids, from which on they are stamps
 export const ARROW = 26; // CSS pixels, a usual acceleration
 
@@ -20,7 +22,9 @@ export function drawTrails(stage) {
     context.globalAlpha = 0.55 * (k / trail.length) ** 1.5;
     context.beginPath();
     for (let i = 0; i < to.x.length; i++) {
-      if (Math.abs(to.x[i] - from.x[i]) > farX || Math.abs(to.y[i] - from.y[i]) > farY) continue;
+      if (
+        Math.abs(to.x[i] - from.x[i]) > farX || Math.abs(to.y[i] - from.y[i]) > farY
+      ) continue;
       context.moveTo(origin.x + across * from.x[i], origin.y + along * from.y[i]);
       context.lineTo(origin.x + across * to.x[i], origin.y + along * to.y[i]);
     }
@@ -40,7 +44,13 @@ export function drawPerception(stage) {
   if (Number.isFinite(chosen.range)) {
     context.beginPath();
     if (half < Math.PI) context.moveTo(x, y);
-    context.arc(x, y, chosen.range * stage.camera.scale, heading - half, heading + half);
+    context.arc(
+      x,
+      y,
+      chosen.range * stage.camera.scale,
+      heading - half,
+      heading + half,
+    );
     if (half < Math.PI) context.closePath();
     context.globalAlpha = 0.12;
     context.fill();
@@ -62,7 +72,8 @@ export function drawPerception(stage) {
 
 function boidLength(stage) {
   const { scene, camera, frame } = stage;
-  const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) * camera.scale;
+  const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) *
+    camera.scale;
   return Math.min(Math.max(room, 4), 11);
 }
 
@@ -71,7 +82,9 @@ export function drawBoids(stage) {
   const size = boidLength(stage);
   const of = stage.overlays.has("flocks") && frame.flocks ? stage.flocks.ofBoid : null;
   if (frame.n > MANY) stampBoids(stage, size, of);
-  else for (let i = 0; i < frame.n; i++) drawBoid(stage, i, size, boidColour(stage, of, i));
+  else {for (let i = 0; i < frame.n; i++) {
+      drawBoid(stage, i, size, boidColour(stage, of, i));
+    }}
   const chosen = stage.selection?.boid;
   if (chosen === undefined || chosen >= frame.n) return;
   drawBoid(stage, chosen, 1.5 * size, stage.colours.chosen);
@@ -94,20 +107,37 @@ function drawBoid(stage, i, size, colour) {
   context.fillStyle = colour;
   context.beginPath();
   for (const [along, across] of CORNERS) {
-    context.lineTo(stage.screenX[i] + along * cos - across * sin, stage.screenY[i] + along * sin + across * cos);
+    context.lineTo(
+      stage.screenX[i] + along * cos - across * sin,
+      stage.screenY[i] + along * sin + across * cos,
+    );
   }
   context.fill();
 }
 
 function stampBoids(stage, size, flocks) {
   const { context, canvas, frame, ratio } = stage;
-  const packed = (colour) => colour.match(/\d+/g).reduce((sum, part, place) => sum + (Number(part) << (8 * place)), 0);
+  const packed = (colour) =>
+    colour.match(/\d+/g).reduce(
+      (sum, part, place) => sum + (Number(part) << (8 * place)),
+      0,
+    );
   const colours = [stage.colours.edge, ...stage.rules].map(packed);
   const plain = packed(stage.colours.boid);
-  stage.stamps.begin(canvas.width, canvas.height, Math.round(size * ratio * 4) / 4, stage.upright);
+  stage.stamps.begin(
+    canvas.width,
+    canvas.height,
+    Math.round(size * ratio * 4) / 4,
+    stage.upright,
+  );
   for (let i = 0; i < frame.n; i++) {
     const colour = flocks ? colours[flocks[i] + 1] : plain;
-    stage.stamps.add(stage.screenX[i] * ratio, stage.screenY[i] * ratio, frame.heading[i], colour);
+    stage.stamps.add(
+      stage.screenX[i] * ratio,
+      stage.screenY[i] * ratio,
+      frame.heading[i],
+      colour,
+    );
   }
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.drawImage(stage.stamps.end(), 0, 0);
@@ -117,20 +147,31 @@ function stampBoids(stage, size, flocks) {
 export function drawAccelerations(stage) {
   const { accelerations, rules, n } = stage.frame;
   if (!accelerations) return;
-  const chosen = stage.selection ? [stage.selection.boid] : Array.from({ length: n }, (_, i) => i);
+  const chosen = stage.selection
+    ? [stage.selection.boid]
+    : Array.from({ length: n }, (_, i) => i);
   let [sum, count] = [0, 0];
-  for (const length of lengths(stage, chosen)) if (length > 0) [sum, count] = [sum + length * length, count + 1];
+  for (const length of lengths(stage, chosen)) {
+    if (length > 0) [sum, count] = [sum + length * length, count + 1];
+  }
   if (!count) return;
   const scale = ARROW / Math.sqrt(sum / count);
   const sudden = !(stage.arrowScale > scale / 5 && stage.arrowScale < scale * 5);
-  stage.arrowScale = sudden ? scale : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
+  stage.arrowScale = sudden
+    ? scale
+    : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
   for (let rule = 0; rule < rules; rule++) drawRule(stage, rule, chosen);
 }
 
 function* lengths(stage, boids) {
   const { accelerations, rules, n } = stage.frame;
   for (let rule = 0; rule < rules; rule++) {
-    for (const i of boids) yield Math.hypot(accelerations[2 * rule * n + i], accelerations[(2 * rule + 1) * n + i]);
+    for (const i of boids) {
+      yield Math.hypot(
+        accelerations[2 * rule * n + i],
+        accelerations[(2 * rule + 1) * n + i],
+      );
+    }
   }
 }
 

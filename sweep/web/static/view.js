@@ -1,4 +1,5 @@
-// The whole view: built once in an element, then kept like what the other side of a transport says.
+// The whole view: built once in an element, then kept like what the other side of a
+// transport says.
 
 import { button, make, randomName, short, spaced, unitText, write } from "./dom.js";
 import { Stage } from "./stage.js";
@@ -9,9 +10,21 @@ import { Keys } from "./keys.js";
 import { Pickers, ReplayCard } from "./pickers.js";
 import { RunBar } from "./run.js";
 import { BoidCard, ObstacleList, Overlays } from "./lists.js";
-import { bytesOf, download, keysDialog, Menu, MetricsDialog, SpecDialog } from "./dialogs.js";
+import {
+  bytesOf,
+  download,
+  keysDialog,
+  Menu,
+  MetricsDialog,
+  SpecDialog,
+} from "./dialogs.js";
 
-const TOOLS = { select: ["V", "Select and move"], disc: ["D", "Draw a disc"], rectangle: ["B", "Draw a box"], goal: ["G", "Set the goal"] };
+const TOOLS = {
+  select: ["V", "Select and move"],
+  disc: ["D", "Draw a disc"],
+  rectangle: ["B", "Draw a box"],
+  goal: ["G", "Set the goal"],
+};
 const FILES = [
   ["png", "PNG", "this frame as pixels"],
   ["svg", "SVG", "this frame as lines"],
@@ -21,24 +34,47 @@ const FILES = [
 ];
 const [SAID_FOR, WRONG_FOR] = [6000, 15000]; // ms
 const OPEN = ["schedule", "parameters"];
-const SEED = { name: "seed", kind: "int", text: "the same seed gives the same run", unit: "", slider: null, low: 0 };
+const SEED = {
+  name: "seed",
+  kind: "int",
+  text: "the same seed gives the same run",
+  unit: "",
+  slider: null,
+  low: 0,
+};
 let mounts = 0;
 
 class View {
   constructor(element, transport, { page, shortcuts }) {
-    Object.assign(this, { transport, page: page ?? randomName(), controls: null, state: null, rules: [], plots: new Map(), series: new Map() });
+    Object.assign(this, {
+      transport,
+      page: page ?? randomName(),
+      controls: null,
+      state: null,
+      rules: [],
+      plots: new Map(),
+      series: new Map(),
+    });
     this.prefix = `boidsweep-${++mounts}`;
     this.counts = { asked: 0, drawn: 0, received: 0, since: performance.now() };
     this.fields = new Map();
     this.opened = new Map(OPEN.map((name) => [name, true]));
-    this.root = make("div", { className: "boidsweep", on: { pointerdown: () => (this.pointed = true) } });
+    this.root = make("div", {
+      className: "boidsweep",
+      on: { pointerdown: () => (this.pointed = true) },
+    });
     element.append(this.root);
     this.send = (message) => this.ask(message);
     this.build();
     this.tip = new Tip(this.root);
     this.keys = new Keys(this, shortcuts ?? this.root);
     this.timer = setInterval(() => this.tick(), 500);
-    Object.assign(transport, { onmessage: (message) => this.receive(message), onopen: () => this.opening(), onclose: (words) => this.lost(words), onend: (words) => this.end(words) });
+    Object.assign(transport, {
+      onmessage: (message) => this.receive(message),
+      onopen: () => this.opening(),
+      onclose: (words) => this.lost(words),
+      onend: (words) => this.end(words),
+    });
     if (transport.start) transport.start();
     else this.opening();
   }
@@ -55,21 +91,80 @@ class View {
     this.pickers = new Pickers(this.prefix, this.send);
     this.run = new RunBar(this.send);
     const act = (picture, words, message) => button(picture, words, message, words);
-    this.copy = button("copy", "Copy as spec", () => this.send({ type: "spec" }), "Copy as spec", { className: "primary" });
-    this.files = new Menu("Export", "save", FILES.map(([kind, name, hint]) => [name, hint, () => this.export(kind)]));
+    this.copy = button(
+      "copy",
+      "Copy as spec",
+      () => this.send({ type: "spec" }),
+      "Copy as spec",
+      { className: "primary" },
+    );
+    this.files = new Menu(
+      "Export",
+      "save",
+      FILES.map(([kind, name, hint]) => [name, hint, () => this.export(kind)]),
+    );
     const help = act("keys", "Keys", () => this.help.showModal());
-    const brand = make("div", { className: "brand" }, make("i", { "aria-hidden": "true" }), make("span", { textContent: "boidsweep" }));
-    const actions = make("div", { className: "row" }, this.copy, this.files.element, help);
-    this.canvas = make("canvas", { tabIndex: 0, role: "application", "aria-label": "the swarm" });
-    const picture = make("section", { className: "picture", "aria-label": "picture" }, this.canvas);
-    const left = make("aside", { className: "watch", "aria-label": "overlays and metrics" });
+    const brand = make(
+      "div",
+      { className: "brand" },
+      make("i", { "aria-hidden": "true" }),
+      make("span", { textContent: "boidsweep" }),
+    );
+    const actions = make(
+      "div",
+      { className: "row" },
+      this.copy,
+      this.files.element,
+      help,
+    );
+    this.canvas = make("canvas", {
+      tabIndex: 0,
+      role: "application",
+      "aria-label": "the swarm",
+    });
+    const picture = make(
+      "section",
+      { className: "picture", "aria-label": "picture" },
+      this.canvas,
+    );
+    const left = make("aside", {
+      className: "watch",
+      "aria-label": "overlays and metrics",
+    });
     const right = make("aside", { className: "settings", "aria-label": "settings" });
-    const top = make("header", { className: "top" }, brand, this.pickers.element, actions);
-    this.root.append(make("div", { className: "layout" }, top, picture, this.run.element, right, left, this.buildStatus()));
-    this.stage = new Stage(this.canvas, (frame) => this.taken(frame), () => this.state && this.redrawPlots());
+    const top = make(
+      "header",
+      { className: "top" },
+      brand,
+      this.pickers.element,
+      actions,
+    );
+    this.root.append(
+      make(
+        "div",
+        { className: "layout" },
+        top,
+        picture,
+        this.run.element,
+        right,
+        left,
+        this.buildStatus(),
+      ),
+    );
+    this.stage = new Stage(
+      this.canvas,
+      (frame) => this.taken(frame),
+      () => this.state && this.redrawPlots(),
+    );
     this.hand = new Hand(this.stage, this.send, () => this.showHand());
-    picture.append(this.buildTools(), this.buildFit(), (this.banner = make("p", { className: "banner", role: "alert", hidden: true })));
-    picture.append((this.hint = make("p", { className: "hint", role: "status", hidden: true })));
+    picture.append(
+      this.buildTools(),
+      this.buildFit(),
+      this.banner = make("p", { className: "banner", role: "alert", hidden: true }),
+    );
+    picture.append(
+      this.hint = make("p", { className: "hint", role: "status", hidden: true }),
+    );
     this.buildWatch(left);
     this.buildSettings(right);
     this.spec = new SpecDialog(this.root);
@@ -79,19 +174,36 @@ class View {
 
   buildTools() {
     const tools = Object.entries(TOOLS).map(([name, [key, words]]) => {
-      const one = button(name, `${words} (${key})`, () => this.hand.use(name), "", { "aria-pressed": "false" });
+      const one = button(name, `${words} (${key})`, () => this.hand.use(name), "", {
+        "aria-pressed": "false",
+      });
       one.dataset.tool = name;
       return one;
     });
-    this.tools = make("div", { className: "tools", role: "toolbar", "aria-label": "tools" }, ...tools);
+    this.tools = make("div", {
+      className: "tools",
+      role: "toolbar",
+      "aria-label": "tools",
+    }, ...tools);
     return this.tools;
   }
 
   buildFit() {
     const world = button("world", "Show the whole world (F)", () => this.fit("world"));
-    const boids = button("flock", "Follow the boids", () => this.fit(this.stage.fit === "boids" ? "world" : "boids"), "", { "aria-pressed": "false" });
+    const boids = button(
+      "flock",
+      "Follow the boids",
+      () => this.fit(this.stage.fit === "boids" ? "world" : "boids"),
+      "",
+      { "aria-pressed": "false" },
+    );
     this.follow = boids;
-    return make("div", { className: "tools right", role: "toolbar", "aria-label": "view" }, world, boids);
+    return make(
+      "div",
+      { className: "tools right", role: "toolbar", "aria-label": "view" },
+      world,
+      boids,
+    );
   }
 
   buildStatus() {
@@ -104,9 +216,20 @@ class View {
   buildWatch(left) {
     this.overlays = new Overlays(this.stage, () => this.overlaid());
     this.boid = new BoidCard(this.send, this.stage);
-    const choose = button("chart", "Choose metrics", () => this.choice.show(this.controls.metrics, this.state.plots), "choose", { className: "quiet" });
+    const choose = button(
+      "chart",
+      "Choose metrics",
+      () => this.choice.show(this.controls.metrics, this.state.plots),
+      "choose",
+      { className: "quiet" },
+    );
     this.chart = make("div", { className: "plots" });
-    const metrics = make("section", { "aria-label": "metrics" }, make("div", { className: "row" }, make("h2", { textContent: "Metrics" }), choose), this.chart);
+    const metrics = make(
+      "section",
+      { "aria-label": "metrics" },
+      make("div", { className: "row" }, make("h2", { textContent: "Metrics" }), choose),
+      this.chart,
+    );
     left.append(this.overlays.element, this.boid.element, metrics);
   }
 
@@ -139,7 +262,9 @@ class View {
   end(words) {
     this.lost(words);
     this.keys.stop();
-    for (const part of this.root.querySelectorAll(".top, .run, aside")) part.inert = true;
+    for (const part of this.root.querySelectorAll(".top, .run, aside")) {
+      part.inert = true;
+    }
     this.hand.frozen = true;
     if (!this.state) return;
     this.state.running = false;
@@ -173,7 +298,9 @@ class View {
     this.plots.clear();
     this.fields.clear();
     this.weights = [];
-    const groups = controls.groups.map((group) => this.group(group)).sort((a, b) => (b.dataset.first ?? 0) - (a.dataset.first ?? 0));
+    const groups = controls.groups.map((group) => this.group(group)).sort((a, b) =>
+      (b.dataset.first ?? 0) - (a.dataset.first ?? 0)
+    );
     this.groups.replaceChildren(...groups);
     this.pickers.forget();
   }
@@ -182,14 +309,27 @@ class View {
     const shown = fields.filter((field) => field.name !== "map");
     const about = name === "schedule" ? [...shown, SEED] : shown;
     const rows = about.map((field) => {
-      const row = new Field(field, this.prefix, this.send, { show: (one) => this.tip.show(one), hide: (one) => this.tip.hide(one) });
+      const row = new Field(field, this.prefix, this.send, {
+        show: (one) => this.tip.show(one),
+        hide: (one) => this.tip.hide(one),
+      });
       this.fields.set(field.name, row);
       if (field.name.endsWith("_weight") && row.slide) this.weights.push(row);
       return row.element;
     });
     const count = make("span", { className: "count" });
-    const summary = make("summary", {}, make("span", { textContent: spaced(name) }), count);
-    const group = make("details", { className: "group", open: this.opened.get(name) ?? false }, summary, ...rows);
+    const summary = make(
+      "summary",
+      {},
+      make("span", { textContent: spaced(name) }),
+      count,
+    );
+    const group = make(
+      "details",
+      { className: "group", open: this.opened.get(name) ?? false },
+      summary,
+      ...rows,
+    );
     group.addEventListener("toggle", () => this.opened.set(name, group.open));
     group.dataset.group = name;
     if (name === "schedule") group.dataset.first = 1;
@@ -199,14 +339,19 @@ class View {
   on_state(state) {
     if (state.answers === this.asked) this.asked = null;
     if (this.asked) return;
-    if (state.answers !== this.refused) for (const field of this.fields.values()) field.accept();
+    if (state.answers !== this.refused) {
+      for (const field of this.fields.values()) field.accept();
+    }
     this.state = state;
     this.pickers.show(this.controls, state);
     this.showFields();
     this.showPlots();
     this.showRun();
     this.choice.follow(state.plots);
-    this.overlays.show([...state.overlays, ...(this.stage.overlays.has("trails") ? ["trails"] : [])]);
+    this.overlays.show([
+      ...state.overlays,
+      ...(this.stage.overlays.has("trails") ? ["trails"] : []),
+    ]);
     this.stage.overlays = new Set(this.overlays.chosen);
     this.boid.chosen = state.selected ?? null;
     if (this.boid.chosen === null) this.on_selection({ boid: null });
@@ -221,7 +366,11 @@ class View {
   showFields() {
     const { settings, changed, seed, sweeps, replay } = this.state;
     for (const [name, field] of this.fields) {
-      field.update(name === "seed" ? seed : settings[name], changed.includes(name), sweeps?.[name]);
+      field.update(
+        name === "seed" ? seed : settings[name],
+        changed.includes(name),
+        sweeps?.[name],
+      );
       field.freeze(Boolean(replay));
     }
     for (const group of this.groups.children) {
@@ -234,8 +383,13 @@ class View {
   showRun() {
     const { exact, note, sweeps } = this.state;
     const count = Object.keys(sweeps ?? {}).length;
-    const swept = count ? ` · the spec sweeps ${count === 1 ? "1 setting" : `${count} settings`}` : "";
-    write(this.exact, (exact ? "exact: the spec gives these very frames" : note) + swept);
+    const swept = count
+      ? ` · the spec sweeps ${count === 1 ? "1 setting" : `${count} settings`}`
+      : "";
+    write(
+      this.exact,
+      (exact ? "exact: the spec gives these very frames" : note) + swept,
+    );
     this.exact.classList.toggle("not", !exact);
     this.run.show(this.state, this.shown);
     this.redrawPlots();
@@ -256,13 +410,25 @@ class View {
   showPlots() {
     const { plots, settings } = this.state;
     if (!this.controls) return;
-    for (const [name, plot] of this.plots) if (!plots.includes(name)) plot.element.remove(), this.plots.delete(name);
+    for (const [name, plot] of this.plots) {
+      if (!plots.includes(name)) plot.element.remove(), this.plots.delete(name);
+    }
     for (const name of plots.filter((one) => !this.plots.has(one))) {
       const metric = this.controls.metrics.find((one) => one.name === name) ?? { name };
-      this.plots.set(name, new Plot(metric, this.seriesOf(name), settings, () => this.choosePlots(this.state.plots.filter((one) => one !== name))));
+      this.plots.set(
+        name,
+        new Plot(
+          metric,
+          this.seriesOf(name),
+          settings,
+          () => this.choosePlots(this.state.plots.filter((one) => one !== name)),
+        ),
+      );
     }
     const shown = plots.map((name) => this.plots.get(name).element);
-    if (shown.some((one, i) => one !== this.chart.children[i])) this.chart.append(...shown);
+    if (shown.some((one, i) => one !== this.chart.children[i])) {
+      this.chart.append(...shown);
+    }
   }
 
   choosePlots(names) {
@@ -276,8 +442,10 @@ class View {
   }
 
   on_metrics({ steps, values, reset }) {
-    if (reset) for (const series of this.series.values()) series.clear();
-    for (const [name, row] of Object.entries(values)) this.seriesOf(name).add(steps, row);
+    if (reset) { for (const series of this.series.values()) series.clear(); }
+    for (const [name, row] of Object.entries(values)) {
+      this.seriesOf(name).add(steps, row);
+    }
     if (this.state) this.redrawPlots();
   }
 
@@ -285,12 +453,19 @@ class View {
     this.stage.setScene(scene);
     this.hand.settle(scene);
     this.tools.querySelector("[data-tool=goal]").hidden = !scene.goal;
-    this.canvas.setAttribute("aria-label", `the swarm in a world of ${short(scene.width)} by ${short(scene.height)} ${scene.length}, with ${scene.obstacles.length} obstacles`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `the swarm in a world of ${short(scene.width)} by ${
+        short(scene.height)
+      } ${scene.length}, with ${scene.obstacles.length} obstacles`,
+    );
     this.showHand();
   }
 
   on_selection(selection) {
-    this.stage.selection = selection.boid === null ? null : { ...selection, range: Number(selection.range ?? Infinity) };
+    this.stage.selection = selection.boid === null
+      ? null
+      : { ...selection, range: Number(selection.range ?? Infinity) };
     this.boid.show(this.stage.selection, this.stage.scene?.length);
     this.stage.redraw();
   }
@@ -325,7 +500,10 @@ class View {
     this.words.classList.toggle("wrong", wrong);
     this.words.setAttribute("role", wrong ? "alert" : "status");
     clearTimeout(this.saying);
-    this.saying = setTimeout(() => (this.words.textContent = ""), wrong ? WRONG_FOR : SAID_FOR);
+    this.saying = setTimeout(
+      () => (this.words.textContent = ""),
+      wrong ? WRONG_FOR : SAID_FOR,
+    );
   }
 
   export(kind) {
@@ -335,14 +513,19 @@ class View {
 
   overlaid() {
     this.stage.overlays = new Set(this.overlays.chosen);
-    this.send({ type: "overlays", names: this.overlays.chosen.filter((name) => name !== "trails") });
+    this.send({
+      type: "overlays",
+      names: this.overlays.chosen.filter((name) => name !== "trails"),
+    });
     this.stage.redraw();
   }
 
   showHand() {
     if (!this.list || !this.state) return;
     this.tools.hidden = this.hand.frozen;
-    for (const tool of this.tools.children) tool.setAttribute("aria-pressed", String(tool.dataset.tool === this.hand.tool));
+    for (const tool of this.tools.children) {
+      tool.setAttribute("aria-pressed", String(tool.dataset.tool === this.hand.tool));
+    }
     this.follow.setAttribute("aria-pressed", String(this.stage.fit === "boids"));
     if (this.stage.scene) this.list.show();
   }
@@ -356,7 +539,9 @@ class View {
     const { counts, stage } = this;
     const seconds = (performance.now() - counts.since) / 1000;
     const rate = (count) => Math.round(count / seconds);
-    const rates = this.state?.running ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received` : "paused";
+    const rates = this.state?.running
+      ? `${rate(counts.drawn)} frames/s drawn, ${rate(counts.received)} received`
+      : "paused";
     write(this.rates, rates);
     Object.assign(counts, { drawn: 0, received: 0, since: performance.now() });
     const { length = "", time = "" } = stage.scene ?? {};

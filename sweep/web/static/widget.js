@@ -1,11 +1,13 @@
-// The view in a notebook, by the interface of anywidget: messages go through the comm of the kernel.
+// The view in a notebook, by the interface of anywidget: messages go through the comm
+// of the kernel.
 
 const WIDGET_HEIGHT = "860px";
 const WAITED = 1500; // ms
 const WAITING = "Waiting for the kernel, which is busy or gone.";
 const GONE = "This run is gone with its kernel. Run the cell again for another one.";
 
-// JupyterLab's theme is its own, whatever the system prefers, and may change at any time. Returns what ends it.
+// JupyterLab's theme is its own, whatever the system prefers, and may change at any
+// time. Returns what ends it.
 function followTheme({ root, stage }) {
   const follow = () => {
     const { jpThemeLight } = document.body.dataset;
@@ -41,7 +43,8 @@ function render({ model, el }) {
   const transport = {
     start() {
       model.on("msg:custom", receive);
-      model.on("comm_live_update", lose); // JupyterLab's word for a kernel that begins anew
+      // JupyterLab's word for a kernel that begins anew.
+      model.on("comm_live_update", lose);
       waiting = setTimeout(() => transport.onclose(WAITING), WAITED);
       transport.onopen();
     },
@@ -58,7 +61,8 @@ function render({ model, el }) {
       model.off("comm_live_update", lose);
     },
   };
-  const room = document.createElement("div"); // the style of `el` itself belongs to the notebook
+  // The style of `el` itself belongs to the notebook.
+  const room = document.createElement("div");
   room.style.height = WIDGET_HEIGHT;
   room.addEventListener("keydown", keep);
   el.append(room);
