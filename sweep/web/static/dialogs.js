@@ -4,15 +4,21 @@
 import { button, make, spaced } from "./dom.js";
 import { KEYS } from "./keys.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Metric, Spec } from "./protocol.d.ts" */
+
+/** @param {string} name @param {string} mime @param {BlobPart} bytes */
 export function download(name, mime, bytes) {
   const address = URL.createObjectURL(new Blob([bytes], { type: mime }));
   make("a", { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
+/** @param {string} base64 */
 export const bytesOf = (base64) =>
   Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
+/** @param {HTMLElement} root @param {string} title @param {HTMLElement[]} children */
 function dialog(root, title, ...children) {
   const close = button("remove", "Close", () => box.close(), "", {
     className: "quiet",
@@ -30,7 +36,9 @@ function dialog(root, title, ...children) {
 }
 
 export class SpecDialog {
+  /** @param {HTMLElement} root */
   constructor(root) {
+    this.words = "";
     this.text = make("textarea", {
       readOnly: true,
       spellcheck: false,
@@ -56,6 +64,7 @@ export class SpecDialog {
     );
   }
 
+  /** @param {Spec} spec @param {boolean} sweeps */
   show({ yaml, exact, note }, sweeps) {
     this.text.value = yaml;
     const given = sweeps ? "Without its sweep, it" : "Launched, it";
@@ -76,6 +85,7 @@ export class SpecDialog {
   }
 }
 
+/** @param {HTMLElement} root */
 export function keysDialog(root) {
   const rows = KEYS.map(([keys, words]) =>
     make(
@@ -89,12 +99,14 @@ export function keysDialog(root) {
 }
 
 export class MetricsDialog {
+  /** @param {HTMLElement} root @param {(names: string[]) => void} chosen */
   constructor(root, chosen) {
     this.list = make("div", { className: "choices" });
     this.box = dialog(root, "Which metrics are plotted", this.list);
     this.chosen = chosen;
   }
 
+  /** @param {Metric[]} metrics @param {string[]} plots */
   show(metrics, plots) {
     const rows = metrics.map(({ name, text }) => {
       const input = make("input", {
@@ -111,14 +123,17 @@ export class MetricsDialog {
       return make("label", {}, input, words);
     });
     this.list.replaceChildren(...rows);
-    this.list.onchange = () =>
-      this.chosen(
-        [...this.list.querySelectorAll("input:checked")].map((input) => input.value),
-      );
+    this.list.onchange = () => this.chosen(this.checked());
     this.box.showModal();
   }
 
+  checked() {
+    const inputs = [...this.list.querySelectorAll("input")];
+    return inputs.filter((input) => input.checked).map((input) => input.value);
+  }
+
   // What came of a choice, which may have been refused.
+  /** @param {string[]} plots */
   follow(plots) {
     for (const input of this.list.querySelectorAll("input")) {
       input.checked = plots.includes(input.value);
@@ -128,6 +143,11 @@ export class MetricsDialog {
 
 // A button that opens a list of commands below it.
 export class Menu {
+  /**
+   * @param {string} label
+   * @param {Picture} picture
+   * @param {[words: string, hint: string, act: () => void][]} commands
+   */
   constructor(label, picture, commands) {
     this.items = commands.map(([words, hint, act]) => {
       const item = make(
@@ -136,7 +156,10 @@ export class Menu {
         make("b", { textContent: words }),
         make("small", { textContent: hint }),
       );
-      item.addEventListener("click", () => this.toggle(false) ?? act());
+      item.addEventListener("click", () => {
+        this.toggle(false);
+        act();
+      });
       return item;
     });
     this.list = make("div", {
@@ -145,30 +168,43 @@ export class Menu {
       hidden: true,
       "aria-label": label,
     }, ...this.items);
-    this.opener = button(picture, label, () => this.toggle(this.list.hidden), label, {
-      "aria-haspopup": "menu",
-      "aria-expanded": "false",
-    });
+    this.opener = button(
+      picture,
+      label,
+      () => this.toggle(Boolean(this.list.hidden)),
+      label,
+      {
+        "aria-haspopup": "menu",
+        "aria-expanded": "false",
+      },
+    );
     this.element = make("div", { className: "opens" }, this.opener, this.list);
     this.element.addEventListener("keydown", (event) => this.key(event));
-    this.element.addEventListener(
-      "focusout",
-      (event) =>
-        !this.element.contains(event.relatedTarget) && this.toggle(false, false),
-    );
+    this.element.addEventListener("focusout", ({ relatedTarget: next }) => {
+      const within = next instanceof Node && this.element.contains(next);
+      if (!within) this.toggle(false, false);
+    });
   }
 
+  // The first item comes after the last one.
+  /** @param {number} place */
+  focus(place) {
+    this.items.at(place % this.items.length)?.focus();
+  }
+
+  /** @param {boolean} open */
   toggle(open, focus = true) {
     this.list.hidden = !open;
     this.opener.setAttribute("aria-expanded", String(open));
     if (focus) (open ? this.items[0] : this.opener).focus();
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     if (this.list.hidden) return;
-    const place = this.items.indexOf(document.activeElement);
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (step) this.items.at((place + step) % this.items.length).focus();
+    const place = this.items.findIndex((item) => item === document.activeElement);
+    if (event.key === "ArrowDown") this.focus(place + 1);
+    else if (event.key === "ArrowUp") this.focus(place - 1);
     else if (event.key === "Escape") this.toggle(false);
     else return;
     event.preventDefault();

@@ -4,23 +4,32 @@
 import { button, make, short, spaced } from "./dom.js";
 import { ARROW } from "./swarm.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Hand } from "./pointer.js" */
+/** @import { Kind, Message, Obstacle } from "./protocol.d.ts" */
+/** @import { Selected, Stage } from "./stage.js" */
+
 const MOST_ROWS = 200;
+/** @type {Record<Kind, string[]>} */
 const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "height"] };
 
+/** @type {(row: Obstacle) => Kind} */
 const kindOf = (row) => (row[4] ? "disc" : "rectangle");
+/** @type {(row: Obstacle) => number[]} */
 const partsOf = ([x, y, a, b, round]) => (round ? [x, y, a] : [x, y, 2 * a, 2 * b]);
-const rowOf = (
-  kind,
-  [x, y, a, b],
-) => (kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0]);
+/** @type {(kind: Kind, parts: number[]) => Obstacle} */
+const rowOf = (kind, [x, y, a, b]) =>
+  kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0];
 
 // Every obstacle as a button; the chosen one shows its numbers.
 export class ObstacleList {
+  /** @param {Hand} hand */
   constructor(hand) {
     this.hand = hand;
     this.shown = "";
     this.count = make("span", { className: "count" });
     this.rows = make("ul", { className: "obstacles" });
+    /** @param {Kind} kind @param {string} words */
     const add = (kind, words) =>
       button(
         "plus",
@@ -56,8 +65,9 @@ export class ObstacleList {
     );
   }
 
+  /** @param {Kind} kind */
   add(kind) {
-    const { width, height } = this.hand.stage.scene;
+    const { width, height } = this.hand.stage.world;
     this.hand.add(kind, width / 2, height / 2);
   }
 
@@ -68,9 +78,8 @@ export class ObstacleList {
     this.actions.hidden = frozen;
     this.count.textContent = String(obstacles.length);
     const now = JSON.stringify([obstacles, marked, frozen]);
-    if (
-      now === this.shown || this.rows.contains(document.activeElement) && this.hand.drag
-    ) return;
+    const holds = this.hand.drag && this.rows.contains(document.activeElement);
+    if (now === this.shown || holds) return;
     this.shown = now;
     const focus = this.focused();
     const shown = obstacles.slice(0, MOST_ROWS).map((row, i) =>
@@ -82,7 +91,8 @@ export class ObstacleList {
       );
     }
     this.rows.replaceChildren(...shown);
-    if (focus) this.rows.querySelector(`[data-place="${focus}"]`)?.focus();
+    const before = focus && this.rows.querySelector(`[data-place="${focus}"]`);
+    if (before instanceof HTMLElement) before.focus();
     if (this.element.open) {
       this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({
         block: "nearest",
@@ -91,11 +101,12 @@ export class ObstacleList {
   }
 
   focused() {
-    return this.rows.contains(document.activeElement)
-      ? document.activeElement.dataset.place
-      : "";
+    const { activeElement: focus } = document;
+    const within = focus instanceof HTMLElement && this.rows.contains(focus);
+    return within ? focus.dataset.place : "";
   }
 
+  /** @param {Obstacle} row @param {number} index @param {boolean} open */
   row(row, index, open) {
     const kind = kindOf(row);
     const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${
@@ -121,7 +132,9 @@ export class ObstacleList {
     return make("li", {}, head, ...(open ? [this.numbers(kind, row, index)] : []));
   }
 
+  /** @param {Kind} kind @param {Obstacle} row @param {number} index */
   numbers(kind, row, index) {
+    /** @type {HTMLInputElement[]} */
     const inputs = partsOf(row).map((value, i) => {
       const input = make("input", {
         type: "text",
@@ -144,9 +157,11 @@ export class ObstacleList {
 }
 
 export class BoidCard {
+  /** @param {(message: Message) => void} send @param {Stage} stage */
   constructor(send, stage) {
     this.stage = stage;
     this.send = send;
+    /** @type {number | null} */
     this.chosen = null; // which may not be on the screen yet
     this.input = make("input", {
       type: "text",
@@ -155,6 +170,7 @@ export class BoidCard {
       placeholder: "none",
     });
     this.input.addEventListener("change", () => this.entered());
+    /** @param {Picture} picture @param {string} words @param {number} by */
     const around = (picture, words, by) =>
       button(picture, words, () => this.beside(by), "", { className: "quiet" });
     this.away = button("remove", "Look at no boid", () => this.choose(null), "", {
@@ -186,16 +202,19 @@ export class BoidCard {
     else this.show(this.stage.selection);
   }
 
+  /** @param {number | null} boid */
   choose(boid) {
     this.chosen = boid;
     this.send({ type: "select", boid });
   }
 
+  /** @param {number} by */
   beside(by) {
     const n = this.stage.frame?.n ?? 0;
     if (n) this.choose(((this.chosen ?? (by > 0 ? -1 : 0)) + by + n) % n);
   }
 
+  /** @param {Selected | null} selection @param {string} [unit] */
   show(selection, unit = "") {
     this.away.hidden = !selection;
     if (!this.input.matches(":focus")) {
@@ -206,6 +225,7 @@ export class BoidCard {
       : "Click a boid to see whom it sees.";
   }
 
+  /** @param {Selected} selection @param {string} unit */
   words({ x, y, range, fov, heading, neighbours }, unit) {
     const turned = typeof heading === "number"
       ? `, heading ${short((heading * 180) / Math.PI, 3)}°`
@@ -221,18 +241,14 @@ export class BoidCard {
   }
 }
 
-export const OVERLAY_WORDS = {
-  trails: "trails",
-  flocks: "flocks",
-  coverage: "coverage",
-  accelerations: "accelerations",
-};
-
 // Switches for what is drawn besides the boids, with the legend of each.
 export class Overlays {
+  /** @param {Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
     this.stage = stage;
+    /** @type {Map<string, HTMLInputElement>} */
     this.inputs = new Map();
+    /** @type {Map<string, HTMLElement>} */
     this.legends = new Map();
     this.rows = make("div", { className: "overlays" });
     this.element = make(
@@ -244,12 +260,14 @@ export class Overlays {
     this.changed = changed;
   }
 
+  /** @param {string[]} names */
   offer(names) {
     if (names.join() === [...this.inputs.keys()].join()) return;
     this.inputs.clear();
     this.rows.replaceChildren(...names.map((name) => this.row(name)));
   }
 
+  /** @param {string} name */
   row(name) {
     const input = make("input", {
       type: "checkbox",
@@ -266,7 +284,7 @@ export class Overlays {
         "label",
         {},
         input,
-        make("span", { textContent: OVERLAY_WORDS[name] ?? spaced(name) }),
+        make("span", { textContent: spaced(name) }),
       ),
       legend,
     );
@@ -276,12 +294,15 @@ export class Overlays {
     return [...this.inputs].filter(([, input]) => input.checked).map(([name]) => name);
   }
 
+  /** @param {string[]} names */
   show(names) {
     for (const [name, input] of this.inputs) input.checked = names.includes(name);
   }
 
+  /** @param {string[]} rules @param {string} unit */
   explain(rules, unit) {
-    const on = (name) => this.inputs.get(name)?.checked;
+    /** @param {string} name */
+    const on = (name) => this.inputs.get(name)?.checked ?? false;
     this.legend("accelerations", on("accelerations") && rules.length > 0, () => [
       ...rules.map((rule, i) =>
         this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))
@@ -306,18 +327,20 @@ export class Overlays {
     const words = `${flocks.size} of two or more; grey boids are alone`;
     this.legend(
       "flocks",
-      on("flocks") && this.stage.frame?.flocks,
+      on("flocks") && Boolean(this.stage.frame?.flocks),
       () => [make("small", { textContent: words })],
     );
   }
 
+  /** @param {string} name @param {boolean} wanted @param {() => HTMLElement[]} parts */
   legend(name, wanted, parts) {
-    const [legend, fresh] = [this.legends.get(name), wanted ? parts() : []];
-    if (
-      legend && legend.textContent !== fresh.map((part) => part.textContent).join("")
-    ) legend.replaceChildren(...fresh);
+    const legend = this.legends.get(name);
+    const fresh = wanted ? parts() : [];
+    const words = fresh.map((part) => part.textContent).join("");
+    if (legend && legend.textContent !== words) legend.replaceChildren(...fresh);
   }
 
+  /** @param {string} colour @param {string} words */
   swatch(colour, words) {
     const sample = make("i");
     sample.style.backgroundColor = colour;

@@ -3,17 +3,15 @@
 
 import { make, short, spaced } from "./dom.js";
 
-const named = (
-  one,
-) => (typeof one === "string"
-  ? { name: one }
-  : { ...one, text: one.text ?? one.source });
+/** @import { Controls, Message, Replay, State } from "./protocol.d.ts" */
 
 export class Pickers {
+  /** @param {string} prefix @param {(message: Message) => void} send */
   constructor(prefix, send) {
-    Object.assign(this, { prefix, send });
+    this.prefix = prefix;
+    this.send = send;
     this.element = make("div", { className: "pickers" });
-    this.forget();
+    this.shown = "";
   }
 
   // What is shown may be other than what holds.
@@ -21,28 +19,32 @@ export class Pickers {
     this.shown = "";
   }
 
+  /** @param {Controls} controls @param {State} state */
   show(controls, { model, preset, settings, replay }) {
     const shown = JSON.stringify([model, preset, settings.map, Boolean(replay)]);
     if (shown === this.shown) return;
     this.shown = shown;
-    const presets = (name) => controls.models.find((one) => one.name === name).presets;
-    const own = (
-      name,
-    ) => (presets(name).includes(preset) ? preset : presets(name).at(-1));
-    const maps = controls.maps.map(named);
-    const { map } = settings;
-    if (map && !maps.some(({ name }) => name === map)) maps.push({ name: map });
+    /** @param {string} name */
+    const presets = (name) =>
+      controls.models.find((one) => one.name === name)?.presets ?? [];
+    /** @param {string} name */
+    const own = (name) =>
+      presets(name).includes(preset) ? preset : presets(name).at(-1) ?? preset;
+    const models = controls.models.map(({ name, source }) => ({ name, text: source }));
+    const maps = controls.maps.map(({ name, text }) => ({ name, text }));
+    const map = String(settings.map);
+    if (!maps.some(({ name }) => name === map)) maps.push({ name: map, text: "" });
     this.element.replaceChildren(
       this.picker(
         "model",
         model,
-        controls.models.map(named),
+        models,
         (name) => this.send({ type: "model", model: name, preset: own(name) }),
       ),
       this.picker(
         "preset",
         preset,
-        presets(model).map(named),
+        presets(model).map((name) => ({ name, text: "" })),
         (name) => this.send({ type: "model", model, preset: name }),
       ),
       this.picker(
@@ -58,9 +60,15 @@ export class Pickers {
   }
 
   // A labelled list of names, whose texts are hints.
+  /**
+   * @param {string} label
+   * @param {string} value
+   * @param {{ name: string, text: string }[]} options
+   * @param {(name: string) => void} act
+   */
   picker(label, value, options, act) {
     const id = `${this.prefix}-${label}`;
-    const choices = options.map(({ name, text = "" }) =>
+    const choices = options.map(({ name, text }) =>
       make("option", { value: name, textContent: name, title: text })
     );
     const select = make(
@@ -83,6 +91,7 @@ export class ReplayCard {
     this.shown = "";
   }
 
+  /** @param {Replay | null} replay */
   show(replay) {
     this.element.hidden = !replay;
     if (!replay || this.shown === JSON.stringify(replay)) return;
@@ -106,6 +115,7 @@ export class ReplayCard {
     );
   }
 
+  /** @param {[string, { stored: number, replayed: number }][]} metrics */
   table(metrics) {
     if (!metrics.length) return [];
     const rows = metrics.map(([name, { stored, replayed }]) => {

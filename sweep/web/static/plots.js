@@ -1,7 +1,12 @@
 // Metrics against the step, each in a small canvas, with what was published as dashed
 // lines.
 
-import { button, make, short, spaced, unitText, write } from "./dom.js";
+import { button, contextOf, make, short, spaced, unitText, write } from "./dom.js";
+
+/** @import { Metric, Published, Value } from "./protocol.d.ts" */
+/** @import { Colours } from "./stage.js" */
+
+/** @typedef {{ left: number, right: number, top: number, bottom: number }} Area */
 
 const MOST = 3000;
 const MOST_WORDS = 3;
@@ -11,15 +16,20 @@ const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 // plot.
 export class Series {
   constructor() {
-    this.clear();
+    /** @type {number[]} */
+    this.steps = [];
+    /** @type {(number | null)[]} */
+    this.values = [];
   }
 
   clear() {
-    [this.steps, this.values] = [[], []];
+    this.steps = [];
+    this.values = [];
   }
 
+  /** @param {number[]} steps @param {(number | null)[]} values */
   add(steps, values) {
-    while (this.steps.length && this.steps.at(-1) >= steps[0]) {
+    while ((this.steps.at(-1) ?? -1) >= steps[0]) {
       this.steps.pop();
       this.values.pop();
     }
@@ -28,11 +38,13 @@ export class Series {
       this.values.push(values[i]);
     }
     if (this.steps.length <= MOST) return;
+    /** @param {unknown} _ @param {number} i */
     const kept = (_, i) => i % 2 === 0 || i === this.steps.length - 1;
     [this.steps, this.values] = [this.steps.filter(kept), this.values.filter(kept)];
   }
 
   // The value at `step`, which in a replay is not the last one.
+  /** @param {number} step */
   at(step) {
     let i = this.steps.length - 1;
     while (i > 0 && this.steps[i] > step) i--;
@@ -41,8 +53,17 @@ export class Series {
 }
 
 export class Plot {
+  /**
+   * @param {Metric} metric
+   * @param {Series} series
+   * @param {Record<string, Value>} settings
+   * @param {() => void} remove
+   */
   constructor(metric, series, settings, remove) {
-    Object.assign(this, { metric, series });
+    this.metric = metric;
+    this.series = series;
+    /** @type {Published[]} */
+    this.published = [];
     this.canvas = make("canvas", { role: "img", tabIndex: -1 });
     this.value = make("output", { className: "reading" });
     const close = button(
@@ -69,16 +90,18 @@ export class Plot {
 
   // What a document says for the very settings on the screen: of a whole run, or of one
   // of its frames.
+  /** @param {Record<string, Value>} settings */
   publish(settings) {
+    /** @param {Published} one */
     const suits = (one) =>
-      Object.entries(one.settings ?? {}).every(([name, value]) =>
-        settings[name] === value
-      );
+      Object.entries(one.settings).every(([name, value]) => settings[name] === value);
+    /** @type {Map<string, Published>} */
     const known = new Map();
-    for (const one of this.metric.published ?? []) {
+    for (const one of this.metric.published) {
       if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
     }
     this.published = [...known.values()];
+    /** @param {number | null} frame */
     const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
     const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) =>
       short(value) + at(frame)
@@ -90,6 +113,7 @@ export class Plot {
     );
   }
 
+  /** @param {number} step @param {Colours} colours */
   draw(step, colours) {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -101,7 +125,7 @@ export class Plot {
     if (canvas.height !== Math.round(height * ratio)) {
       canvas.height = Math.round(height * ratio);
     }
-    const context = canvas.getContext("2d");
+    const context = contextOf(canvas);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     const area = {
@@ -114,15 +138,21 @@ export class Plot {
     this.tell(step);
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Area} area
+   * @param {number} step
+   * @param {Colours} colours
+   */
   drawIn(context, area, step, colours) {
     const { low, high } = this.bounds();
     const { steps } = this.series;
-    const [first, last] = [
-      steps[0] ?? 0,
-      Math.max(steps.at(-1) ?? 1, (steps[0] ?? 0) + 1),
-    ];
+    const first = steps[0] ?? 0;
+    const last = Math.max(steps.at(-1) ?? 1, first + 1);
+    /** @param {number} one */
     const across = (one) =>
       area.left + ((one - first) / (last - first)) * (area.right - area.left);
+    /** @param {number} value */
     const along = (value) =>
       area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
     context.lineWidth = 1;
@@ -137,7 +167,7 @@ export class Plot {
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
     for (const { value, frame } of this.passing) {
-      this.ring(context, across(frame), along(value));
+      if (frame !== null) this.ring(context, across(frame), along(value));
     }
     if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
@@ -158,17 +188,20 @@ export class Plot {
 
   get passing() {
     const { steps } = this.series;
+    const last = steps.at(-1) ?? -1;
     return this.published.filter(({ frame }) =>
-      frame !== null && frame >= steps[0] && frame <= steps.at(-1)
+      frame !== null && frame >= steps[0] && frame <= last
     );
   }
 
+  /** @param {CanvasRenderingContext2D} context @param {number} x @param {number} y */
   ring(context, x, y) {
     context.beginPath();
     context.arc(x, y, 3.5, 0, 2 * Math.PI);
     context.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} context @param {Area} area @param {number} y */
   level(context, area, y) {
     context.beginPath();
     context.moveTo(area.left, y);
@@ -176,15 +209,23 @@ export class Plot {
     context.stroke();
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {(step: number) => number} across
+   * @param {(value: number) => number} along
+   */
   trace(context, across, along) {
     const { steps, values } = this.series;
     context.beginPath();
     let joined = false; // a value that is missing leaves a gap
     for (let i = 0; i < steps.length; i++) {
-      const [x, y] = [across(steps[i]), along(values[i])];
-      if (joined) context.lineTo(x, y);
-      else context.moveTo(x, y);
-      joined = values[i] !== null && values[i + 1] !== null;
+      const value = values[i];
+      if (value === null) joined = false;
+      else if (joined) context.lineTo(across(steps[i]), along(value));
+      else {
+        context.moveTo(across(steps[i]), along(value));
+        joined = true;
+      }
     }
     context.stroke();
   }
@@ -206,6 +247,7 @@ export class Plot {
     };
   }
 
+  /** @param {number} step */
   tell(step) {
     const { metric } = this;
     write(this.value, short(this.series.at(step) ?? null));

@@ -3,11 +3,32 @@
 
 import { button, make, setIcon, short, write } from "./dom.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Message, State } from "./protocol.d.ts" */
+
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000, 0];
 
+/** @param {State} state */
+const ended = ({ replay, step, steps, running }) =>
+  !replay && !running && step >= steps;
+
+// What the button does next: its picture, its word, and what that means.
+/**
+ * @param {State} state
+ * @returns {[picture: Picture, word: string, meaning: string]}
+ */
+function next(state) {
+  if (state.running) return ["pause", "Pause", "Pause"];
+  return ended(state)
+    ? ["forward", "Go on", "Go on: twice as many steps"]
+    : ["play", "Run", "Run"];
+}
+
 export class RunBar {
+  /** @param {(message: Message) => void} send */
   constructor(send) {
     this.send = send;
+    /** @type {State | null} */
     this.state = null;
     this.step = 0;
     const back = button(
@@ -32,7 +53,7 @@ export class RunBar {
     this.clock = make("output", { className: "clock" });
     const options = SPEEDS.map((speed) =>
       make("option", {
-        value: speed,
+        value: String(speed),
         textContent: speed ? `${speed} steps/s` : "as fast as it goes",
       })
     );
@@ -54,49 +75,42 @@ export class RunBar {
     );
   }
 
-  get ended() {
-    const { replay, step, steps, running } = this.state;
-    return !replay && !running && step >= steps;
-  }
-
   toggle() {
     const { state } = this;
-    this.send({ type: state.running ? "pause" : this.ended ? "continue" : "run" });
+    if (!state) return;
+    this.send({ type: state.running ? "pause" : ended(state) ? "continue" : "run" });
     state.running = !state.running; // until the answer comes
     this.show(state, this.step);
   }
 
+  /** @param {State} state @param {number} step */
   show(state, step) {
     this.state = state;
-    const [picture, words, hint] = this.act();
-    if (this.going.lastChild.textContent !== words) {
+    const { lastChild: word } = this.going;
+    const [picture, words, hint] = next(state);
+    if (word && word.textContent !== words) {
       setIcon(this.going, picture, `${hint} (Space)`);
+      word.textContent = words;
     }
-    this.going.lastChild.textContent = words;
     this.offer(state.speed);
     this.speed.value = String(state.speed);
     this.showStep(step);
   }
 
-  // What the button does next: its picture, its word, and what that means.
-  act() {
-    if (this.state.running) return ["pause", "Pause", "Pause"];
-    return this.ended
-      ? ["forward", "Go on", "Go on: twice as many steps"]
-      : ["play", "Run", "Run"];
-  }
-
   // A speed from elsewhere becomes one that can be chosen.
+  /** @param {number} speed */
   offer(speed) {
     if ([...this.speed.options].some((option) => Number(option.value) === speed)) {
       return;
     }
     this.speed.add(
-      make("option", { value: speed, textContent: `${short(speed)} steps/s` }),
+      make("option", { value: String(speed), textContent: `${short(speed)} steps/s` }),
     );
   }
 
+  /** @param {number} step */
   showStep(step) {
+    if (!this.state) return;
     this.step = step;
     const { steps, replay } = this.state;
     const last = replay ? replay.frames[1] : steps;
@@ -106,18 +120,20 @@ export class RunBar {
     this.bar.max = Math.max(1, last);
     this.bar.value = step;
     if (!replay) return;
+    this.seekable(replay.frames, step);
+  }
+
+  /**
+   * @param {[first: number, last: number, every: number]} frames
+   * @param {number} step
+   */
+  seekable([first, last, every], step) {
     const { scrub } = this;
     if (!scrub.matches(":active")) {
-      Object.assign(scrub, {
-        min: replay.frames[0],
-        max: last,
-        step: replay.frames[2],
-        value: step,
-      });
+      [scrub.min, scrub.max, scrub.step] = [first, last, every].map(String);
+      scrub.value = String(step);
     }
-    scrub.style.setProperty(
-      "--part",
-      `${(100 * (scrub.value - scrub.min)) / Math.max(1, last - scrub.min)}%`,
-    );
+    const part = (Number(scrub.value) - first) / Math.max(1, last - first);
+    scrub.style.setProperty("--part", `${100 * part}%`);
   }
 }

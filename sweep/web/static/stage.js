@@ -2,7 +2,7 @@
 // handles of what is selected.
 
 import { decode, FlockColours, placeX, placeY } from "./frames.js";
-import { make } from "./dom.js";
+import { contextOf, make } from "./dom.js";
 import { Stamps } from "./stamps.js";
 import {
   drawGoal,
@@ -21,7 +21,16 @@ import {
   RULES,
 } from "./swarm.js";
 
-const COLOURS = [
+/** @import { Coverage, Frame } from "./frames.js" */
+/** @import { Bytes, Obstacle, Scene, Seen } from "./protocol.d.ts" */
+
+/** @typedef {{ x: number, y: number }} Place */
+/** @typedef {{ scale: number, x: number, y: number }} Camera */
+/** @typedef {"world" | "boids" | "free"} Fit */
+/** @typedef {Omit<Seen, "range"> & { range: number }} Selected */
+/** @typedef {Record<typeof COLOURS[number], string>} Colours */
+
+const COLOURS = /** @type {const} */ ([
   "stage",
   "ground",
   "border",
@@ -34,32 +43,85 @@ const COLOURS = [
   "chosen",
   "published",
   "heat",
-];
+]);
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
+
+// What the style sheet says: the colours by name, and those of the rules.
+/**
+ * @param {HTMLElement} element
+ * @returns {[Colours, string[]]}
+ */
+function coloursBeside(element) {
+  const probe = make("span");
+  element.after(probe);
+  /** @param {string} name */
+  const resolve = (name) => {
+    probe.style.color = `var(--${name})`;
+    return getComputedStyle(probe).color;
+  };
+  const named = COLOURS.map((name) => [name, resolve(name)]);
+  const rules = Array.from({ length: RULES }, (_, i) => resolve(`rule-${i}`));
+  probe.remove();
+  return [/** @type {Colours} */ (Object.fromEntries(named)), rules];
+}
+
+// The box about all boids: left, top, right and bottom.
+/** @param {Frame} frame @param {Scene} scene */
+function around(frame, scene) {
+  const least = Math.max(scene.width, scene.height) / 20;
+  let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < frame.n; i++) {
+    const [x, y] = [placeX(frame, i), placeY(frame, i)];
+    [left, right] = [Math.min(left, x), Math.max(right, x)];
+    [top, bottom] = [Math.min(top, y), Math.max(bottom, y)];
+  }
+  return [left - least, top - least, right + least, bottom + least];
+}
 
 // `taken` is called with each frame that is drawn, `renewed` when colours or size have
 // changed.
 export class Stage {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {(frame: Frame) => void} taken
+   * @param {() => void} renewed
+   */
   constructor(canvas, taken, renewed) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d", { alpha: false });
+    this.context = contextOf(canvas, { alpha: false });
     this.taken = taken;
     this.renewed = renewed;
+    this.width = 0;
+    this.height = 0;
+    this.ratio = 1;
+    /** @type {Scene | null} */
     this.scene = null;
+    /** @type {Frame | null} */
     this.frame = null;
+    /** @type {Bytes | null} */
     this.pending = null;
+    /** @type {Selected | null} */
     this.selection = null;
+    /** @type {Set<string>} */
     this.overlays = new Set();
+    /** @type {Obstacle[] | null} */
     this.edited = null;
+    /** @type {number | null} */
     this.marked = null;
     this.arrowScale = 0;
+    /** @type {Fit} */
     this.fit = "world";
+    /** @type {Camera} */
     this.camera = { scale: 1, x: 0, y: 0 };
+    /** @type {{ x: Float32Array, y: Float32Array, step: number }[]} */
     this.trail = [];
+    this.screenX = new Float32Array(0);
+    this.screenY = new Float32Array(0);
     this.flocks = new FlockColours(RULES);
     this.stamps = new Stamps();
     this.heat = document.createElement("canvas");
+    /** @type {Coverage | null} */
     this.coverage = null; // the latest that came: not every frame has one
     this.heatMost = 0;
     this.request = 0;
@@ -68,7 +130,9 @@ export class Stage {
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.recolour = () => this.readColours();
     this.scheme.addEventListener("change", this.recolour);
-    this.readColours();
+    const [colours, rules] = coloursBeside(canvas);
+    this.colours = colours;
+    this.rules = rules;
   }
 
   stop() {
@@ -78,15 +142,7 @@ export class Stage {
   }
 
   readColours() {
-    const probe = make("span");
-    this.canvas.parentElement.append(probe);
-    const resolve = (name) => {
-      probe.style.color = `var(--${name})`;
-      return getComputedStyle(probe).color;
-    };
-    this.colours = Object.fromEntries(COLOURS.map((name) => [name, resolve(name)]));
-    this.rules = Array.from({ length: RULES }, (_, i) => resolve(`rule-${i}`));
-    probe.remove();
+    [this.colours, this.rules] = coloursBeside(this.canvas);
     paintHeat(this);
     this.redraw();
     // JupyterLab hides all while it changes its theme.
@@ -104,6 +160,7 @@ export class Stage {
     this.renewed();
   }
 
+  /** @param {Scene} scene */
   setScene(scene) {
     const size = this.scene &&
       `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
@@ -115,6 +172,7 @@ export class Stage {
     this.redraw();
   }
 
+  /** @param {Bytes} data */
   take(data) {
     this.pending = data;
     this.redraw();
@@ -136,7 +194,7 @@ export class Stage {
   look() {
     if (!this.scene || !this.width) return;
     let box = [0, 0, this.scene.width, this.scene.height];
-    if (this.fit === "boids" && this.frame?.n) box = this.bodies();
+    if (this.fit === "boids" && this.frame?.n) box = around(this.frame, this.scene);
     if (this.fit === "free") return;
     const [left, top, right, bottom] = box;
     const across = (this.width - 2 * MARGIN.side) / Math.max(right - left, 1e-9);
@@ -149,28 +207,14 @@ export class Stage {
     };
   }
 
-  bodies() {
-    const { frame } = this;
-    const least = Math.max(this.scene.width, this.scene.height) / 20;
-    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < frame.n; i++) {
-      const [x, y] = [placeX(frame, i), placeY(frame, i)];
-      [left, right, top, bottom] = [
-        Math.min(left, x),
-        Math.max(right, x),
-        Math.min(top, y),
-        Math.max(bottom, y),
-      ];
-    }
-    return [left - least, top - least, right + least, bottom + least];
-  }
-
+  /** @param {Fit} fit */
   setFit(fit) {
     this.fit = fit;
     this.look();
     this.redraw();
   }
 
+  /** @param {number} factor @param {Place} at */
   zoom(factor, at) {
     const before = this.toWorld(at);
     this.fit = "free";
@@ -179,6 +223,7 @@ export class Stage {
     this.pan(before.x - after.x, before.y - after.y);
   }
 
+  /** @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.fit = "free";
     this.camera = { ...this.camera, x: this.camera.x + dx, y: this.camera.y + dy };
@@ -193,6 +238,7 @@ export class Stage {
     return { x: this.width / 2, y: (this.height + MARGIN.top - MARGIN.bottom) / 2 };
   }
 
+  /** @param {Place} place @returns {Place} */
   toScreen({ x, y }) {
     const { camera, middle } = this;
     return {
@@ -201,6 +247,7 @@ export class Stage {
     };
   }
 
+  /** @param {Place} place @returns {Place} */
   toWorld({ x, y }) {
     const { camera, middle } = this;
     return {
@@ -210,8 +257,11 @@ export class Stage {
   }
 
   // The boid nearest to a place on the screen, if it is within `reach` pixels, or null.
+  /** @param {Place} place @param {number} reach @returns {number | null} */
   boidAt(place, reach) {
-    let [nearest, least] = [null, reach * reach];
+    /** @type {number | null} */
+    let nearest = null;
+    let least = reach * reach;
     for (let i = 0; i < (this.frame?.n ?? 0); i++) {
       const [dx, dy] = [this.screenX[i] - place.x, this.screenY[i] - place.y];
       if (dx * dx + dy * dy < least) [nearest, least] = [i, dx * dx + dy * dy];
@@ -221,30 +271,31 @@ export class Stage {
 
   draw() {
     if (!this.scene || !this.width) return;
-    const fresh = this.pending !== null;
-    if (fresh) {
-      this.accept(decode(this.pending));
+    if (this.pending) {
+      const fresh = decode(this.pending);
+      this.accept(fresh);
       this.pending = null;
-      this.taken(this.frame); // the next one is made and sent while this one is drawn
+      this.taken(fresh); // the next one is made and sent while this one is drawn
     }
-    const { context, ratio } = this;
+    const { context, frame, overlays, ratio, scene } = this;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = this.colours.stage;
     context.fillRect(0, 0, this.width, this.height);
-    drawGround(this);
+    drawGround(this, scene);
     drawObstacles(this);
-    drawGoal(this);
-    if (this.frame) {
-      this.project();
-      if (this.overlays.has("trails")) drawTrails(this);
-      drawPerception(this);
-      drawBoids(this);
-      if (this.overlays.has("accelerations")) drawAccelerations(this);
+    drawGoal(this, scene);
+    if (frame) {
+      this.project(frame);
+      if (overlays.has("trails")) drawTrails(this, scene);
+      drawPerception(this, scene, frame);
+      drawBoids(this, scene, frame);
+      if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);
-    drawScale(this);
+    drawScale(this, scene);
   }
 
+  /** @param {Frame} frame */
   accept(frame) {
     const gone = this.frame &&
       (frame.step < this.frame.step || frame.n !== this.frame.n);
@@ -269,12 +320,12 @@ export class Stage {
     if (this.fit === "boids") this.look();
   }
 
-  project() {
+  /** @param {Frame} frame */
+  project({ n }) {
     const { x, y } = this.trail.at(-1) ?? { x: [], y: [] };
     const origin = this.toScreen({ x: 0, y: 0 });
     const [across, along] = [this.camera.scale, this.camera.scale * this.upright];
-    const n = this.frame.n;
-    if (this.screenX?.length !== n) {
+    if (this.screenX.length !== n) {
       [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
     }
     for (let i = 0; i < n; i++) {
@@ -283,9 +334,25 @@ export class Stage {
     }
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   * @param {number} width
+   * @param {number} height
+   * @returns {[number, number, number, number]}
+   */
   box(x, y, width, height) {
     const corner = this.toScreen({ x, y: this.upright > 0 ? y : y + height });
     return [corner.x, corner.y, width * this.camera.scale, height * this.camera.scale];
+  }
+
+  get world() {
+    return { width: this.scene?.width ?? 0, height: this.scene?.height ?? 0 };
+  }
+
+  // The obstacle that is selected.
+  get chosen() {
+    return this.marked === null ? undefined : this.obstacles[this.marked];
   }
 
   get obstacles() {
@@ -294,6 +361,7 @@ export class Stage {
 
   // Where the handles of an obstacle are, by what a drag of them changes: [sign of x,
   // sign of y].
+  /** @param {Obstacle} obstacle */
   handles([x, y, halfWidth, halfHeight, round]) {
     const signs = round
       ? [[1, 0], [0, 1], [-1, 0], [0, -1]]

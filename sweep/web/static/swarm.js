@@ -1,7 +1,12 @@
 // What moves: boids with their trails, whom one of them sees, and the accelerations by
 // rule.
 
+import { partsOf } from "./dom.js";
 import { CORNERS } from "./stamps.js";
+
+/** @import { Frame } from "./frames.js" */
+/** @import { Scene } from "./protocol.d.ts" */
+/** @import { Camera, Stage } from "./stage.js" */
 
 export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
 // Steps between two frames, from which on a straight line says nothing.
@@ -9,11 +14,12 @@ const TRAIL_GAP = 10;
 const MANY = 300; // boids, from which on they are stamps
 export const ARROW = 26; // CSS pixels, a usual acceleration
 
-export function drawTrails(stage) {
+/** @param {Stage} stage @param {Scene} scene */
+export function drawTrails(stage, scene) {
   const { context, trail } = stage;
   const origin = stage.toScreen({ x: 0, y: 0 });
   const [across, along] = [stage.camera.scale, stage.camera.scale * stage.upright];
-  const [farX, farY] = [stage.scene.width / 2, stage.scene.height / 2];
+  const [farX, farY] = [scene.width / 2, scene.height / 2];
   context.strokeStyle = stage.colours.boid;
   context.lineWidth = 1;
   for (let k = 1; k < trail.length; k++) {
@@ -33,9 +39,10 @@ export function drawTrails(stage) {
   context.globalAlpha = 1;
 }
 
-export function drawPerception(stage) {
+/** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
+export function drawPerception(stage, scene, frame) {
   const { context, selection: chosen } = stage;
-  if (!chosen || chosen.boid >= stage.frame.n) return;
+  if (!chosen || chosen.boid >= frame.n) return;
   const [x, y] = [stage.screenX[chosen.boid], stage.screenY[chosen.boid]];
   const half = ((Math.min(chosen.fov ?? 360, 360) / 2) * Math.PI) / 180;
   const heading = (chosen.heading ?? 0) * stage.upright;
@@ -61,8 +68,8 @@ export function drawPerception(stage) {
   context.beginPath();
   for (const other of chosen.neighbours) {
     const [dx, dy] = [stage.screenX[other] - x, stage.screenY[other] - y];
-    const far = Math.abs(dx) > (stage.scene.width * stage.camera.scale) / 2;
-    if (far || Math.abs(dy) > (stage.scene.height * stage.camera.scale) / 2) continue;
+    const far = Math.abs(dx) > (scene.width * stage.camera.scale) / 2;
+    if (far || Math.abs(dy) > (scene.height * stage.camera.scale) / 2) continue;
     context.moveTo(x, y);
     context.lineTo(x + dx, y + dy);
   }
@@ -70,24 +77,27 @@ export function drawPerception(stage) {
   context.globalAlpha = 1;
 }
 
-function boidLength(stage) {
-  const { scene, camera, frame } = stage;
+/** @param {Scene} scene @param {Frame} frame @param {Camera} camera */
+function boidLength(scene, frame, { scale }) {
   const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) *
-    camera.scale;
+    scale;
   return Math.min(Math.max(room, 4), 11);
 }
 
-export function drawBoids(stage) {
-  const { context, frame } = stage;
-  const size = boidLength(stage);
+/** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
+export function drawBoids(stage, scene, frame) {
+  const { context } = stage;
+  const size = boidLength(scene, frame, stage.camera);
   const of = stage.overlays.has("flocks") && frame.flocks ? stage.flocks.ofBoid : null;
-  if (frame.n > MANY) stampBoids(stage, size, of);
-  else {for (let i = 0; i < frame.n; i++) {
-      drawBoid(stage, i, size, boidColour(stage, of, i));
-    }}
+  if (frame.n > MANY) stampBoids(stage, frame, size, of);
+  else {
+    for (let i = 0; i < frame.n; i++) {
+      drawBoid(stage, frame, i, size, boidColour(stage, of, i));
+    }
+  }
   const chosen = stage.selection?.boid;
   if (chosen === undefined || chosen >= frame.n) return;
-  drawBoid(stage, chosen, 1.5 * size, stage.colours.chosen);
+  drawBoid(stage, frame, chosen, 1.5 * size, stage.colours.chosen);
   context.strokeStyle = stage.colours.chosen;
   context.lineWidth = 2;
   context.beginPath();
@@ -95,14 +105,22 @@ export function drawBoids(stage) {
   context.stroke();
 }
 
+/** @param {Stage} stage @param {Int16Array | null} flocks @param {number} i */
 function boidColour(stage, flocks, i) {
   if (!flocks) return stage.colours.boid;
   return flocks[i] < 0 ? stage.colours.edge : stage.rules[flocks[i]];
 }
 
-function drawBoid(stage, i, size, colour) {
+/**
+ * @param {Stage} stage
+ * @param {Frame} frame
+ * @param {number} i
+ * @param {number} size
+ * @param {string} colour
+ */
+function drawBoid(stage, frame, i, size, colour) {
   const { context } = stage;
-  const angle = (stage.frame.heading[i] / 128) * Math.PI * stage.upright;
+  const angle = (frame.heading[i] / 128) * Math.PI * stage.upright;
   const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
   context.fillStyle = colour;
   context.beginPath();
@@ -115,13 +133,17 @@ function drawBoid(stage, i, size, colour) {
   context.fill();
 }
 
-function stampBoids(stage, size, flocks) {
-  const { context, canvas, frame, ratio } = stage;
+/**
+ * @param {Stage} stage
+ * @param {Frame} frame
+ * @param {number} size
+ * @param {Int16Array | null} flocks
+ */
+function stampBoids(stage, frame, size, flocks) {
+  const { context, canvas, ratio } = stage;
+  /** @param {string} colour */
   const packed = (colour) =>
-    colour.match(/\d+/g).reduce(
-      (sum, part, place) => sum + (Number(part) << (8 * place)),
-      0,
-    );
+    partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
   const colours = [stage.colours.edge, ...stage.rules].map(packed);
   const plain = packed(stage.colours.boid);
   stage.stamps.begin(
@@ -144,14 +166,14 @@ function stampBoids(stage, size, flocks) {
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
 }
 
-export function drawAccelerations(stage) {
-  const { accelerations, rules, n } = stage.frame;
+/** @param {Stage} stage @param {Frame} frame */
+export function drawAccelerations(stage, { accelerations, rules, n }) {
   if (!accelerations) return;
   const chosen = stage.selection
     ? [stage.selection.boid]
     : Array.from({ length: n }, (_, i) => i);
   let [sum, count] = [0, 0];
-  for (const length of lengths(stage, chosen)) {
+  for (const length of lengths(accelerations, n, chosen)) {
     if (length > 0) [sum, count] = [sum + length * length, count + 1];
   }
   if (!count) return;
@@ -160,24 +182,29 @@ export function drawAccelerations(stage) {
   stage.arrowScale = sudden
     ? scale
     : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
-  for (let rule = 0; rule < rules; rule++) drawRule(stage, rule, chosen);
+  for (let rule = 0; rule < rules; rule++) {
+    drawRule(stage, accelerations, n, rule, chosen);
+  }
 }
 
-function* lengths(stage, boids) {
-  const { accelerations, rules, n } = stage.frame;
-  for (let rule = 0; rule < rules; rule++) {
+/** @param {Float32Array} accelerations @param {number} n @param {number[]} boids */
+function* lengths(accelerations, n, boids) {
+  for (let from = 0; from < accelerations.length; from += 2 * n) {
     for (const i of boids) {
-      yield Math.hypot(
-        accelerations[2 * rule * n + i],
-        accelerations[(2 * rule + 1) * n + i],
-      );
+      yield Math.hypot(accelerations[from + i], accelerations[from + n + i]);
     }
   }
 }
 
-function drawRule(stage, rule, boids) {
+/**
+ * @param {Stage} stage
+ * @param {Float32Array} accelerations
+ * @param {number} n
+ * @param {number} rule
+ * @param {number[]} boids
+ */
+function drawRule(stage, accelerations, n, rule, boids) {
   const { context, screenX, screenY } = stage;
-  const { accelerations, n } = stage.frame;
   context.strokeStyle = stage.rules[rule % RULES];
   context.lineWidth = 1.5;
   context.setLineDash(rule < RULES ? [] : [3, 2]);
