@@ -1,17 +1,21 @@
 """The page as text: its modules as one, for wherever it must go without a server.
 
-The served page loads the modules of `static` as they are. A notebook and a file that opens from disk need one text:
-the same modules, each in a function of its own, after those that it imports. So a module imports from its neighbours
-only, by their names, and exports where it declares. Comments that are types stay behind.
+The served page loads the modules of `static` as they are. A notebook and a file that
+opens from disk need one text: the same modules, each in a function of its own, after
+those that it imports. So a module imports from its neighbours only, by their names, and
+exports where it declares. Types, which are comments in lines of their own, stay behind.
 """
 
 import re
 from pathlib import Path
 
 STATIC = Path(__file__).parent / "static"
-IMPORT = re.compile(r'^import \{\s([^}]*?),?\s\} from "\./([a-z]+)\.js";$', re.MULTILINE)
+IMPORT = re.compile(
+    r'^import \{\s+([^}]*?),?\s+\} from "\./([a-z]+)\.js";$',
+    re.MULTILINE,
+)
 EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
-TYPES = re.compile(r"^ */\*\*.*?\*/\n", re.MULTILINE | re.DOTALL)
+TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
 def script(name: str) -> str:
@@ -22,7 +26,7 @@ def script(name: str) -> str:
 
 
 def _module(name: str, needed: dict[str, str]) -> str:
-    """The text of a module that imports nothing: what it needs is put into `needed`, where it is not there yet."""
+    """The text of a module without imports: what it needs comes into `needed`."""
     text = TYPES.sub("", _text(f"{name}.js"))
     for _, other in IMPORT.findall(text):
         if other not in needed:

@@ -225,6 +225,7 @@ export interface Recording {
   spec: string;
   steps: number[];
   metrics: Record<string, (number | null)[]>;
+  about: Record<string, string>;
   frames: string;
 }
 
