@@ -68,7 +68,7 @@ def test_a_module_stands_after_what_it_needs_and_without_its_types(
 
 
 @pytest.mark.parametrize("name", ["view", "widget", "recording"])
-def test_no_module_of_the_page_leaves_an_import_or_a_type_in_the_text(name: str) -> None:
+def test_neither_an_import_nor_a_type_is_left_in_the_text(name: str) -> None:
     lines = page.script(name).splitlines()
     assert [line for line in lines if line.startswith(("import ", "} from "))] == []
     assert [line for line in lines if "@param" in line or "@import" in line] == []
