@@ -7,6 +7,7 @@ STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
 LAB_STAMP := .venv/installed-lab
 BROWSER_STAMP := .venv/browser
+DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
 .PHONY: help quickstart reproduce-figures test test-slow notebooks bench check format clean
@@ -38,10 +39,15 @@ check: $(STAMP)  ## lint, formatting, types
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/oxlint --config .oxlintrc.json
+	$(DENO) fmt --check
+	$(DENO) check --quiet
 
 format: $(STAMP)  ## format the code
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	$(BIN)/oxlint --config .oxlintrc.json --fix
+	$(DENO) fmt --quiet
 
 clean:  ## delete the environment and all caches, not the results
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis

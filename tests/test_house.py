@@ -29,6 +29,9 @@ MODULES = {
 }
 TREES = {name: ast.parse(path.read_text()) for name, path in MODULES.items()}
 
+SCRIPTS = [*ROOT.glob("sweep/**/*.[jt]s"), *ROOT.glob("tests/**/*.[jt]s")]
+MOST_SIGNS = 88
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -225,6 +228,13 @@ def test_public_functions_and_classes_have_a_docstring(name: str) -> None:
         if not node.name.startswith("_") and not ast.get_docstring(node)
     ]
     assert silent == []
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
+def test_lines_of_scripts_are_short(script: Path) -> None:
+    """The formatter breaks code, but neither comments nor texts."""
+    lines = enumerate(script.read_text(encoding="utf-8").splitlines(), 1)
+    assert [number for number, line in lines if len(line) > MOST_SIGNS] == []
 
 
 @pytest.mark.parametrize(

@@ -2,38 +2,43 @@
 
 The served page loads the modules of `static` as they are. A notebook and a file that
 opens from disk need one text: the same modules, each in a function of its own, after
-those that it imports. So a module imports from its neighbours only, by their names and
-in one line each, and exports where it declares.
+those that it imports. So a module imports from its neighbours only, by their names, and
+exports where it declares. Types, which are comments in lines of their own, stay behind.
 """
 
 import re
 from pathlib import Path
 
 STATIC = Path(__file__).parent / "static"
-IMPORT = re.compile(r'^import \{ ([^}]*) \} from "\./([a-z]+)\.js";$', re.MULTILINE)
+IMPORT = re.compile(
+    r'^import \{\s+([^}]*?),?\s+\} from "\./([a-z]+)\.js";$',
+    re.MULTILINE,
+)
 EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
+TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
-def script() -> str:
-    """One ES module that exports `mount(element, transport, options)` and does nothing
-    when it is loaded.
-    """
-    parts: dict[str, str] = {}
-    _add("view", parts)
-    return "\n".join(
-        [*parts.values(), "const { mount } = view_js;", "export { mount };\n"]
-    )
+def script(name: str) -> str:
+    """One ES module: that of this name, after all that it needs."""
+    needed: dict[str, str] = {}
+    module = _module(name, needed)
+    return "\n".join([*needed.values(), module])
 
 
-def _add(name: str, parts: dict[str, str]) -> None:
-    """Put the module of that name into `parts`, and before it those that it imports."""
-    text = _text(f"{name}.js")
-    for _, needed in IMPORT.findall(text):
-        if needed not in parts:
-            _add(needed, parts)
-    exported = ", ".join(member for _, member in EXPORT.findall(text))
-    body = EXPORT.sub(r"\1 \2", IMPORT.sub(r"const { \1 } = \2_js;", text))
-    parts[name] = f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
+def _module(name: str, needed: dict[str, str]) -> str:
+    """The text of a module without imports: what it needs comes into `needed`."""
+    text = TYPES.sub("", _text(f"{name}.js"))
+    for _, other in IMPORT.findall(text):
+        if other not in needed:
+            needed[other] = _enclosed(other, _module(other, needed))
+    return IMPORT.sub(r"const { \1 } = \2_js;", text)
+
+
+def _enclosed(name: str, module: str) -> str:
+    """A module in a function of its own, which returns what it exports."""
+    exported = ", ".join(member for _, member in EXPORT.findall(module))
+    body = EXPORT.sub(r"\1 \2", module)
+    return f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
 
 
 def style() -> str:

@@ -18,17 +18,13 @@ from sweep.errors import ChoiceError
 from sweep.web.encoding import frame
 from sweep.web.export import MIME, File, about, file_name, thinned
 from sweep.web.flight import Flight
-from sweep.web.page import STATIC, script, style
+from sweep.web.page import script, style
 
 MOST_BYTES = 16 * 2**20
 """Of the frames in a page: what can be mailed, and is drawn at once."""
 FEWEST_FRAMES = 100
 """A run of which the page cannot hold so many is refused."""
 AS_LAUNCHED = "The spec gives these very frames, bit for bit."
-START = """
-const recording = JSON.parse(document.getElementById("recording").textContent);
-mount(document.querySelector("main"), recorded(recording), { shortcuts: document });
-"""
 
 Message = dict[str, Any]
 
@@ -119,9 +115,7 @@ def _number(value: float) -> float | None:
 def _document(recording: Message) -> str:
     said = recording["about"]
     title = f"{said['Study']}, trial {said['Trial']}"
-    program = "\n".join(
-        [script(), (STATIC / "recording.js").read_text(encoding="utf-8"), START]
-    )
+    program = script("recording")
     rules = style()
     policy = (
         f"default-src 'none'; script-src {_source(program)}; style-src"

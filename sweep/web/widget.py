@@ -17,7 +17,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.filing import KINDS
 from sweep.web.live import Live
 from sweep.web.messages import Spec
-from sweep.web.page import STATIC, script, style
+from sweep.web.page import script, style
 from sweep.web.playing import IN_SPEC, Player
 from sweep.web.protocol import Reply
 from sweep.web.replaying import Replay
@@ -40,7 +40,7 @@ class View(AnyWidget):
     front end says hello.
     """
 
-    _esm = script() + (STATIC / "widget.js").read_text(encoding="utf-8")
+    _esm = script("widget")
     _css = style()
 
     def __init__(self, show: Live) -> None:

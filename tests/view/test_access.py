@@ -12,7 +12,8 @@ from view.chromium import Opened
 
 Open = Callable[..., Opened]
 
-CHECKS = (Path(__file__).parent / "access.js").read_text()
+CHECKS = (Path(__file__).parent / "access.js").read_text().partition("export ")[2]
+"""The function that the script exports, as playwright takes it."""
 
 
 def troubles(page: Opened, *checks: str) -> dict[str, list[str]]:

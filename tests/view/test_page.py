@@ -283,6 +283,66 @@ def test_obstacles_are_moved_resized_removed_and_brought_back(opened: Open) -> N
     now([533, 235, 75, 57, 0])
 
 
+HOLD_TIMERS = """() => {
+  const usual = window.setTimeout;
+  const due = [];
+  window.setTimeout = (act) => due.push(act);
+  window.ring = () => {
+    window.setTimeout = usual;
+    due.forEach((act) => act());
+    return due.length;
+  };
+}"""
+"""What timers would do is done by ring(), which says how many there were."""
+
+
+def test_what_a_drag_still_had_to_say_is_not_said_in_the_next_one(opened: Open) -> None:
+    """The world has answered meanwhile, and the next drag has changed nothing yet."""
+    page = opened(locale="en")  # of its own, as its timers are held
+    disc = {"x": 300, "y": 300, "radius": 50}
+    page.send(type="shapes", shapes=[{"disc": disc}])
+    until_obstacles(page, 1)
+    page.ask(HOLD_TIMERS)
+    page.drag((300, 300), (500, 200))
+    page.until("!boidsweep.view.stage.edited && !boidsweep.view.asked")
+    page.page.mouse.down()
+    asked = page.ask("boidsweep.view.counts.asked")
+    assert page.ask("boidsweep.view.hand.drag.kind") == "shape"
+    assert page.ask("ring()") > 0
+    assert page.ask("boidsweep.view.counts.asked") == asked
+    page.page.mouse.up()
+    page.until("!boidsweep.view.asked")
+    assert [round(value) for value in obstacles(page)[0]] == [500, 200, 50, 50, 1]
+
+
+def test_two_fingers_zoom_and_one_of_them_that_stays_does_nothing(opened: Open) -> None:
+    page = opened(has_touch=True)
+    touch = page.page.context.new_cdp_session(page.page)
+    x, y = page.place(400, 300)
+
+    def fingers(event: str, **along: float) -> None:
+        """Something happens to these fingers, each so far beside the place."""
+        ids = {"left": 0, "right": 1}
+        points = [{"id": ids[name], "x": x + dx, "y": y} for name, dx in along.items()]
+        touch.send("Input.dispatchTouchEvent", {"type": event, "touchPoints": points})
+
+    before = page.ask("boidsweep.view.stage.camera.scale")
+    fingers("touchStart", left=-50)
+    fingers("touchStart", left=-50, right=50)
+    fingers("touchMove", left=-100, right=100)
+    page.until(f"boidsweep.view.stage.camera.scale > {1.9 * before}")
+    camera = page.ask("boidsweep.view.stage.camera")
+    fingers("touchEnd", right=100)
+    page.until("boidsweep.view.hand.fingers.size === 1")
+    fingers("touchMove", left=0)
+    fingers("touchEnd")
+    page.until("boidsweep.view.hand.fingers.size === 0")
+    assert page.ask("[boidsweep.view.hand.drag, boidsweep.view.stage.camera]") == [
+        None,
+        camera,
+    ]
+
+
 def test_obstacles_without_a_mouse(opened: Open) -> None:
     """From the list: added, chosen, changed by its numbers, removed; those of a
     built-in map too.
@@ -624,8 +684,7 @@ def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(
     page = browser.new_page()
     page.set_content("<body></body>")
     page.add_script_tag(
-        content=script().replace("export { mount };", "globalThis.mount = mount;"),
-        type="module",
+        content=f"{script('view')}globalThis.mount = mount;", type="module"
     )
     assert page.evaluate("document.body.children.length") == 0
     said = page.evaluate("""() => {
@@ -636,5 +695,5 @@ def test_the_page_is_one_text_too_that_does_nothing_before_it_is_mounted(
         }""")
     page.close()
     assert said == ["hello", "closed", 0]
-    assert "import" not in [line.split(" ")[0] for line in script().splitlines()]
-    assert "</script" not in script()
+    assert "import" not in [line.split(" ")[0] for line in script("view").splitlines()]
+    assert "</script" not in script("view")

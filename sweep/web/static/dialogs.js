@@ -1,34 +1,70 @@
-// What opens on demand: the copied spec, files to take away, the keys, and which metrics are plotted.
+// What opens on demand: the copied spec, files to take away, the keys, and which
+// metrics are plotted.
 
 import { button, make, spaced } from "./dom.js";
 import { KEYS } from "./keys.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Metric, Spec } from "./protocol.d.ts" */
+
+/** @param {string} name @param {string} mime @param {BlobPart} bytes */
 export function download(name, mime, bytes) {
   const address = URL.createObjectURL(new Blob([bytes], { type: mime }));
   make("a", { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-export const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+/** @param {string} base64 */
+export const bytesOf = (base64) =>
+  Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
+/** @param {HTMLElement} root @param {string} title @param {HTMLElement[]} children */
 function dialog(root, title, ...children) {
-  const close = button("remove", "Close", () => box.close(), "", { className: "quiet" });
+  const close = button("remove", "Close", () => box.close(), "", {
+    className: "quiet",
+  });
   const heading = make("h2", { textContent: title });
-  const box = make("dialog", { "aria-label": title }, make("header", {}, heading, close), ...children);
+  const box = make(
+    "dialog",
+    { "aria-label": title },
+    make("header", {}, heading, close),
+    ...children,
+  );
   box.addEventListener("click", (event) => event.target === box && box.close());
   root.append(box);
   return box;
 }
 
 export class SpecDialog {
+  /** @param {HTMLElement} root */
   constructor(root) {
-    this.text = make("textarea", { readOnly: true, spellcheck: false, rows: 18, "aria-label": "spec.yaml" });
+    this.words = "";
+    this.text = make("textarea", {
+      readOnly: true,
+      spellcheck: false,
+      rows: 18,
+      "aria-label": "spec.yaml",
+    });
     this.note = make("p", { role: "status" });
-    const copy = button("copy", "Copy", () => this.copy(), "Copy", { className: "primary" });
-    const save = button("save", "Save as spec.yaml", () => download("spec.yaml", "text/yaml", this.text.value), "Save as spec.yaml");
-    this.box = dialog(root, "This state as a spec", this.note, this.text, make("footer", {}, copy, save));
+    const copy = button("copy", "Copy", () => this.copy(), "Copy", {
+      className: "primary",
+    });
+    const save = button(
+      "save",
+      "Save as spec.yaml",
+      () => download("spec.yaml", "text/yaml", this.text.value),
+      "Save as spec.yaml",
+    );
+    this.box = dialog(
+      root,
+      "This state as a spec",
+      this.note,
+      this.text,
+      make("footer", {}, copy, save),
+    );
   }
 
+  /** @param {Spec} spec @param {boolean} sweeps */
   show({ yaml, exact, note }, sweeps) {
     this.text.value = yaml;
     const given = sweeps ? "Without its sweep, it" : "Launched, it";
@@ -49,61 +85,126 @@ export class SpecDialog {
   }
 }
 
+/** @param {HTMLElement} root */
 export function keysDialog(root) {
-  const rows = KEYS.map(([keys, words]) => make("tr", {}, make("th", { scope: "row", textContent: keys }), make("td", { textContent: words })));
+  const rows = KEYS.map(([keys, words]) =>
+    make(
+      "tr",
+      {},
+      make("th", { scope: "row", textContent: keys }),
+      make("td", { textContent: words }),
+    )
+  );
   return dialog(root, "Keys", make("table", {}, make("tbody", {}, ...rows)));
 }
 
 export class MetricsDialog {
+  /** @param {HTMLElement} root @param {(names: string[]) => void} chosen */
   constructor(root, chosen) {
     this.list = make("div", { className: "choices" });
     this.box = dialog(root, "Which metrics are plotted", this.list);
     this.chosen = chosen;
   }
 
+  /** @param {Metric[]} metrics @param {string[]} plots */
   show(metrics, plots) {
     const rows = metrics.map(({ name, text }) => {
-      const input = make("input", { type: "checkbox", value: name, checked: plots.includes(name) });
-      const words = make("span", {}, make("b", { textContent: spaced(name) }), ` ${text}`);
+      const input = make("input", {
+        type: "checkbox",
+        value: name,
+        checked: plots.includes(name),
+      });
+      const words = make(
+        "span",
+        {},
+        make("b", { textContent: spaced(name) }),
+        ` ${text}`,
+      );
       return make("label", {}, input, words);
     });
     this.list.replaceChildren(...rows);
-    this.list.onchange = () => this.chosen([...this.list.querySelectorAll("input:checked")].map((input) => input.value));
+    this.list.onchange = () => this.chosen(this.checked());
     this.box.showModal();
   }
 
+  checked() {
+    const inputs = [...this.list.querySelectorAll("input")];
+    return inputs.filter((input) => input.checked).map((input) => input.value);
+  }
+
   // What came of a choice, which may have been refused.
+  /** @param {string[]} plots */
   follow(plots) {
-    for (const input of this.list.querySelectorAll("input")) input.checked = plots.includes(input.value);
+    for (const input of this.list.querySelectorAll("input")) {
+      input.checked = plots.includes(input.value);
+    }
   }
 }
 
 // A button that opens a list of commands below it.
 export class Menu {
+  /**
+   * @param {string} label
+   * @param {Picture} picture
+   * @param {[words: string, hint: string, act: () => void][]} commands
+   */
   constructor(label, picture, commands) {
     this.items = commands.map(([words, hint, act]) => {
-      const item = make("button", { type: "button", role: "menuitem", tabIndex: -1 }, make("b", { textContent: words }), make("small", { textContent: hint }));
-      item.addEventListener("click", () => this.toggle(false) ?? act());
+      const item = make(
+        "button",
+        { type: "button", role: "menuitem", tabIndex: -1 },
+        make("b", { textContent: words }),
+        make("small", { textContent: hint }),
+      );
+      item.addEventListener("click", () => {
+        this.toggle(false);
+        act();
+      });
       return item;
     });
-    this.list = make("div", { className: "menu", role: "menu", hidden: true, "aria-label": label }, ...this.items);
-    this.opener = button(picture, label, () => this.toggle(this.list.hidden), label, { "aria-haspopup": "menu", "aria-expanded": "false" });
+    this.list = make("div", {
+      className: "menu",
+      role: "menu",
+      hidden: true,
+      "aria-label": label,
+    }, ...this.items);
+    this.opener = button(
+      picture,
+      label,
+      () => this.toggle(Boolean(this.list.hidden)),
+      label,
+      {
+        "aria-haspopup": "menu",
+        "aria-expanded": "false",
+      },
+    );
     this.element = make("div", { className: "opens" }, this.opener, this.list);
     this.element.addEventListener("keydown", (event) => this.key(event));
-    this.element.addEventListener("focusout", (event) => !this.element.contains(event.relatedTarget) && this.toggle(false, false));
+    this.element.addEventListener("focusout", ({ relatedTarget: next }) => {
+      const within = next instanceof Node && this.element.contains(next);
+      if (!within) this.toggle(false, false);
+    });
   }
 
+  // The first item comes after the last one.
+  /** @param {number} place */
+  focus(place) {
+    this.items.at(place % this.items.length)?.focus();
+  }
+
+  /** @param {boolean} open */
   toggle(open, focus = true) {
     this.list.hidden = !open;
     this.opener.setAttribute("aria-expanded", String(open));
     if (focus) (open ? this.items[0] : this.opener).focus();
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     if (this.list.hidden) return;
-    const place = this.items.indexOf(document.activeElement);
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (step) this.items.at((place + step) % this.items.length).focus();
+    const place = this.items.findIndex((item) => item === document.activeElement);
+    if (event.key === "ArrowDown") this.focus(place + 1);
+    else if (event.key === "ArrowUp") this.focus(place - 1);
     else if (event.key === "Escape") this.toggle(false);
     else return;
     event.preventDefault();

@@ -1,4 +1,5 @@
-// The settings as controls, generated from what the server says of each: so a new model has its page for nothing.
+// The settings as controls, generated from what the server says of each: so a new model
+// has its page for nothing.
 
 import { asNumber, button, make, paced, short, spaced, unitText } from "./dom.js";
 
@@ -6,12 +7,20 @@ const NOTCHES = 1000;
 const SEND_EVERY = 60; // ms while a slider moves
 const SWEEP_POINTS = 5;
 
+/** @import { Message, Setting, Sweep, Value } from "./protocol.d.ts" */
+
 // A slider's notches over a linear or a logarithmic range.
 export class Slide {
-  constructor({ slider: [low, high, step], logarithmic = false, kind }) {
-    Object.assign(this, { low, high, step, logarithmic, whole: kind === "int" });
+  /** @param {[number, number, number]} range @param {Setting} about */
+  constructor([low, high, step], { logarithmic, kind }) {
+    this.low = low;
+    this.high = high;
+    this.step = step;
+    this.logarithmic = logarithmic;
+    this.whole = kind === "int";
   }
 
+  /** @param {number} value */
   notch(value) {
     const part = this.logarithmic
       ? Math.log(Math.max(value, this.low) / this.low) / Math.log(this.high / this.low)
@@ -19,87 +28,232 @@ export class Slide {
     return Math.round(NOTCHES * Math.min(Math.max(part, 0), 1));
   }
 
+  /** @param {number} notch @returns {number} */
   value(notch) {
     const part = notch / NOTCHES;
-    if (this.logarithmic) return this.tidy(this.low * (this.high / this.low) ** part, 3);
+    if (this.logarithmic) {
+      return this.tidy(this.low * (this.high / this.low) ** part, 3);
+    }
     const steps = Math.round((part * (this.high - this.low)) / this.step);
     return this.tidy(Math.min(this.low + steps * this.step, this.high), 9);
   }
 
+  /** @param {number} value @param {number} digits */
   tidy(value, digits) {
     return this.whole ? Math.round(value) : Number(value.toPrecision(digits));
   }
 
   // The next value up or down, for the keyboard.
+  /** @param {number} value @param {number} direction @returns {number} */
   beside(value, direction) {
-    if (!this.logarithmic) return this.tidy(Math.min(Math.max(value + direction * this.step, this.low), this.high), 9);
+    if (!this.logarithmic) {
+      return this.tidy(
+        Math.min(Math.max(value + direction * this.step, this.low), this.high),
+        9,
+      );
+    }
     return this.value(this.notch(value) + direction * (NOTCHES / 50));
   }
 }
 
+// The range over which the copied spec sweeps a setting: `button` says whether it does.
+class Sweeper {
+  /**
+   * @param {Setting} about
+   * @param {Slide} slide
+   * @param {(message: Message) => void} send
+   */
+  constructor({ name }, { low, high }, send) {
+    this.name = name;
+    this.send = send;
+    const words = spaced(name);
+    this.button = button(
+      "range",
+      `Sweep ${words} in the copied spec`,
+      () => this.toggle(low, high),
+      "",
+      { className: "quiet sweeps", "aria-pressed": "false" },
+    );
+    /** @param {string} part */
+    const bound = (part) =>
+      make("input", {
+        type: "text",
+        inputMode: "decimal",
+        "aria-label": `${words}, sweep: ${part}`,
+        autocomplete: "off",
+        on: { change: () => this.entered() },
+      });
+    this.low = bound("low");
+    this.high = bound("high");
+    this.points = bound("points");
+    this.element = make(
+      "div",
+      { className: "bounds", hidden: true },
+      make("span", { textContent: "sweep" }),
+      "from",
+      this.low,
+      "to",
+      this.high,
+      this.points,
+      "points",
+    );
+  }
+
+  /** @param {number} low @param {number} high */
+  toggle(low, high) {
+    const { name } = this;
+    if (this.button.getAttribute("aria-pressed") === "true") {
+      this.send({ type: "sweep", name, off: true });
+    } else this.send({ type: "sweep", name, low, high, points: SWEEP_POINTS });
+  }
+
+  entered() {
+    const [low, high, points] = [this.low, this.high, this.points].map((input) =>
+      Number(input.value)
+    );
+    this.send({ type: "sweep", name: this.name, low, high, points });
+  }
+
+  /** @param {Sweep | undefined} sweep */
+  show(sweep) {
+    this.button.setAttribute("aria-pressed", String(Boolean(sweep)));
+    this.element.hidden = !sweep;
+    for (const part of /** @type {const} */ (["low", "high", "points"])) {
+      if (sweep && !this[part].matches(":focus")) {
+        this[part].value = String(sweep[part]);
+      }
+    }
+  }
+}
+
 export class Field {
+  /**
+   * @param {Setting} about
+   * @param {string} prefix
+   * @param {(message: Message) => void} send
+   * @param {Pick<Tip, "show" | "hide">} tip
+   */
   constructor(about, prefix, send, tip) {
-    Object.assign(this, { about, send, tip, value: about.default });
+    this.about = about;
+    this.send = send;
+    this.value = about.default ?? "";
+    this.known = ""; // what is shown
+    this.typing = false;
     this.id = `${prefix}-${about.name}`;
-    this.slide = about.slider ? new Slide(about) : null;
-    this.sendPaced = paced((value) => this.set(value), SEND_EVERY);
-    const { name, text, unit } = about;
+    this.slide = about.slider ? new Slide(about.slider, about) : null;
+    this.sendPaced = paced((/** @type {Value} */ value) => this.set(value), SEND_EVERY);
+    this.input = this.entry();
+    this.slider = this.slide ? this.sliding() : null;
+    this.sweeper = this.slide
+      ? new Sweeper(about, this.slide, (message) => this.ask(message))
+      : null;
+    this.back = this.undo();
+    this.element = this.row();
+    for (const event of ["pointerenter", "focusin"]) {
+      this.element.addEventListener(event, () => tip.show(this));
+    }
+    for (const event of ["pointerleave", "focusout"]) {
+      this.element.addEventListener(event, () => tip.hide(this));
+    }
+  }
+
+  row() {
+    const { name, kind, text, unit } = this.about;
     const title = make("label", { htmlFor: this.id, textContent: spaced(name) });
     const meaning = make("span", { className: "about", textContent: text });
-    this.back = button("undo", `Set ${spaced(name)} back to the preset`, () => this.set(about.default), "", { className: "quiet back" });
     const head = make("div", { className: "head" }, title, meaning, this.back);
-    this.line = make("div", { className: "line" }, ...this.inputs());
-    if (this.input.type === "text") this.line.append(make("span", { className: "unit", textContent: unitText(unit) }));
-    this.element = make("div", { className: `field ${about.kind}` }, head, this.line);
-    this.element.dataset.name = name;
-    if (this.slide) this.addSweep();
-    for (const event of ["pointerenter", "focusin"]) this.element.addEventListener(event, () => tip.show(this));
-    for (const event of ["pointerleave", "focusout"]) this.element.addEventListener(event, () => tip.hide(this));
+    const line = make("div", { className: "line" }, this.input);
+    if (this.slider) line.prepend(this.slider);
+    const element = make("div", { className: `field ${kind}` }, head, line);
+    element.dataset.name = name;
+    if (this.input.type === "text") {
+      line.append(make("span", { className: "unit", textContent: unitText(unit) }));
+    }
+    if (this.sweeper) {
+      line.append(this.sweeper.button);
+      element.append(this.sweeper.element);
+    }
+    return element;
   }
 
+  undo() {
+    const { name, default: preset } = this.about;
+    const label = `Set ${spaced(name)} back to the preset`;
+    const back = () => preset !== null && this.set(preset);
+    return button("undo", label, back, "", { className: "quiet back" });
+  }
+
+  /** @param {Value} value */
   set(value) {
     this.accept();
-    this.known = null; // whatever comes of it is to be shown
-    this.send({ type: "set", name: this.about.name, value });
+    this.ask({ type: "set", name: this.about.name, value });
   }
 
-  inputs() {
+  // Whatever comes of it is to be shown.
+  /** @param {Message} message */
+  ask(message) {
+    this.known = "";
+    this.send(message);
+  }
+
+  entry() {
     const { kind, choices } = this.about;
     const act = { id: this.id, on: { change: () => this.entered() } };
     if (kind === "choice") {
-      this.input = make("select", act, ...choices.map((one) => make("option", { value: one, textContent: spaced(one) })));
-      return [this.input];
+      const options = choices.map((one) =>
+        make("option", { value: one, textContent: spaced(one) })
+      );
+      return make("select", act, ...options);
     }
     if (kind === "bool") {
-      this.input = make("input", { ...act, type: "checkbox", className: "switch" });
-      return [this.input];
+      return make("input", { ...act, type: "checkbox", className: "switch" });
     }
-    this.input = make("input", { ...act, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
-    this.input.addEventListener("keydown", (event) => this.nudge(event));
-    this.input.addEventListener("input", () => (this.typing = true));
-    if (!this.slide) return [this.input];
-    const label = `${spaced(this.about.name)}, slider`;
-    this.slider = make("input", { type: "range", min: 0, max: NOTCHES, step: 1, "aria-label": label });
-    this.slider.addEventListener("input", () => this.slid());
-    this.slider.addEventListener("change", () => this.slid());
-    this.slider.addEventListener("keydown", (event) => this.nudge(event));
-    return [this.slider, this.input];
+    const input = make("input", {
+      ...act,
+      type: "text",
+      inputMode: "decimal",
+      autocomplete: "off",
+      spellcheck: false,
+    });
+    input.addEventListener("keydown", (event) => this.nudge(event));
+    input.addEventListener("input", () => (this.typing = true));
+    return input;
+  }
+
+  sliding() {
+    const slider = make("input", {
+      type: "range",
+      min: "0",
+      max: String(NOTCHES),
+      step: "1",
+      "aria-label": `${spaced(this.about.name)}, slider`,
+      on: { input: () => this.slid(), change: () => this.slid() },
+    });
+    slider.addEventListener("keydown", (event) => this.nudge(event));
+    return slider;
   }
 
   slid() {
+    if (!this.slide || !this.slider) return;
     const value = this.slide.value(Number(this.slider.value));
     this.input.value = String(value);
     this.sendPaced(value);
   }
 
+  /** @param {KeyboardEvent} event */
   nudge(event) {
-    const direction = { ArrowUp: 1, ArrowDown: -1, ...(event.target === this.slider && { ArrowRight: 1, ArrowLeft: -1 }) }[event.key];
-    if (!direction || !this.slide) return;
+    const sliding = event.target === this.slider;
+    const up = event.key === "ArrowUp" || (sliding && event.key === "ArrowRight");
+    const down = event.key === "ArrowDown" || (sliding && event.key === "ArrowLeft");
+    if (!this.slide || !(up || down)) return;
     event.preventDefault();
-    this.step(direction);
+    this.step(up ? 1 : -1);
   }
 
+  // The next value up or down, where there is one; returns the value.
+  /** @param {number} direction @returns {Value} */
   step(direction) {
+    if (!this.slide) return this.value;
     this.typing = false;
     const next = this.slide.beside(asNumber(this.value), direction);
     this.value = next;
@@ -109,12 +263,13 @@ export class Field {
   }
 
   entered() {
-    const { input, about } = this;
+    const { input } = this;
     this.typing = false;
-    if (about.kind === "bool") return this.set(input.checked);
-    if (about.kind === "choice") return this.set(input.value);
+    if (input instanceof HTMLSelectElement) return this.set(input.value);
+    if (input.type === "checkbox") return this.set(input.checked);
     const text = input.value.trim().toLowerCase();
-    const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text); // what is no number is refused in words
+    // What is no number is refused in words.
+    const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text);
     if (value !== this.value) this.set(value);
   }
 
@@ -123,105 +278,97 @@ export class Field {
   }
 
   refuse() {
-    this.known = null;
+    this.known = "";
     this.input.setAttribute("aria-invalid", "true");
   }
 
-  addSweep() {
-    const bounds = ["low", "high", "points"].map((name) => {
-      const label = `${spaced(this.about.name)}, sweep: ${name}`;
-      const input = make("input", { type: "text", inputMode: "decimal", "aria-label": label, autocomplete: "off" });
-      input.addEventListener("change", () => this.sweep());
-      return input;
-    });
-    [this.low, this.high, this.points] = bounds;
-    this.sweeping = button("range", `Sweep ${spaced(this.about.name)} in the copied spec`, () => this.toggleSweep(), "", {
-      className: "quiet sweeps",
-      "aria-pressed": "false",
-    });
-    this.line.append(this.sweeping);
-    const words = ["from", "to", "points"].flatMap((word, i) => (word === "points" ? [bounds[i], word] : [word, bounds[i]]));
-    this.bounds = make("div", { className: "bounds", hidden: true }, make("span", { textContent: "sweep" }), ...words);
-    this.element.append(this.bounds);
-  }
-
-  toggleSweep() {
-    const { name } = this.about;
-    if (this.sweeping.getAttribute("aria-pressed") === "true") return this.send({ type: "sweep", name, off: true });
-    this.known = null;
-    const { low, high } = this.slide;
-    return this.send({ type: "sweep", name, low, high, points: SWEEP_POINTS });
-  }
-
-  sweep() {
-    this.known = null;
-    const [low, high, points] = [this.low, this.high, this.points].map((input) => Number(input.value));
-    this.send({ type: "sweep", name: this.about.name, low, high, points });
-  }
-
+  /** @param {Value} value @param {boolean} changed @param {Sweep | undefined} sweep */
   update(value, changed, sweep) {
     const known = JSON.stringify([value, changed, sweep]);
     if (known === this.known) return;
-    Object.assign(this, { known, value });
+    this.known = known;
+    this.value = value;
     this.element.classList.toggle("changed", changed);
     this.back.hidden = !changed;
     this.show();
-    if (!this.slide) return;
-    this.sweeping.setAttribute("aria-pressed", String(Boolean(sweep)));
-    this.bounds.hidden = !sweep;
-    const entries = sweep ? [[this.low, sweep.low], [this.high, sweep.high], [this.points, sweep.design.points]] : [];
-    for (const [input, bound] of entries) if (!input.matches(":focus")) input.value = String(bound);
+    this.sweeper?.show(sweep);
   }
 
   show() {
-    const { input, value, slider } = this;
-    if (this.about.kind === "bool") input.checked = value;
-    else if (!this.typing && input.value !== String(value)) input.value = String(value);
-    if (!slider) return;
-    if (!slider.matches(":active")) slider.value = String(this.slide.notch(asNumber(value)));
-    slider.style.setProperty("--part", `${slider.value / (NOTCHES / 100)}%`);
+    const { input, value, slide, slider } = this;
+    if (input instanceof HTMLInputElement && input.type === "checkbox") {
+      input.checked = Boolean(value);
+    } else if (!this.typing && input.value !== String(value)) {
+      input.value = String(value);
+    }
+    if (!slide || !slider) return;
+    if (!slider.matches(":active")) slider.value = String(slide.notch(asNumber(value)));
+    slider.style.setProperty("--part", `${Number(slider.value) / (NOTCHES / 100)}%`);
     slider.setAttribute("aria-valuetext", `${value} ${this.about.unit}`.trim());
   }
 
+  /** @param {boolean} frozen */
   freeze(frozen) {
     if (this.input.disabled === frozen) return;
-    for (const one of this.element.querySelectorAll("input, select, button")) one.disabled = frozen;
+    for (const tag of /** @type {const} */ (["input", "select", "button"])) {
+      for (const one of this.element.querySelectorAll(tag)) one.disabled = frozen;
+    }
   }
 }
 
 // What a setting is, beside the one under the pointer or in focus.
 export class Tip {
-  constructor(root) {
+  /** @param {HTMLElement} root @param {HTMLElement} floor */
+  constructor(root, floor) {
     this.root = root;
+    this.floor = floor;
     this.name = make("code");
     this.text = make("p");
     this.facts = make("p", { className: "facts" });
-    this.element = make("div", { className: "tip", role: "tooltip", hidden: true }, this.name, this.text, this.facts);
+    this.element = make(
+      "div",
+      { className: "tip", role: "tooltip", hidden: true },
+      this.name,
+      this.text,
+      this.facts,
+    );
     root.append(this.element);
+    /** @type {Field | null} */
     this.field = null;
   }
 
+  /** @param {Field} field */
   show(field) {
     this.field = field;
     const { name, text, allowed, default: preset } = field.about;
     this.name.textContent = name;
     this.text.textContent = text;
-    const usual = preset === undefined ? "" : `preset: ${typeof preset === "number" ? short(preset, 6) : preset}`;
+    const usual = preset === null
+      ? ""
+      : `preset: ${typeof preset === "number" ? short(preset, 6) : preset}`;
     this.facts.textContent = [unitText(allowed), usual].filter(Boolean).join(" · ");
     this.element.hidden = false;
     this.place(field.element.getBoundingClientRect());
   }
 
+  /** @param {DOMRect} beside */
   place(beside) {
-    const [space, own] = [this.root.getBoundingClientRect(), this.element.getBoundingClientRect()];
-    const floor = this.root.querySelector("footer").getBoundingClientRect().top; // what is said there may be read too
-    const left = beside.left - own.width - 10 > space.left ? beside.left - own.width - 10 : beside.right + 10;
+    const [space, own] = [
+      this.root.getBoundingClientRect(),
+      this.element.getBoundingClientRect(),
+    ];
+    // What is said there may be read too.
+    const floor = this.floor.getBoundingClientRect().top;
+    const left = beside.left - own.width - 10 > space.left
+      ? beside.left - own.width - 10
+      : beside.right + 10;
     const inside = left + own.width <= space.right;
     const top = inside ? beside.top : beside.bottom + 4;
     this.element.style.left = `${(inside ? left : beside.left) - space.left}px`;
     this.element.style.top = `${Math.min(top, floor - own.height - 6) - space.top}px`;
   }
 
+  /** @param {Field} field */
   hide(field) {
     if (this.field === field) this.element.hidden = true;
   }

@@ -1,12 +1,18 @@
-// What lies still: the world, its visits and obstacles, the goal, the handles of what is selected, and the scale.
+// What lies still: the world, its visits and obstacles, the goal, the handles of what
+// is selected, and the scale.
 
 import { OBSTACLE_PIXEL } from "./frames.js";
-import { short } from "./dom.js";
+import { contextOf, partsOf, short } from "./dom.js";
 
-export const MARGIN = { side: 18, top: 56, bottom: 34 }; // room for the tools and for the scale
+/** @import { Obstacle, Scene } from "./protocol.d.ts" */
+/** @import { Stage } from "./stage.js" */
 
-export function drawGround(stage) {
-  const { context, scene } = stage;
+// Room for the tools and for the scale.
+export const MARGIN = { side: 18, top: 56, bottom: 34 };
+
+/** @param {Stage} stage @param {Scene} scene */
+export function drawGround(stage, scene) {
+  const { context } = stage;
   const world = stage.box(0, 0, scene.width, scene.height);
   context.fillStyle = stage.colours.ground;
   context.fillRect(...world);
@@ -20,38 +26,53 @@ export function drawGround(stage) {
   }
   context.strokeStyle = stage.colours.border;
   context.lineWidth = 1.5;
-  context.setLineDash(scene.borders === "bounded" ? [] : scene.borders === "torus" ? [7, 4] : [2, 4]);
+  context.setLineDash(
+    scene.borders === "bounded" ? [] : scene.borders === "torus" ? [7, 4] : [2, 4],
+  );
   context.strokeRect(...world);
   context.setLineDash([]);
 }
 
+/** @param {Stage} stage */
 export function paintHeat(stage) {
   if (!stage.coverage) return;
   const { rows, columns, visits } = stage.coverage;
-  stage.heatMost = visits.reduce((most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)), 0);
-  const [red, green, blue] = stage.colours.heat.match(/[\d.]+/g).map(Number);
+  stage.heatMost = visits.reduce(
+    (most, count) => (count === OBSTACLE_PIXEL ? most : Math.max(most, count)),
+    0,
+  );
+  const [red, green, blue] = partsOf(stage.colours.heat);
   const table = new Uint32Array(256);
   for (let count = 1; count < OBSTACLE_PIXEL; count++) {
-    const opacity = 0.16 + 0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
-    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) | (green << 8) | red;
+    const opacity = 0.16 +
+      0.84 * (Math.log1p(count) / Math.log1p(Math.max(stage.heatMost, 8)));
+    table[count] = (Math.round(255 * Math.min(1, opacity)) << 24) | (blue << 16) |
+      (green << 8) | red;
   }
-  if (stage.heat.width !== columns || stage.heat.height !== rows) [stage.heat.width, stage.heat.height] = [columns, rows];
-  const context = stage.heat.getContext("2d");
+  if (stage.heat.width !== columns || stage.heat.height !== rows) {
+    [stage.heat.width, stage.heat.height] = [columns, rows];
+  }
+  const context = contextOf(stage.heat);
   const image = context.createImageData(columns, rows);
   const pixels = new Uint32Array(image.data.buffer);
   for (let i = 0; i < pixels.length; i++) pixels[i] = table[visits[i]];
   context.putImageData(image, 0, 0);
 }
 
+/** @param {Stage} stage @param {Obstacle} obstacle */
 function outline(stage, [x, y, halfWidth, halfHeight, round]) {
   const { context } = stage;
   const middle = stage.toScreen({ x, y });
-  const [across, along] = [halfWidth * stage.camera.scale, halfHeight * stage.camera.scale];
+  const [across, along] = [
+    halfWidth * stage.camera.scale,
+    halfHeight * stage.camera.scale,
+  ];
   context.beginPath();
   if (round) context.arc(middle.x, middle.y, Math.max(across, 2.5), 0, 2 * Math.PI);
   else context.rect(middle.x - across, middle.y - along, 2 * across, 2 * along);
 }
 
+/** @param {Stage} stage */
 export function drawObstacles(stage) {
   const { context } = stage;
   context.fillStyle = stage.colours.obstacle;
@@ -64,9 +85,10 @@ export function drawObstacles(stage) {
   }
 }
 
-export function drawGoal(stage) {
+/** @param {Stage} stage @param {Scene} scene */
+export function drawGoal(stage, scene) {
   const { context } = stage;
-  const [x, y, radius] = stage.scene.goal ?? [0, 0, 0];
+  const [x, y, radius] = scene.goal ?? [0, 0, 0];
   if (x === 0 && y === 0) return; // where no model wants anybody to go
   const at = stage.toScreen({ x, y });
   context.strokeStyle = context.fillStyle = stage.colours.goal;
@@ -82,8 +104,9 @@ export function drawGoal(stage) {
   context.fill();
 }
 
+/** @param {Stage} stage */
 export function drawHandles(stage) {
-  const chosen = stage.obstacles[stage.marked];
+  const { chosen } = stage;
   if (!chosen) return;
   const { context } = stage;
   context.strokeStyle = stage.colours.chosen;
@@ -99,12 +122,18 @@ export function drawHandles(stage) {
   }
 }
 
-export function drawScale(stage) {
+/** @param {Stage} stage @param {Scene} scene */
+export function drawScale(stage, scene) {
   const { context } = stage;
   const rough = 110 / stage.camera.scale;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ?? power;
-  const [left, right, y] = [MARGIN.side, MARGIN.side + length * stage.camera.scale, stage.height - 11];
+  const length = [5, 2, 1].map((digit) => digit * power).find((one) => one <= rough) ??
+    power;
+  const [left, right, y] = [
+    MARGIN.side,
+    MARGIN.side + length * stage.camera.scale,
+    stage.height - 11,
+  ];
   context.strokeStyle = context.fillStyle = stage.colours.muted;
   context.lineWidth = 1.5;
   context.beginPath();
@@ -114,5 +143,5 @@ export function drawScale(stage) {
   context.lineTo(right, y - 4);
   context.stroke();
   context.font = "12px system-ui, sans-serif";
-  context.fillText(`${short(length)} ${stage.scene.length}`, right + 7, y + 1);
+  context.fillText(`${short(length)} ${scene.length}`, right + 7, y + 1);
 }

@@ -1,31 +1,73 @@
-// What there is to choose from beside the picture: its obstacles, and the boid that is looked at.
+// What there is to choose from beside the picture: its obstacles, and the boid that is
+// looked at.
 
 import { button, make, short, spaced } from "./dom.js";
 import { ARROW } from "./swarm.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Hand } from "./pointer.js" */
+/** @import { Kind, Message, Obstacle } from "./protocol.d.ts" */
+/** @import { Selected, Stage } from "./stage.js" */
+
 const MOST_ROWS = 200;
+/** @type {Record<Kind, string[]>} */
 const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "height"] };
 
+/** @type {(row: Obstacle) => Kind} */
 const kindOf = (row) => (row[4] ? "disc" : "rectangle");
+/** @type {(row: Obstacle) => number[]} */
 const partsOf = ([x, y, a, b, round]) => (round ? [x, y, a] : [x, y, 2 * a, 2 * b]);
-const rowOf = (kind, [x, y, a, b]) => (kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0]);
+/** @type {(kind: Kind, parts: number[]) => Obstacle} */
+const rowOf = (kind, [x, y, a, b]) =>
+  kind === "disc" ? [x, y, a, a, 1] : [x, y, a / 2, b / 2, 0];
 
 // Every obstacle as a button; the chosen one shows its numbers.
 export class ObstacleList {
+  /** @param {Hand} hand */
   constructor(hand) {
     this.hand = hand;
     this.shown = "";
     this.count = make("span", { className: "count" });
     this.rows = make("ul", { className: "obstacles" });
-    const add = (kind, words) => button("plus", `Add a ${words} in the middle of the world`, () => this.add(kind), words);
-    this.undo = button("undo", "Undo the last change of the obstacles", () => hand.undo(), "undo");
-    this.actions = make("div", { className: "row" }, add("disc", "disc"), add("rectangle", "box"), this.undo);
-    const summary = make("summary", {}, make("span", { textContent: "Obstacles" }), this.count);
-    this.element = make("details", { className: "group" }, summary, this.actions, this.rows);
+    /** @param {Kind} kind @param {string} words */
+    const add = (kind, words) =>
+      button(
+        "plus",
+        `Add a ${words} in the middle of the world`,
+        () => this.add(kind),
+        words,
+      );
+    this.undo = button(
+      "undo",
+      "Undo the last change of the obstacles",
+      () => hand.undo(),
+      "undo",
+    );
+    this.actions = make(
+      "div",
+      { className: "row" },
+      add("disc", "disc"),
+      add("rectangle", "box"),
+      this.undo,
+    );
+    const summary = make(
+      "summary",
+      {},
+      make("span", { textContent: "Obstacles" }),
+      this.count,
+    );
+    this.element = make(
+      "details",
+      { className: "group" },
+      summary,
+      this.actions,
+      this.rows,
+    );
   }
 
+  /** @param {Kind} kind */
   add(kind) {
-    const { width, height } = this.hand.stage.scene;
+    const { width, height } = this.hand.stage.world;
     this.hand.add(kind, width / 2, height / 2);
   }
 
@@ -36,34 +78,70 @@ export class ObstacleList {
     this.actions.hidden = frozen;
     this.count.textContent = String(obstacles.length);
     const now = JSON.stringify([obstacles, marked, frozen]);
-    if (now === this.shown || this.rows.contains(document.activeElement) && this.hand.drag) return;
+    const holds = this.hand.drag && this.rows.contains(document.activeElement);
+    if (now === this.shown || holds) return;
     this.shown = now;
     const focus = this.focused();
-    const shown = obstacles.slice(0, MOST_ROWS).map((row, i) => this.row(row, i, i === marked && !frozen));
-    if (obstacles.length > MOST_ROWS) shown.push(make("li", { textContent: `and ${obstacles.length - MOST_ROWS} more` }));
+    const shown = obstacles.slice(0, MOST_ROWS).map((row, i) =>
+      this.row(row, i, i === marked && !frozen)
+    );
+    if (obstacles.length > MOST_ROWS) {
+      shown.push(
+        make("li", { textContent: `and ${obstacles.length - MOST_ROWS} more` }),
+      );
+    }
     this.rows.replaceChildren(...shown);
-    if (focus) this.rows.querySelector(`[data-place="${focus}"]`)?.focus();
-    if (this.element.open) this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({ block: "nearest" });
+    const before = focus && this.rows.querySelector(`[data-place="${focus}"]`);
+    if (before instanceof HTMLElement) before.focus();
+    if (this.element.open) {
+      this.rows.querySelector("[aria-pressed=true]")?.scrollIntoView({
+        block: "nearest",
+      });
+    }
   }
 
   focused() {
-    return this.rows.contains(document.activeElement) ? document.activeElement.dataset.place : "";
+    const { activeElement: focus } = document;
+    const within = focus instanceof HTMLElement && this.rows.contains(focus);
+    return within ? focus.dataset.place : "";
   }
 
+  /** @param {Obstacle} row @param {number} index @param {boolean} open */
   row(row, index, open) {
     const kind = kindOf(row);
-    const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${short(row[1])}`;
-    const choose = button(kind, `Select the ${words}`, () => this.hand.mark(open ? null : index), words, { "aria-pressed": String(open) });
+    const words = `${kind === "disc" ? "disc" : "box"} at ${short(row[0])}, ${
+      short(row[1])
+    }`;
+    const choose = button(
+      kind,
+      `Select the ${words}`,
+      () => this.hand.mark(open ? null : index),
+      words,
+      { "aria-pressed": String(open) },
+    );
     choose.dataset.place = `row ${index}`;
-    const away = button("remove", `Remove the ${words}`, () => this.hand.remove(index), "", { className: "quiet" });
+    const away = button(
+      "remove",
+      `Remove the ${words}`,
+      () => this.hand.remove(index),
+      "",
+      { className: "quiet" },
+    );
     away.hidden = this.hand.frozen;
     const head = make("div", { className: "row" }, choose, away);
     return make("li", {}, head, ...(open ? [this.numbers(kind, row, index)] : []));
   }
 
+  /** @param {Kind} kind @param {Obstacle} row @param {number} index */
   numbers(kind, row, index) {
+    /** @type {HTMLInputElement[]} */
     const inputs = partsOf(row).map((value, i) => {
-      const input = make("input", { type: "text", inputMode: "decimal", value: String(value), "aria-label": `${kind} ${PARTS[kind][i]}` });
+      const input = make("input", {
+        type: "text",
+        inputMode: "decimal",
+        value: String(value),
+        "aria-label": `${kind} ${PARTS[kind][i]}`,
+      });
       input.dataset.place = `part ${i}`;
       input.addEventListener("change", () => {
         const values = inputs.map((one) => Number(one.value));
@@ -71,24 +149,48 @@ export class ObstacleList {
       });
       return input;
     });
-    const labelled = inputs.map((input, i) => make("label", {}, make("span", { textContent: PARTS[kind][i] }), input));
+    const labelled = inputs.map((input, i) =>
+      make("label", {}, make("span", { textContent: PARTS[kind][i] }), input)
+    );
     return make("div", { className: "numbers" }, ...labelled);
   }
 }
 
 export class BoidCard {
+  /** @param {(message: Message) => void} send @param {Stage} stage */
   constructor(send, stage) {
     this.stage = stage;
     this.send = send;
+    /** @type {number | null} */
     this.chosen = null; // which may not be on the screen yet
-    this.input = make("input", { type: "text", inputMode: "numeric", "aria-label": "index of the boid that is looked at", placeholder: "none" });
+    this.input = make("input", {
+      type: "text",
+      inputMode: "numeric",
+      "aria-label": "index of the boid that is looked at",
+      placeholder: "none",
+    });
     this.input.addEventListener("change", () => this.entered());
-    const around = (picture, words, by) => button(picture, words, () => this.beside(by), "", { className: "quiet" });
-    this.away = button("remove", "Look at no boid", () => this.choose(null), "", { className: "quiet" });
-    const head = make("div", { className: "row" }, make("h3", { textContent: "Boid" }), around("before", "The boid before", -1), this.input);
+    /** @param {Picture} picture @param {string} words @param {number} by */
+    const around = (picture, words, by) =>
+      button(picture, words, () => this.beside(by), "", { className: "quiet" });
+    this.away = button("remove", "Look at no boid", () => this.choose(null), "", {
+      className: "quiet",
+    });
+    const head = make(
+      "div",
+      { className: "row" },
+      make("h3", { textContent: "Boid" }),
+      around("before", "The boid before", -1),
+      this.input,
+    );
     head.append(around("after", "The next boid", 1), this.away);
     this.facts = make("p", { className: "facts" });
-    this.element = make("section", { className: "boid", "aria-label": "the boid that is looked at" }, head, this.facts);
+    this.element = make(
+      "section",
+      { className: "boid", "aria-label": "the boid that is looked at" },
+      head,
+      this.facts,
+    );
     this.show(null);
   }
 
@@ -100,88 +202,145 @@ export class BoidCard {
     else this.show(this.stage.selection);
   }
 
+  /** @param {number | null} boid */
   choose(boid) {
     this.chosen = boid;
     this.send({ type: "select", boid });
   }
 
+  /** @param {number} by */
   beside(by) {
     const n = this.stage.frame?.n ?? 0;
     if (n) this.choose(((this.chosen ?? (by > 0 ? -1 : 0)) + by + n) % n);
   }
 
+  /** @param {Selected | null} selection @param {string} [unit] */
   show(selection, unit = "") {
     this.away.hidden = !selection;
-    if (!this.input.matches(":focus")) this.input.value = selection ? String(selection.boid) : "";
-    this.facts.textContent = selection ? this.words(selection, unit) : "Click a boid to see whom it sees.";
+    if (!this.input.matches(":focus")) {
+      this.input.value = selection ? String(selection.boid) : "";
+    }
+    this.facts.textContent = selection
+      ? this.words(selection, unit)
+      : "Click a boid to see whom it sees.";
   }
 
+  /** @param {Selected} selection @param {string} unit */
   words({ x, y, range, fov, heading, neighbours }, unit) {
-    const turned = typeof heading === "number" ? `, heading ${short((heading * 180) / Math.PI, 3)}°` : "";
+    const turned = typeof heading === "number"
+      ? `, heading ${short((heading * 180) / Math.PI, 3)}°`
+      : "";
     const sees = Number.isFinite(range) ? ` within ${short(range)} ${unit}` : "";
-    const cone = typeof fov === "number" && fov < 360 ? `, in a cone of ${short(fov)}°` : "";
-    const others = neighbours.length === 1 ? "1 neighbour" : `${neighbours.length} neighbours`;
+    const cone = typeof fov === "number" && fov < 360
+      ? `, in a cone of ${short(fov)}°`
+      : "";
+    const others = neighbours.length === 1
+      ? "1 neighbour"
+      : `${neighbours.length} neighbours`;
     return `at ${short(x)}, ${short(y)} ${unit}${turned}; ${others}${sees}${cone}`;
   }
 }
 
-export const OVERLAY_WORDS = { trails: "trails", flocks: "flocks", coverage: "coverage", accelerations: "accelerations" };
-
 // Switches for what is drawn besides the boids, with the legend of each.
 export class Overlays {
+  /** @param {Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
     this.stage = stage;
+    /** @type {Map<string, HTMLInputElement>} */
     this.inputs = new Map();
+    /** @type {Map<string, HTMLElement>} */
     this.legends = new Map();
     this.rows = make("div", { className: "overlays" });
-    this.element = make("section", { "aria-label": "overlays" }, make("h2", { textContent: "Show" }), this.rows);
+    this.element = make(
+      "section",
+      { "aria-label": "overlays" },
+      make("h2", { textContent: "Show" }),
+      this.rows,
+    );
     this.changed = changed;
   }
 
+  /** @param {string[]} names */
   offer(names) {
     if (names.join() === [...this.inputs.keys()].join()) return;
     this.inputs.clear();
     this.rows.replaceChildren(...names.map((name) => this.row(name)));
   }
 
+  /** @param {string} name */
   row(name) {
-    const input = make("input", { type: "checkbox", className: "switch", on: { change: () => this.changed() } });
+    const input = make("input", {
+      type: "checkbox",
+      className: "switch",
+      on: { change: () => this.changed() },
+    });
     const legend = make("div", { className: "legend" });
     this.inputs.set(name, input);
     this.legends.set(name, legend);
-    return make("div", {}, make("label", {}, input, make("span", { textContent: OVERLAY_WORDS[name] ?? spaced(name) })), legend);
+    return make(
+      "div",
+      {},
+      make(
+        "label",
+        {},
+        input,
+        make("span", { textContent: spaced(name) }),
+      ),
+      legend,
+    );
   }
 
   get chosen() {
     return [...this.inputs].filter(([, input]) => input.checked).map(([name]) => name);
   }
 
+  /** @param {string[]} names */
   show(names) {
     for (const [name, input] of this.inputs) input.checked = names.includes(name);
   }
 
+  /** @param {string[]} rules @param {string} unit */
   explain(rules, unit) {
-    const on = (name) => this.inputs.get(name)?.checked;
+    /** @param {string} name */
+    const on = (name) => this.inputs.get(name)?.checked ?? false;
     this.legend("accelerations", on("accelerations") && rules.length > 0, () => [
-      ...rules.map((rule, i) => this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))),
-      make("small", { textContent: this.stage.arrowScale > 0 ? `an arrow of ${ARROW} px is ${short(ARROW / this.stage.arrowScale, 2)} ${unit}` : "" }),
+      ...rules.map((rule, i) =>
+        this.swatch(this.stage.rules[i % this.stage.rules.length], spaced(rule))
+      ),
+      make("small", {
+        textContent: this.stage.arrowScale > 0
+          ? `an arrow of ${ARROW} px is ${
+            short(ARROW / this.stage.arrowScale, 2)
+          } ${unit}`
+          : "",
+      }),
     ]);
     const most = this.stage.heatMost;
     this.legend("coverage", on("coverage") && most > 0, () => [
       make("i", { className: "ramp" }),
-      make("small", { textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel` }),
+      make("small", {
+        textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel`,
+      }),
     ]);
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
     const words = `${flocks.size} of two or more; grey boids are alone`;
-    this.legend("flocks", on("flocks") && this.stage.frame?.flocks, () => [make("small", { textContent: words })]);
+    this.legend(
+      "flocks",
+      on("flocks") && Boolean(this.stage.frame?.flocks),
+      () => [make("small", { textContent: words })],
+    );
   }
 
+  /** @param {string} name @param {boolean} wanted @param {() => HTMLElement[]} parts */
   legend(name, wanted, parts) {
-    const [legend, fresh] = [this.legends.get(name), wanted ? parts() : []];
-    if (legend && legend.textContent !== fresh.map((part) => part.textContent).join("")) legend.replaceChildren(...fresh);
+    const legend = this.legends.get(name);
+    const fresh = wanted ? parts() : [];
+    const words = fresh.map((part) => part.textContent).join("");
+    if (legend && legend.textContent !== words) legend.replaceChildren(...fresh);
   }
 
+  /** @param {string} colour @param {string} words */
   swatch(colour, words) {
     const sample = make("i");
     sample.style.backgroundColor = colour;

@@ -1,14 +1,17 @@
-// What a run is of: its model, preset and map; and of a stored trial, what it is compared with.
+// What a run is of: its model, preset and map; and of a stored trial, what it is
+// compared with.
 
 import { make, short, spaced } from "./dom.js";
 
-const named = (one) => (typeof one === "string" ? { name: one } : { ...one, text: one.text ?? one.source });
+/** @import { Controls, Message, Replay, State } from "./protocol.d.ts" */
 
 export class Pickers {
+  /** @param {string} prefix @param {(message: Message) => void} send */
   constructor(prefix, send) {
-    Object.assign(this, { prefix, send });
+    this.prefix = prefix;
+    this.send = send;
     this.element = make("div", { className: "pickers" });
-    this.forget();
+    this.shown = "";
   }
 
   // What is shown may be other than what holds.
@@ -16,28 +19,63 @@ export class Pickers {
     this.shown = "";
   }
 
+  /** @param {Controls} controls @param {State} state */
   show(controls, { model, preset, settings, replay }) {
     const shown = JSON.stringify([model, preset, settings.map, Boolean(replay)]);
     if (shown === this.shown) return;
     this.shown = shown;
-    const presets = (name) => controls.models.find((one) => one.name === name).presets;
-    const own = (name) => (presets(name).includes(preset) ? preset : presets(name).at(-1));
-    const maps = controls.maps.map(named);
-    const { map } = settings;
-    if (map && !maps.some(({ name }) => name === map)) maps.push({ name: map });
+    /** @param {string} name */
+    const presets = (name) =>
+      controls.models.find((one) => one.name === name)?.presets ?? [];
+    /** @param {string} name */
+    const own = (name) =>
+      presets(name).includes(preset) ? preset : presets(name).at(-1) ?? preset;
+    const models = controls.models.map(({ name, source }) => ({ name, text: source }));
+    const maps = controls.maps.map(({ name, text }) => ({ name, text }));
+    const map = String(settings.map);
+    if (!maps.some(({ name }) => name === map)) maps.push({ name: map, text: "" });
     this.element.replaceChildren(
-      this.picker("model", model, controls.models.map(named), (name) => this.send({ type: "model", model: name, preset: own(name) })),
-      this.picker("preset", preset, presets(model).map(named), (name) => this.send({ type: "model", model, preset: name })),
-      this.picker("map", map, maps, (name) => this.send({ type: "set", name: "map", value: name })),
+      this.picker(
+        "model",
+        model,
+        models,
+        (name) => this.send({ type: "model", model: name, preset: own(name) }),
+      ),
+      this.picker(
+        "preset",
+        preset,
+        presets(model).map((name) => ({ name, text: "" })),
+        (name) => this.send({ type: "model", model, preset: name }),
+      ),
+      this.picker(
+        "map",
+        map,
+        maps,
+        (name) => this.send({ type: "set", name: "map", value: name }),
+      ),
     );
-    for (const select of this.element.querySelectorAll("select")) select.disabled = Boolean(replay);
+    for (const select of this.element.querySelectorAll("select")) {
+      select.disabled = Boolean(replay);
+    }
   }
 
   // A labelled list of names, whose texts are hints.
+  /**
+   * @param {string} label
+   * @param {string} value
+   * @param {{ name: string, text: string }[]} options
+   * @param {(name: string) => void} act
+   */
   picker(label, value, options, act) {
     const id = `${this.prefix}-${label}`;
-    const choices = options.map(({ name, text = "" }) => make("option", { value: name, textContent: name, title: text }));
-    const select = make("select", { id, on: { change: () => act(select.value) } }, ...choices);
+    const choices = options.map(({ name, text }) =>
+      make("option", { value: name, textContent: name, title: text })
+    );
+    const select = make(
+      "select",
+      { id, on: { change: () => act(select.value) } },
+      ...choices,
+    );
     select.value = value;
     return make("div", {}, make("label", { htmlFor: id, textContent: label }), select);
   }
@@ -45,27 +83,62 @@ export class Pickers {
 
 export class ReplayCard {
   constructor() {
-    this.element = make("section", { className: "record", hidden: true, "aria-label": "replay" });
+    this.element = make("section", {
+      className: "record",
+      hidden: true,
+      "aria-label": "replay",
+    });
     this.shown = "";
   }
 
+  /** @param {Replay | null} replay */
   show(replay) {
     this.element.hidden = !replay;
     if (!replay || this.shown === JSON.stringify(replay)) return;
     this.shown = JSON.stringify(replay);
-    const title = make("h2", { textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial" });
-    const trial = make("p", { className: "facts", textContent: `${replay.study}, trial ${replay.trial}` });
-    const verdict = make("p", { className: replay.equal ? "exact" : "exact not", textContent: replay.words });
-    this.element.replaceChildren(title, trial, verdict, ...this.table(Object.entries(replay.metrics ?? {})));
+    const title = make("h2", {
+      textContent: replay.recorded ? "A recorded run" : "Replay of a stored trial",
+    });
+    const trial = make("p", {
+      className: "facts",
+      textContent: `${replay.study}, trial ${replay.trial}`,
+    });
+    const verdict = make("p", {
+      className: replay.equal ? "exact" : "exact not",
+      textContent: replay.words,
+    });
+    this.element.replaceChildren(
+      title,
+      trial,
+      verdict,
+      ...this.table(Object.entries(replay.metrics ?? {})),
+    );
   }
 
+  /** @param {[string, { stored: number, replayed: number }][]} metrics */
   table(metrics) {
     if (!metrics.length) return [];
     const rows = metrics.map(([name, { stored, replayed }]) => {
-      const cells = [stored, replayed].map((value) => make("td", { textContent: short(value, 6) }));
-      return make("tr", {}, make("th", { scope: "row", textContent: spaced(name) }), ...cells);
+      const cells = [stored, replayed].map((value) =>
+        make("td", { textContent: short(value, 6) })
+      );
+      return make(
+        "tr",
+        {},
+        make("th", { scope: "row", textContent: spaced(name) }),
+        ...cells,
+      );
     });
-    const head = ["at the end", "stored", "replayed"].map((textContent) => make("th", { scope: "col", textContent }));
-    return [make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows))];
+    const head = ["at the end", "stored", "replayed"].map((textContent) =>
+      make("th", { scope: "col", textContent })
+    );
+    return [
+      make(
+        "table",
+        {},
+        make("thead", {}, make("tr", {}, ...head)),
+        make("tbody", {}, ...rows),
+      ),
+    ];
   }
 }

@@ -1,23 +1,35 @@
-// Metrics against the step, each in a small canvas, with what was published as dashed lines.
+// Metrics against the step, each in a small canvas, with what was published as dashed
+// lines.
 
-import { button, make, short, spaced, unitText, write } from "./dom.js";
+import { button, contextOf, make, short, spaced, unitText, write } from "./dom.js";
+
+/** @import { Metric, Published, Value } from "./protocol.d.ts" */
+/** @import { Colours } from "./stage.js" */
+
+/** @typedef {{ left: number, right: number, top: number, bottom: number }} Area */
 
 const MOST = 3000;
 const MOST_WORDS = 3;
 const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
 
-// The values of one metric by step, thinned where there are too many of them for a plot.
+// The values of one metric by step, thinned where there are too many of them for a
+// plot.
 export class Series {
   constructor() {
-    this.clear();
+    /** @type {number[]} */
+    this.steps = [];
+    /** @type {(number | null)[]} */
+    this.values = [];
   }
 
   clear() {
-    [this.steps, this.values] = [[], []];
+    this.steps = [];
+    this.values = [];
   }
 
+  /** @param {number[]} steps @param {(number | null)[]} values */
   add(steps, values) {
-    while (this.steps.length && this.steps.at(-1) >= steps[0]) {
+    while ((this.steps.at(-1) ?? -1) >= steps[0]) {
       this.steps.pop();
       this.values.pop();
     }
@@ -26,11 +38,13 @@ export class Series {
       this.values.push(values[i]);
     }
     if (this.steps.length <= MOST) return;
+    /** @param {unknown} _ @param {number} i */
     const kept = (_, i) => i % 2 === 0 || i === this.steps.length - 1;
     [this.steps, this.values] = [this.steps.filter(kept), this.values.filter(kept)];
   }
 
   // The value at `step`, which in a replay is not the last one.
+  /** @param {number} step */
   at(step) {
     let i = this.steps.length - 1;
     while (i > 0 && this.steps[i] > step) i--;
@@ -39,53 +53,108 @@ export class Series {
 }
 
 export class Plot {
+  /**
+   * @param {Metric} metric
+   * @param {Series} series
+   * @param {Record<string, Value>} settings
+   * @param {() => void} remove
+   */
   constructor(metric, series, settings, remove) {
-    Object.assign(this, { metric, series });
+    this.metric = metric;
+    this.series = series;
+    /** @type {Published[]} */
+    this.published = [];
     this.canvas = make("canvas", { role: "img", tabIndex: -1 });
     this.value = make("output", { className: "reading" });
-    const close = button("remove", `Remove the plot of ${spaced(metric.name)}`, remove, "", { className: "quiet" });
+    const close = button(
+      "remove",
+      `Remove the plot of ${spaced(metric.name)}`,
+      remove,
+      "",
+      { className: "quiet" },
+    );
     const title = make("h3", { textContent: spaced(metric.name), title: metric.text });
     this.line = make("p", { className: "published" });
-    const unit = make("span", { className: "unit", textContent: unitText(metric.unit) });
-    this.element = make("figure", { className: "plot" }, make("header", {}, title, this.value, unit, close));
+    const unit = make("span", {
+      className: "unit",
+      textContent: unitText(metric.unit),
+    });
+    this.element = make(
+      "figure",
+      { className: "plot" },
+      make("header", {}, title, this.value, unit, close),
+    );
     this.element.append(this.canvas, this.line);
     this.publish(settings);
   }
 
-  // What a document says for the very settings on the screen: of a whole run, or of one of its frames.
+  // What a document says for the very settings on the screen: of a whole run, or of one
+  // of its frames.
+  /** @param {Record<string, Value>} settings */
   publish(settings) {
-    const suits = (one) => Object.entries(one.settings ?? {}).every(([name, value]) => settings[name] === value);
+    /** @param {Published} one */
+    const suits = (one) =>
+      Object.entries(one.settings).every(([name, value]) => settings[name] === value);
+    /** @type {Map<string, Published>} */
     const known = new Map();
-    for (const one of this.metric.published ?? []) if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    for (const one of this.metric.published) {
+      if (suits(one)) known.set(`${one.value} ${one.frame}`, one);
+    }
     this.published = [...known.values()];
+    /** @param {number | null} frame */
     const at = (frame) => (frame === null ? "" : ` at step ${frame}`);
-    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) => short(value) + at(frame)).join(", ");
+    const words = this.published.slice(0, MOST_WORDS).map(({ value, frame }) =>
+      short(value) + at(frame)
+    ).join(", ");
     const more = this.published.length > MOST_WORDS ? " ..." : "";
     write(this.line, words && `published: ${words}${more}`);
-    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join("\n");
+    this.line.title = this.published.map(({ where, says }) => `${where}: ${says}`).join(
+      "\n",
+    );
   }
 
+  /** @param {number} step @param {Colours} colours */
   draw(step, colours) {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (!width) return;
     const ratio = devicePixelRatio || 1;
-    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
-    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    const context = canvas.getContext("2d");
+    if (canvas.width !== Math.round(width * ratio)) {
+      canvas.width = Math.round(width * ratio);
+    }
+    if (canvas.height !== Math.round(height * ratio)) {
+      canvas.height = Math.round(height * ratio);
+    }
+    const context = contextOf(canvas);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    const area = { left: EDGE.left, right: width - EDGE.right, top: EDGE.top, bottom: height - EDGE.bottom };
+    const area = {
+      left: EDGE.left,
+      right: width - EDGE.right,
+      top: EDGE.top,
+      bottom: height - EDGE.bottom,
+    };
     this.drawIn(context, area, step, colours);
     this.tell(step);
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Area} area
+   * @param {number} step
+   * @param {Colours} colours
+   */
   drawIn(context, area, step, colours) {
     const { low, high } = this.bounds();
     const { steps } = this.series;
-    const [first, last] = [steps[0] ?? 0, Math.max(steps.at(-1) ?? 1, (steps[0] ?? 0) + 1)];
-    const across = (one) => area.left + ((one - first) / (last - first)) * (area.right - area.left);
-    const along = (value) => area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
+    const first = steps[0] ?? 0;
+    const last = Math.max(steps.at(-1) ?? 1, first + 1);
+    /** @param {number} one */
+    const across = (one) =>
+      area.left + ((one - first) / (last - first)) * (area.right - area.left);
+    /** @param {number} value */
+    const along = (value) =>
+      area.bottom - ((value - low) / (high - low)) * (area.bottom - area.top);
     context.lineWidth = 1;
     context.strokeStyle = colours.border;
     for (const y of [area.top, area.bottom]) this.level(context, area, y);
@@ -97,7 +166,9 @@ export class Plot {
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
-    for (const { value, frame } of this.passing) this.ring(context, across(frame), along(value));
+    for (const { value, frame } of this.passing) {
+      if (frame !== null) this.ring(context, across(frame), along(value));
+    }
     if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
       context.fillRect(across(step) - 0.75, area.top, 1.5, area.bottom - area.top);
@@ -117,15 +188,20 @@ export class Plot {
 
   get passing() {
     const { steps } = this.series;
-    return this.published.filter(({ frame }) => frame !== null && frame >= steps[0] && frame <= steps.at(-1));
+    const last = steps.at(-1) ?? -1;
+    return this.published.filter(({ frame }) =>
+      frame !== null && frame >= steps[0] && frame <= last
+    );
   }
 
+  /** @param {CanvasRenderingContext2D} context @param {number} x @param {number} y */
   ring(context, x, y) {
     context.beginPath();
     context.arc(x, y, 3.5, 0, 2 * Math.PI);
     context.stroke();
   }
 
+  /** @param {CanvasRenderingContext2D} context @param {Area} area @param {number} y */
   level(context, area, y) {
     context.beginPath();
     context.moveTo(area.left, y);
@@ -133,32 +209,54 @@ export class Plot {
     context.stroke();
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {(step: number) => number} across
+   * @param {(value: number) => number} along
+   */
   trace(context, across, along) {
     const { steps, values } = this.series;
     context.beginPath();
     let joined = false; // a value that is missing leaves a gap
     for (let i = 0; i < steps.length; i++) {
-      const [x, y] = [across(steps[i]), along(values[i])];
-      if (joined) context.lineTo(x, y);
-      else context.moveTo(x, y);
-      joined = values[i] !== null && values[i + 1] !== null;
+      const value = values[i];
+      if (value === null) joined = false;
+      else if (joined) context.lineTo(across(steps[i]), along(value));
+      else {
+        context.moveTo(across(steps[i]), along(value));
+        joined = true;
+      }
     }
     context.stroke();
   }
 
   bounds() {
-    const known = [...this.series.values.filter((value) => value !== null), ...[...this.lasting, ...this.passing].map(({ value }) => value)];
+    const known = [
+      ...this.series.values.filter((value) => value !== null),
+      ...[...this.lasting, ...this.passing].map(({ value }) => value),
+    ];
     if (!known.length) return { low: 0, high: 1 };
-    const [least, most] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    const [least, most] = known.reduce(
+      ([a, b], value) => [Math.min(a, value), Math.max(b, value)],
+      [Infinity, -Infinity],
+    );
     const room = (most - least) * 0.08 || Math.abs(most) * 0.1 || 0.5;
-    return { low: least >= 0 ? Math.max(0, least - room) : least - room, high: most + room };
+    return {
+      low: least >= 0 ? Math.max(0, least - room) : least - room,
+      high: most + room,
+    };
   }
 
+  /** @param {number} step */
   tell(step) {
     const { metric } = this;
     write(this.value, short(this.series.at(step) ?? null));
     const known = this.line.textContent && `; ${this.line.textContent}`;
-    const label = `${spaced(metric.name)}: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
-    if (this.canvas.getAttribute("aria-label") !== label) this.canvas.setAttribute("aria-label", label);
+    const label = `${
+      spaced(metric.name)
+    }: ${this.value.textContent} ${metric.unit} at step ${step}${known}`;
+    if (this.canvas.getAttribute("aria-label") !== label) {
+      this.canvas.setAttribute("aria-label", label);
+    }
   }
 }

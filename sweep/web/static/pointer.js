@@ -1,40 +1,109 @@
-// The hand: obstacles are placed, moved and resized, the goal set and boids chosen, by pointer or keyboard.
+// The hand: obstacles are placed, moved and resized, the goal set and boids chosen, by
+// pointer or keyboard.
 
 import { paced } from "./dom.js";
 
+/** @import { Kind, Message, Obstacle, Scene, Shape } from "./protocol.d.ts" */
+/** @import { Place, Stage } from "./stage.js" */
+
+/** @typedef {"select" | "goal" | Kind} Tool */
+
+/**
+ * What the pointer has taken hold of; `boid` is what a click means.
+ *
+ * @typedef {{ kind: Kind, boid: null }} Drawing
+ * @typedef {{
+ *   kind: "shape",
+ *   boid: number | null,
+ *   index: number,
+ *   row: Obstacle,
+ * }} Moving
+ * @typedef {{
+ *   kind: "handle",
+ *   boid: null,
+ *   index: number,
+ *   row: Obstacle,
+ *   signs: number[],
+ * }} Sizing
+ * @typedef {{ kind: "goal", boid: number | null }} Aiming
+ * @typedef {{ kind: "pan", boid: number | null }} Panning
+ */
+
+/** @typedef {{ place: Place, at: Place, moved: boolean, base?: Obstacle[] }} Way */
+/** @typedef {Drawing | Moving | Sizing | Aiming | Panning} Grip */
+/** @typedef {(Drawing | Moving | Sizing) & Way} Stretch */
+/** @typedef {Grip & Way} Drag */
+
+/** @type {Record<string, number>} */
 const NEAR = { mouse: 9, pen: 14, touch: 22 }; // CSS pixels
 const STILL = 4;
 const DRAG_SEND_EVERY = 150; // ms while dragging
 const PATIENCE = 3000; // ms to wait for the world that was asked for
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+/** @type {Record<string, [across: number, along: number]>} */
+const ARROWS = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
 
-// Obstacles are rows [x, y, half width, half height, 1 for a disc], as in a scene; shapes are what a spec has.
+// Obstacles are rows [x, y, half width, half height, 1 for a disc], as in a scene;
+// shapes are what a spec has.
+/** @param {Obstacle} obstacle @returns {Shape} */
 export function shapeOf([x, y, halfWidth, halfHeight, round]) {
-  return round ? { disc: { x, y, radius: halfWidth } } : { rectangle: { x, y, width: 2 * halfWidth, height: 2 * halfHeight } };
+  return round
+    ? { disc: { x, y, radius: halfWidth } }
+    : { rectangle: { x, y, width: 2 * halfWidth, height: 2 * halfHeight } };
 }
 
+/** @param {Obstacle[]} first @param {Obstacle[]} second */
 const same = (first, second) =>
-  first.length === second.length && first.every((row, i) => row.every((value, k) => Math.abs(Number(value) - Number(second[i][k])) < 1e-9));
+  first.length === second.length &&
+  first.every((row, i) =>
+    row.every((value, k) => Math.abs(Number(value) - Number(second[i][k])) < 1e-9)
+  );
+
+/** @param {Place} one @param {Place} other */
+const apart = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);
+
+/** @param {Place} one @param {Place} other */
+const between = (one, other) => ({
+  x: (one.x + other.x) / 2,
+  y: (one.y + other.y) / 2,
+});
 
 export class Hand {
+  /**
+   * @param {Stage} stage
+   * @param {(message: Message) => void} send
+   * @param {() => void} changed
+   */
   constructor(stage, send, changed) {
     this.stage = stage;
     this.send = send;
     this.changed = changed;
+    /** @type {Tool} */
     this.tool = "select";
     this.frozen = false;
+    /** @type {Drag | { kind: "pinch" } | null} */
     this.drag = null;
+    /** @type {Map<number, Place>} */
     this.fingers = new Map();
+    /** @type {Obstacle[][]} */
     this.past = [];
     this.waiting = 0;
-    // It may be due when the next drag has begun and has changed nothing yet.
-    this.sendPaced = paced(() => this.drag && stage.edited && this.sendShapes(), DRAG_SEND_EVERY);
+    this.sendPaced = paced(() => this.drag && this.sendShapes(), DRAG_SEND_EVERY);
+    this.goalPaced = paced(send, DRAG_SEND_EVERY);
     const { canvas } = stage;
-    const listen = { pointerdown: "down", pointermove: "move", pointerup: "up", pointercancel: "up", keydown: "key" };
-    for (const [event, method] of Object.entries(listen)) canvas.addEventListener(event, (given) => this[method](given));
+    canvas.addEventListener("pointerdown", (event) => this.down(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", (event) => this.up(event));
+    canvas.addEventListener("keydown", (event) => this.key(event));
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
+  /** @param {Tool} tool */
   use(tool) {
     this.tool = this.frozen ? "select" : tool;
     this.stage.canvas.dataset.tool = this.tool;
@@ -42,11 +111,16 @@ export class Hand {
   }
 
   // The scene has come: what was edited here is forgotten once the world is like it.
+  /** @param {Scene} scene */
   settle(scene) {
     const { stage } = this;
     const late = performance.now() - this.waiting > PATIENCE;
-    if (stage.edited && !this.drag && (late || same(stage.edited, scene.obstacles))) stage.edited = null;
-    if (stage.marked !== null && stage.marked >= stage.obstacles.length) stage.marked = null;
+    if (stage.edited && !this.drag && (late || same(stage.edited, scene.obstacles))) {
+      stage.edited = null;
+    }
+    if (stage.marked !== null && stage.marked >= stage.obstacles.length) {
+      stage.marked = null;
+    }
   }
 
   refuse() {
@@ -55,13 +129,16 @@ export class Hand {
     this.stage.redraw();
   }
 
+  /** @param {number | null} index */
   mark(index) {
     this.stage.marked = index;
     this.stage.redraw();
     this.changed();
   }
 
-  // The whole list of obstacles anew; `lasting` says that undo comes back to what was before.
+  // The whole list of obstacles anew; `lasting` says that undo comes back to what was
+  // before.
+  /** @param {Obstacle[]} obstacles @param {boolean} lasting */
   replace(obstacles, lasting = true) {
     const { stage } = this;
     if (lasting) this.past.push(stage.obstacles);
@@ -72,19 +149,29 @@ export class Hand {
     this.changed();
   }
 
+  // A paced one may be due when the next drag has begun and has changed nothing yet.
   sendShapes() {
+    const { edited } = this.stage;
+    if (!edited) return;
     this.waiting = performance.now();
-    this.send({ type: "shapes", shapes: this.stage.edited.map(shapeOf) });
+    this.send({ type: "shapes", shapes: edited.map(shapeOf) });
   }
 
   undo() {
-    if (this.past.length) this.replace(this.past.pop(), false);
+    const before = this.past.pop();
+    if (before) this.replace(before, false);
   }
 
-  add(kind, x, y, halfWidth = this.usual, halfHeight = halfWidth) {
-    const row = [this.tidy(x), this.tidy(y), this.tidy(halfWidth), this.tidy(halfHeight), kind === "disc" ? 1 : 0];
+  /** @param {Kind} kind @param {number} x @param {number} y */
+  add(kind, x, y) {
+    const { width, height } = this.stage.world;
+    const half = this.tidy(Math.min(width, height) / 16);
+    const round = kind === "disc" ? 1 : 0;
     this.stage.marked = this.stage.obstacles.length;
-    this.replace([...this.stage.obstacles, row]);
+    this.replace([
+      ...this.stage.obstacles,
+      [this.tidy(x), this.tidy(y), half, half, round],
+    ]);
   }
 
   remove(index = this.stage.marked) {
@@ -93,30 +180,31 @@ export class Hand {
     this.replace(this.stage.obstacles.filter((_, i) => i !== index));
   }
 
+  /** @param {number} index @param {Obstacle} row */
   change(index, row) {
     this.replace(this.stage.obstacles.map((one, i) => (i === index ? row : one)));
   }
 
-  get usual() {
-    return Math.min(this.stage.scene.width, this.stage.scene.height) / 16;
-  }
-
   // Lengths as fine as the screen shows them, so that a spec is readable.
+  /** @param {number} length */
   tidy(length) {
     const grain = 10 ** Math.floor(Math.log10(1 / this.stage.camera.scale));
     return Number((Math.round(length / grain) * grain).toPrecision(9));
   }
 
+  /** @param {Place} place @returns {Place} */
   within({ x, y }) {
-    const { width, height } = this.stage.scene;
+    const { width, height } = this.stage.world;
     return { x: Math.min(Math.max(x, 0), width), y: Math.min(Math.max(y, 0), height) };
   }
 
+  /** @param {MouseEvent} event @returns {Place} */
   where(event) {
     const box = this.stage.canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
 
+  /** @param {PointerEvent} event */
   down(event) {
     if (event.button !== 0 || !this.stage.scene) return;
     this.stage.canvas.setPointerCapture(event.pointerId);
@@ -124,29 +212,44 @@ export class Hand {
     if (this.fingers.size === 2) this.drag = { kind: "pinch" };
     if (this.fingers.size > 1) return;
     const place = this.where(event);
-    this.drag = { place, at: this.stage.toWorld(place), moved: false, ...this.grip(place, NEAR[event.pointerType] ?? 9) };
-    if (this.drag.kind === "shape" && this.drag.boid === null) this.mark(this.drag.index);
+    const grip = this.grip(place, NEAR[event.pointerType] ?? 9);
+    this.drag = { place, at: this.stage.toWorld(place), moved: false, ...grip };
+    if (grip.kind === "shape" && grip.boid === null) this.mark(grip.index);
   }
 
-  // What the pointer has taken hold of: it is dragged. A boid there is what a click means.
+  // What the pointer has taken hold of: it is dragged. A boid there is what a click
+  // means.
+  /** @param {Place} place @param {number} near @returns {Grip} */
   grip(place, near) {
-    const { stage } = this;
-    if (this.tool !== "select") return { kind: this.tool };
-    const reach = ({ x, y }, most) => Math.hypot(x - place.x, y - place.y) <= most;
-    if (!this.frozen && stage.marked !== null) {
-      const handle = stage.handles(stage.obstacles[stage.marked]).find((one) => reach(one, near));
-      if (handle) return { kind: "handle", index: stage.marked, signs: handle.signs, row: stage.obstacles[stage.marked] };
+    const { stage, tool } = this;
+    if (tool !== "select") return { kind: tool, boid: null };
+    const { chosen: row, marked: index } = stage;
+    if (!this.frozen && row && index !== null) {
+      const handle = stage.handles(row).find((one) => apart(one, place) <= near);
+      if (handle) {
+        return { kind: "handle", boid: null, index, row, signs: handle.signs };
+      }
     }
     const boid = stage.boidAt(place, near);
     if (this.frozen) return { kind: "pan", boid };
-    const [goalX, goalY] = stage.scene.goal ?? [0, 0];
-    const goal = (goalX || goalY) && stage.toScreen({ x: goalX, y: goalY });
-    if (goal && reach(goal, near + 3)) return { kind: "goal", boid };
-    const index = this.shapeAt(stage.toWorld(place));
-    return index < 0 ? { kind: "pan", boid } : { kind: "shape", boid, index, row: stage.obstacles[index] };
+    const [x, y] = stage.scene?.goal ?? [0, 0];
+    const far = x || y ? apart(stage.toScreen({ x, y }), place) : Infinity;
+    if (far <= near + 3) return { kind: "goal", boid };
+    return this.gripWorld(place, boid);
   }
 
+  /** @param {Place} place @param {number | null} boid @returns {Grip} */
+  gripWorld(place, boid) {
+    const { stage } = this;
+    const index = this.shapeAt(stage.toWorld(place));
+    return index < 0
+      ? { kind: "pan", boid }
+      : { kind: "shape", boid, index, row: stage.obstacles[index] };
+  }
+
+  /** @param {Place} place */
   shapeAt({ x, y }) {
+    /** @param {Obstacle} obstacle */
     const inside = ([middleX, middleY, a, b, round]) => {
       const [dx, dy] = [Math.abs(x - middleX), Math.abs(y - middleY)];
       return round ? Math.hypot(dx, dy) <= a : dx <= a && dy <= b;
@@ -154,12 +257,13 @@ export class Hand {
     return this.stage.obstacles.findLastIndex(inside);
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     const { drag, stage } = this;
     const place = this.where(event);
     if (!drag) return this.hover(place);
     if (drag.kind === "pinch") return this.pinch(event.pointerId, place);
-    drag.moved ||= Math.hypot(place.x - drag.place.x, place.y - drag.place.y) > STILL;
+    drag.moved ||= apart(place, drag.place) > STILL;
     if (!drag.moved) return;
     const at = stage.toWorld(place);
     if (drag.kind === "pan") stage.pan(drag.at.x - at.x, drag.at.y - at.y);
@@ -167,87 +271,114 @@ export class Hand {
     else this.stretch(drag, at);
   }
 
+  /** @param {Place} place */
   hover(place) {
     const { canvas } = this.stage;
     if (!this.stage.scene || !this.stage.frame) return;
-    const { kind, boid = null } = this.grip(place, NEAR.mouse);
+    const { kind, boid } = this.grip(place, NEAR.mouse);
     canvas.dataset.over = boid === null ? kind : "boid";
   }
 
+  /** @param {number} id @param {Place} place */
   pinch(id, place) {
+    if (this.fingers.size < 2) return; // one of them is gone
     const [first, second] = [...this.fingers.values()];
-    const before = Math.hypot(first.x - second.x, first.y - second.y);
-    const middle = { x: (first.x + second.x) / 2, y: (first.y + second.y) / 2 };
     this.fingers.set(id, place);
     const [third, fourth] = [...this.fingers.values()];
-    const after = Math.hypot(third.x - fourth.x, third.y - fourth.y);
+    const [before, after] = [apart(first, second), apart(third, fourth)];
     const { stage } = this;
+    const middle = between(first, second);
     const from = stage.toWorld(middle);
-    const to = stage.toWorld({ x: (third.x + fourth.x) / 2, y: (third.y + fourth.y) / 2 });
+    const to = stage.toWorld(between(third, fourth));
     stage.pan(from.x - to.x, from.y - to.y);
     if (before > 0) stage.zoom(after / before, middle);
   }
 
   // A shape under the hand: drawn, moved or resized.
+  /** @param {Stretch} drag @param {Place} at */
   stretch(drag, at) {
     const { stage } = this;
+    const index = "index" in drag ? drag.index : (drag.base ?? stage.obstacles).length;
     if (!drag.base) {
       drag.base = stage.obstacles;
-      if (drag.index === undefined) [drag.index, drag.drawn] = [drag.base.length, true];
-      stage.marked = drag.index;
+      stage.marked = index;
     }
-    const row = drag.drawn ? this.drawnRow(drag, at) : drag.kind === "shape" ? this.movedRow(drag, at) : this.sizedRow(drag, at);
     stage.edited = [...drag.base];
-    stage.edited[drag.index] = row;
+    stage.edited[index] = this.stretched(drag, at);
     stage.redraw();
     this.sendPaced();
   }
 
+  /** @param {Stretch} drag @param {Place} at */
+  stretched(drag, at) {
+    if (drag.kind === "shape") return this.movedRow(drag, at);
+    return drag.kind === "handle" ? this.sizedRow(drag, at) : this.drawnRow(drag, at);
+  }
+
+  /** @param {Drawing & Way} drag @param {Place} to @returns {Obstacle} */
   drawnRow({ kind, at: from }, to) {
     if (kind === "disc") {
       const { x, y } = this.within(from);
       const radius = this.least(Math.hypot(to.x - x, to.y - y));
       return [this.tidy(x), this.tidy(y), radius, radius, 1];
     }
-    return this.between(this.within(from), this.within(to));
+    return this.rectangle(this.within(from), this.within(to));
   }
 
-  between(first, second) {
-    const [x, y] = [this.tidy((first.x + second.x) / 2), this.tidy((first.y + second.y) / 2)];
-    return [x, y, this.least(Math.abs(first.x - second.x) / 2), this.least(Math.abs(first.y - second.y) / 2), 0];
+  // By two opposite corners.
+  /** @param {Place} first @param {Place} second @returns {Obstacle} */
+  rectangle(first, second) {
+    const { x, y } = between(first, second);
+    return [
+      this.tidy(x),
+      this.tidy(y),
+      this.least(Math.abs(first.x - second.x) / 2),
+      this.least(Math.abs(first.y - second.y) / 2),
+      0,
+    ];
   }
 
+  /** @param {number} length */
   least(length) {
     return Math.max(this.tidy(length), this.tidy(2 / this.stage.camera.scale));
   }
 
+  /** @param {Moving & Way} drag @param {Place} to @returns {Obstacle} */
   movedRow({ row, at: from }, to) {
-    const { x, y } = this.within({ x: row[0] + to.x - from.x, y: row[1] + to.y - from.y });
-    return [this.tidy(x), this.tidy(y), ...row.slice(2)];
+    const { x, y } = this.within({
+      x: row[0] + to.x - from.x,
+      y: row[1] + to.y - from.y,
+    });
+    return [this.tidy(x), this.tidy(y), row[2], row[3], row[4]];
   }
 
+  /** @param {Sizing & Way} drag @param {Place} to @returns {Obstacle} */
   sizedRow({ row, signs: [a, b] }, to) {
     const [x, y, halfWidth, halfHeight, round] = row;
     if (round) {
       const radius = this.least(Math.hypot(to.x - x, to.y - y));
       return [x, y, radius, radius, 1];
     }
-    return this.between({ x: x - a * halfWidth, y: y - b * halfHeight }, to);
+    return this.rectangle({ x: x - a * halfWidth, y: y - b * halfHeight }, to);
   }
 
+  /** @param {Place} place */
   setGoal(place) {
+    const { scene } = this.stage;
+    if (!scene?.goal) return;
     const [x, y] = [this.tidy(place.x), this.tidy(place.y)];
-    this.stage.scene.goal = [x, y, this.stage.scene.goal[2]];
+    scene.goal = [x, y, scene.goal[2]];
     this.stage.redraw();
-    this.goalPaced ??= paced((message) => this.send(message), DRAG_SEND_EVERY);
     this.goalPaced({ type: "goal", x, y });
   }
 
+  /** @param {PointerEvent} event */
   up(event) {
     const { drag, stage } = this;
     this.fingers.delete(event.pointerId);
     if (!drag || (drag.kind === "pinch" && this.fingers.size > 0)) return;
     this.drag = null;
+    if (drag.kind === "pinch") return;
     if (event.type === "pointercancel") return this.refuse();
     if (drag.base) {
       this.past.push(drag.base);
@@ -258,11 +389,12 @@ export class Hand {
     stage.redraw();
   }
 
+  /** @param {Drag} drag */
   click(drag) {
     const { x, y } = this.within(drag.at);
     if (drag.kind === "disc" || drag.kind === "rectangle") this.add(drag.kind, x, y);
     else if (drag.kind === "goal" && this.tool === "goal") this.setGoal(drag.at);
-    else if (drag.boid !== null && drag.boid !== undefined) this.send({ type: "select", boid: drag.boid });
+    else if (drag.boid !== null) this.send({ type: "select", boid: drag.boid });
     else if (drag.kind === "pan") this.release();
   }
 
@@ -271,15 +403,21 @@ export class Hand {
     if (this.stage.selection) this.send({ type: "select", boid: null });
   }
 
+  /** @param {WheelEvent} event */
   wheel(event) {
     event.preventDefault();
-    this.stage.zoom(Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)), this.where(event));
+    this.stage.zoom(
+      Math.exp(-event.deltaY / (event.ctrlKey ? 100 : 500)),
+      this.where(event),
+    );
     this.changed();
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const { stage } = this;
-    if (event.key in ARROWS && !event.ctrlKey && !event.metaKey) this.arrow(ARROWS[event.key], event.shiftKey);
+    const arrow = ARROWS[event.key];
+    if (arrow && !event.ctrlKey && !event.metaKey) this.arrow(arrow, event.shiftKey);
     else if (event.key === "Delete" || event.key === "Backspace") this.remove();
     else if (event.key === "PageUp" || event.key === "PageDown") {
       stage.zoom(event.key === "PageUp" ? 1.25 : 0.8, stage.middle);
@@ -291,15 +429,28 @@ export class Hand {
     event.stopPropagation();
   }
 
+  /** @param {[across: number, along: number]} direction @param {boolean} sizing */
   arrow([across, along], sizing) {
     const { stage } = this;
-    const step = Math.max(stage.scene.width, stage.scene.height) / 100;
-    const chosen = stage.obstacles[stage.marked];
-    if (!chosen || this.frozen) return stage.pan(5 * step * across, 5 * step * along * stage.upright);
+    const step = Math.max(stage.world.width, stage.world.height) / 100;
+    const { chosen, marked } = stage;
+    if (!chosen || marked === null || this.frozen) {
+      return stage.pan(5 * step * across, 5 * step * along * stage.upright);
+    }
     const [x, y, halfWidth, halfHeight, round] = chosen;
-    const place = this.within({ x: x + step * across, y: y + step * along * stage.upright });
-    const [wider, higher] = [halfWidth + step * across, halfHeight + step * (round ? across : -along)];
-    const sized = [x, y, this.least(wider), this.least(higher), round];
-    this.change(stage.marked, sizing ? sized : [this.tidy(place.x), this.tidy(place.y), halfWidth, halfHeight, round]);
+    const place = this.within({
+      x: x + step * across,
+      y: y + step * along * stage.upright,
+    });
+    const [wider, higher] = [
+      halfWidth + step * across,
+      halfHeight + step * (round ? across : -along),
+    ];
+    if (sizing) {
+      this.change(marked, [x, y, this.least(wider), this.least(higher), round]);
+    } else {
+      const [left, top] = [this.tidy(place.x), this.tidy(place.y)];
+      this.change(marked, [left, top, halfWidth, halfHeight, round]);
+    }
   }
 }

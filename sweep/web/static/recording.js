@@ -1,12 +1,21 @@
-// A recorded run as a transport: it answers the page as a server would, from what stands in the file.
+// A recorded run as a transport: it answers the page as a server would, from what
+// stands in the file.
 
+import { bytesOf } from "./dialogs.js";
+import { mount } from "./view.js";
+
+/** @import { Heard, Message, Recording, Transport } from "./protocol.d.ts" */
+
+const FIXED = "this is a recording: it can be played, and nothing in it changed";
 const LOOK = 16; // ms between two looks at the clock
 
-// `recording` has the messages controls, state and scene, the steps of its frames and the metrics in them, the spec, and
-// the frames: as many bytes each, one after the other, in base64.
-export function recorded(recording) {
+// `recording` has the messages controls, state and scene, the steps of its frames and
+// the metrics in them, the spec, and the frames: as many bytes each, one after the
+// other, in base64.
+/** @param {Recording} recording @returns {Transport} */
+function recorded(recording) {
   const { steps, metrics, state } = recording;
-  const bytes = Uint8Array.from(atob(recording.frames), (letter) => letter.charCodeAt(0));
+  const bytes = bytesOf(recording.frames);
   const size = bytes.length / steps.length;
   const last = steps.length - 1;
   let place = 0; // among the frames
@@ -14,9 +23,13 @@ export function recorded(recording) {
   let ready = true;
   let clock = 0; // steps, a fraction of one included
   let seen = 0;
-  let answered = null; // the id of the last message
+  /** @type {string | undefined} */
+  let answered; // the id of the last message
 
-  const say = (message) => setTimeout(() => transport.onmessage?.(message));
+  /** @param {Heard} heard */
+  const say = (heard) => {
+    setTimeout(() => transport.onmessage?.(heard));
+  };
   const sayState = () => say({ ...state, step: steps[place], answers: answered });
   const frame = () => {
     if (!ready || sent === place) return;
@@ -24,11 +37,13 @@ export function recorded(recording) {
     sent = place;
     say(bytes.buffer.slice(place * size, (place + 1) * size));
   };
+  /** @param {number} to */
   const go = (to) => {
     place = Math.min(Math.max(to, 0), last);
     clock = steps[place];
     frame();
   };
+  /** @param {number} step */
   const at = (step) => {
     let found = 0;
     while (found < last && steps[found + 1] <= step) found++;
@@ -48,55 +63,63 @@ export function recorded(recording) {
     state.running = false;
     sayState();
   };
+  /** @param {string[]} names */
   const plotted = (names) => {
     const known = names.filter((name) => name in metrics);
     const values = Object.fromEntries(known.map((name) => [name, metrics[name]]));
     say({ type: "metrics", steps, values, reset: true });
   };
 
-  const answers = {
-    hello() {
-      say(recording.controls);
-      say(recording.scene);
-      sayState();
-      plotted(state.plots);
-      sent = -1;
-      ready = true;
-      frame();
-    },
-    ready() {
-      ready = true;
-      frame();
-    },
-    run() {
-      if (place === last) go(0);
-      [state.running, seen, clock] = [true, performance.now(), steps[place]];
-    },
-    pause() {
-      state.running = false;
-    },
-    step(message) {
-      state.running = false;
-      go(place + (message.count ?? 1));
-    },
-    reset: () => go(0),
-    seek: (message) => go(at(message.frame)),
-    speed(message) {
-      state.speed = message.steps_per_second;
-    },
-    metrics(message) {
-      state.plots = message.names.filter((name) => name in metrics);
-      plotted(state.plots);
-    },
-    spec: () => say({ type: "spec", yaml: recording.spec, exact: true, note: "" }),
+  const greet = () => {
+    say(recording.controls);
+    say(recording.scene);
+    sayState();
+    plotted(state.plots);
+    sent = -1;
+    ready = true;
+    frame();
+  };
+  const run = () => {
+    if (place === last) go(0);
+    [state.running, seen, clock] = [true, performance.now(), steps[place]];
+  };
+  /** @param {Message} message */
+  const answer = (message) => {
+    switch (message.type) {
+      case "hello":
+        return greet();
+      case "ready":
+        ready = true;
+        return frame();
+      case "run":
+        return run();
+      case "pause":
+        state.running = false;
+        return;
+      case "step":
+        state.running = false;
+        return go(place + (message.count ?? 1));
+      case "reset":
+        return go(0);
+      case "seek":
+        return go(at(message.frame));
+      case "speed":
+        state.speed = message.steps_per_second;
+        return;
+      case "metrics":
+        state.plots = message.names.filter((name) => name in metrics);
+        return plotted(state.plots);
+      case "spec":
+        return say({ type: "spec", yaml: recording.spec, exact: true, note: "" });
+      default:
+        return say({ type: "error", message: FIXED });
+    }
   };
   const timer = setInterval(look, LOOK);
+  /** @type {Transport} */
   const transport = {
-    onmessage: null,
     send(message) {
-      const answer = answers[message.type];
-      if (answer) answer(message);
-      else say({ type: "error", message: "this is a recording: it can be played, and nothing in it changed" });
+      answer(message);
       if (!message.id) return;
       answered = message.id;
       sayState();
@@ -104,4 +127,10 @@ export function recorded(recording) {
     close: () => clearInterval(timer),
   };
   return transport;
+}
+
+const main = document.querySelector("main");
+const content = document.getElementById("recording")?.textContent;
+if (main && content) {
+  mount(main, recorded(JSON.parse(content)), { shortcuts: document });
 }

@@ -1,62 +1,116 @@
-// The bar below the picture: it runs and pauses, takes single steps, resets, scrubs through a stored trial.
+// The bar below the picture: it runs and pauses, takes single steps, resets, scrubs
+// through a stored trial.
 
 import { button, make, setIcon, short, write } from "./dom.js";
 
+/** @import { Picture } from "./dom.js" */
+/** @import { Message, State } from "./protocol.d.ts" */
+
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000, 0];
 
+/** @param {State} state */
+const ended = ({ replay, step, steps, running }) =>
+  !replay && !running && step >= steps;
+
+// What the button does next: its picture, its word, and what that means.
+/**
+ * @param {State} state
+ * @returns {[picture: Picture, word: string, meaning: string]}
+ */
+function next(state) {
+  if (state.running) return ["pause", "Pause", "Pause"];
+  return ended(state)
+    ? ["forward", "Go on", "Go on: twice as many steps"]
+    : ["play", "Run", "Run"];
+}
+
 export class RunBar {
+  /** @param {(message: Message) => void} send */
   constructor(send) {
     this.send = send;
+    /** @type {State | null} */
     this.state = null;
     this.step = 0;
-    const back = button("reset", "Reset: the same seed from step 0 (R)", () => send({ type: "reset" }));
-    const single = button("step", "One step (.)", () => send({ type: "step", count: 1 }));
-    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", { className: "primary going" });
+    const back = button(
+      "reset",
+      "Reset: the same seed from step 0 (R)",
+      () => send({ type: "reset" }),
+    );
+    const single = button(
+      "step",
+      "One step (.)",
+      () => send({ type: "step", count: 1 }),
+    );
+    this.going = button("play", "Run (Space)", () => this.toggle(), "Run", {
+      className: "primary going",
+    });
     this.bar = make("progress", { "aria-label": "steps done", max: 1, value: 0 });
     this.scrub = make("input", { type: "range", hidden: true, "aria-label": "step" });
-    this.scrub.addEventListener("input", () => send({ type: "seek", frame: Number(this.scrub.value) }));
+    this.scrub.addEventListener(
+      "input",
+      () => send({ type: "seek", frame: Number(this.scrub.value) }),
+    );
     this.clock = make("output", { className: "clock" });
-    const options = SPEEDS.map((speed) => make("option", { value: speed, textContent: speed ? `${speed} steps/s` : "as fast as it goes" }));
+    const options = SPEEDS.map((speed) =>
+      make("option", {
+        value: String(speed),
+        textContent: speed ? `${speed} steps/s` : "as fast as it goes",
+      })
+    );
     this.speed = make("select", { "aria-label": "speed" }, ...options);
-    this.speed.addEventListener("change", () => send({ type: "speed", steps_per_second: Number(this.speed.value) }));
-    this.element = make("section", { className: "run", "aria-label": "run" }, back, this.going, single, this.bar, this.scrub, this.clock, this.speed);
-  }
-
-  get ended() {
-    const { replay, step, steps, running } = this.state;
-    return !replay && !running && step >= steps;
+    this.speed.addEventListener(
+      "change",
+      () => send({ type: "speed", steps_per_second: Number(this.speed.value) }),
+    );
+    this.element = make(
+      "section",
+      { className: "run", "aria-label": "run" },
+      back,
+      this.going,
+      single,
+      this.bar,
+      this.scrub,
+      this.clock,
+      this.speed,
+    );
   }
 
   toggle() {
     const { state } = this;
-    this.send({ type: state.running ? "pause" : this.ended ? "continue" : "run" });
+    if (!state) return;
+    this.send({ type: state.running ? "pause" : ended(state) ? "continue" : "run" });
     state.running = !state.running; // until the answer comes
     this.show(state, this.step);
   }
 
+  /** @param {State} state @param {number} step */
   show(state, step) {
     this.state = state;
-    const [picture, words, hint] = this.act();
-    if (this.going.lastChild.textContent !== words) setIcon(this.going, picture, `${hint} (Space)`);
-    this.going.lastChild.textContent = words;
+    const { lastChild: word } = this.going;
+    const [picture, words, hint] = next(state);
+    if (word && word.textContent !== words) {
+      setIcon(this.going, picture, `${hint} (Space)`);
+      word.textContent = words;
+    }
     this.offer(state.speed);
     this.speed.value = String(state.speed);
     this.showStep(step);
   }
 
-  // What the button does next: its picture, its word, and what that means.
-  act() {
-    if (this.state.running) return ["pause", "Pause", "Pause"];
-    return this.ended ? ["forward", "Go on", "Go on: twice as many steps"] : ["play", "Run", "Run"];
-  }
-
   // A speed from elsewhere becomes one that can be chosen.
+  /** @param {number} speed */
   offer(speed) {
-    if ([...this.speed.options].some((option) => Number(option.value) === speed)) return;
-    this.speed.add(make("option", { value: speed, textContent: `${short(speed)} steps/s` }));
+    if ([...this.speed.options].some((option) => Number(option.value) === speed)) {
+      return;
+    }
+    this.speed.add(
+      make("option", { value: String(speed), textContent: `${short(speed)} steps/s` }),
+    );
   }
 
+  /** @param {number} step */
   showStep(step) {
+    if (!this.state) return;
     this.step = step;
     const { steps, replay } = this.state;
     const last = replay ? replay.frames[1] : steps;
@@ -66,8 +120,20 @@ export class RunBar {
     this.bar.max = Math.max(1, last);
     this.bar.value = step;
     if (!replay) return;
+    this.seekable(replay.frames, step);
+  }
+
+  /**
+   * @param {[first: number, last: number, every: number]} frames
+   * @param {number} step
+   */
+  seekable([first, last, every], step) {
     const { scrub } = this;
-    if (!scrub.matches(":active")) Object.assign(scrub, { min: replay.frames[0], max: last, step: replay.frames[2], value: step });
-    scrub.style.setProperty("--part", `${(100 * (scrub.value - scrub.min)) / Math.max(1, last - scrub.min)}%`);
+    if (!scrub.matches(":active")) {
+      [scrub.min, scrub.max, scrub.step] = [first, last, every].map(String);
+      scrub.value = String(step);
+    }
+    const part = (Number(scrub.value) - first) / Math.max(1, last - first);
+    scrub.style.setProperty("--part", `${100 * part}%`);
   }
 }

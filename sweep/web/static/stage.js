@@ -1,36 +1,127 @@
-// The picture: a camera over the world, and its layers from the ground up to the handles of what is selected.
+// The picture: a camera over the world, and its layers from the ground up to the
+// handles of what is selected.
 
 import { decode, FlockColours, placeX, placeY } from "./frames.js";
-import { make } from "./dom.js";
+import { contextOf, make } from "./dom.js";
 import { Stamps } from "./stamps.js";
-import { drawGoal, drawGround, drawHandles, drawObstacles, drawScale, MARGIN, paintHeat } from "./ground.js";
-import { drawAccelerations, drawBoids, drawPerception, drawTrails, RULES } from "./swarm.js";
+import {
+  drawGoal,
+  drawGround,
+  drawHandles,
+  drawObstacles,
+  drawScale,
+  MARGIN,
+  paintHeat,
+} from "./ground.js";
+import {
+  drawAccelerations,
+  drawBoids,
+  drawPerception,
+  drawTrails,
+  RULES,
+} from "./swarm.js";
 
-const COLOURS = ["stage", "ground", "border", "boid", "obstacle", "edge", "goal", "ink", "muted", "chosen", "published", "heat"];
+/** @import { Coverage, Frame } from "./frames.js" */
+/** @import { Bytes, Obstacle, Scene, Seen } from "./protocol.d.ts" */
+
+/** @typedef {{ x: number, y: number }} Place */
+/** @typedef {{ scale: number, x: number, y: number }} Camera */
+/** @typedef {"world" | "boids" | "free"} Fit */
+/** @typedef {Omit<Seen, "range"> & { range: number }} Selected */
+/** @typedef {Record<typeof COLOURS[number], string>} Colours */
+
+const COLOURS = /** @type {const} */ ([
+  "stage",
+  "ground",
+  "border",
+  "boid",
+  "obstacle",
+  "edge",
+  "goal",
+  "ink",
+  "muted",
+  "chosen",
+  "published",
+  "heat",
+]);
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
 
-// `taken` is called with each frame that is drawn, `renewed` when colours or size have changed.
+// What the style sheet says: the colours by name, and those of the rules.
+/**
+ * @param {HTMLElement} element
+ * @returns {[Colours, string[]]}
+ */
+function coloursBeside(element) {
+  const probe = make("span");
+  element.after(probe);
+  /** @param {string} name */
+  const resolve = (name) => {
+    probe.style.color = `var(--${name})`;
+    return getComputedStyle(probe).color;
+  };
+  const named = COLOURS.map((name) => [name, resolve(name)]);
+  const rules = Array.from({ length: RULES }, (_, i) => resolve(`rule-${i}`));
+  probe.remove();
+  return [/** @type {Colours} */ (Object.fromEntries(named)), rules];
+}
+
+// The box about all boids: left, top, right and bottom.
+/** @param {Frame} frame @param {Scene} scene */
+function around(frame, scene) {
+  const least = Math.max(scene.width, scene.height) / 20;
+  let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < frame.n; i++) {
+    const [x, y] = [placeX(frame, i), placeY(frame, i)];
+    [left, right] = [Math.min(left, x), Math.max(right, x)];
+    [top, bottom] = [Math.min(top, y), Math.max(bottom, y)];
+  }
+  return [left - least, top - least, right + least, bottom + least];
+}
+
+// `taken` is called with each frame that is drawn, `renewed` when colours or size have
+// changed.
 export class Stage {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {(frame: Frame) => void} taken
+   * @param {() => void} renewed
+   */
   constructor(canvas, taken, renewed) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d", { alpha: false });
+    this.context = contextOf(canvas, { alpha: false });
     this.taken = taken;
     this.renewed = renewed;
+    this.width = 0;
+    this.height = 0;
+    this.ratio = 1;
+    /** @type {Scene | null} */
     this.scene = null;
+    /** @type {Frame | null} */
     this.frame = null;
+    /** @type {Bytes | null} */
     this.pending = null;
+    /** @type {Selected | null} */
     this.selection = null;
+    /** @type {Set<string>} */
     this.overlays = new Set();
+    /** @type {Obstacle[] | null} */
     this.edited = null;
+    /** @type {number | null} */
     this.marked = null;
     this.arrowScale = 0;
+    /** @type {Fit} */
     this.fit = "world";
+    /** @type {Camera} */
     this.camera = { scale: 1, x: 0, y: 0 };
+    /** @type {{ x: Float32Array, y: Float32Array, step: number }[]} */
     this.trail = [];
+    this.screenX = new Float32Array(0);
+    this.screenY = new Float32Array(0);
     this.flocks = new FlockColours(RULES);
     this.stamps = new Stamps();
     this.heat = document.createElement("canvas");
+    /** @type {Coverage | null} */
     this.coverage = null; // the latest that came: not every frame has one
     this.heatMost = 0;
     this.request = 0;
@@ -39,7 +130,9 @@ export class Stage {
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.recolour = () => this.readColours();
     this.scheme.addEventListener("change", this.recolour);
-    this.readColours();
+    const [colours, rules] = coloursBeside(canvas);
+    this.colours = colours;
+    this.rules = rules;
   }
 
   stop() {
@@ -49,18 +142,11 @@ export class Stage {
   }
 
   readColours() {
-    const probe = make("span");
-    this.canvas.parentElement.append(probe);
-    const resolve = (name) => {
-      probe.style.color = `var(--${name})`;
-      return getComputedStyle(probe).color;
-    };
-    this.colours = Object.fromEntries(COLOURS.map((name) => [name, resolve(name)]));
-    this.rules = Array.from({ length: RULES }, (_, i) => resolve(`rule-${i}`));
-    probe.remove();
+    [this.colours, this.rules] = coloursBeside(this.canvas);
     paintHeat(this);
     this.redraw();
-    requestAnimationFrame(() => this.renewed()); // JupyterLab hides all while it changes its theme
+    // JupyterLab hides all while it changes its theme.
+    requestAnimationFrame(() => this.renewed());
   }
 
   resize() {
@@ -74,14 +160,19 @@ export class Stage {
     this.renewed();
   }
 
+  /** @param {Scene} scene */
   setScene(scene) {
-    const size = this.scene && `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
+    const size = this.scene &&
+      `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
     this.scene = scene;
-    if (size !== `${scene.width} ${scene.height} ${scene.downwards}`) this.fit = "world";
+    if (size !== `${scene.width} ${scene.height} ${scene.downwards}`) {
+      this.fit = "world";
+    }
     this.look();
     this.redraw();
   }
 
+  /** @param {Bytes} data */
   take(data) {
     this.pending = data;
     this.redraw();
@@ -103,31 +194,27 @@ export class Stage {
   look() {
     if (!this.scene || !this.width) return;
     let box = [0, 0, this.scene.width, this.scene.height];
-    if (this.fit === "boids" && this.frame?.n) box = this.bodies();
+    if (this.fit === "boids" && this.frame?.n) box = around(this.frame, this.scene);
     if (this.fit === "free") return;
     const [left, top, right, bottom] = box;
     const across = (this.width - 2 * MARGIN.side) / Math.max(right - left, 1e-9);
-    const along = (this.height - MARGIN.top - MARGIN.bottom) / Math.max(bottom - top, 1e-9);
-    this.camera = { scale: Math.min(across, along), x: (left + right) / 2, y: (top + bottom) / 2 };
+    const along = (this.height - MARGIN.top - MARGIN.bottom) /
+      Math.max(bottom - top, 1e-9);
+    this.camera = {
+      scale: Math.min(across, along),
+      x: (left + right) / 2,
+      y: (top + bottom) / 2,
+    };
   }
 
-  bodies() {
-    const { frame } = this;
-    const least = Math.max(this.scene.width, this.scene.height) / 20;
-    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < frame.n; i++) {
-      const [x, y] = [placeX(frame, i), placeY(frame, i)];
-      [left, right, top, bottom] = [Math.min(left, x), Math.max(right, x), Math.min(top, y), Math.max(bottom, y)];
-    }
-    return [left - least, top - least, right + least, bottom + least];
-  }
-
+  /** @param {Fit} fit */
   setFit(fit) {
     this.fit = fit;
     this.look();
     this.redraw();
   }
 
+  /** @param {number} factor @param {Place} at */
   zoom(factor, at) {
     const before = this.toWorld(at);
     this.fit = "free";
@@ -136,6 +223,7 @@ export class Stage {
     this.pan(before.x - after.x, before.y - after.y);
   }
 
+  /** @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.fit = "free";
     this.camera = { ...this.camera, x: this.camera.x + dx, y: this.camera.y + dy };
@@ -150,19 +238,30 @@ export class Stage {
     return { x: this.width / 2, y: (this.height + MARGIN.top - MARGIN.bottom) / 2 };
   }
 
+  /** @param {Place} place @returns {Place} */
   toScreen({ x, y }) {
     const { camera, middle } = this;
-    return { x: middle.x + (x - camera.x) * camera.scale, y: middle.y + (y - camera.y) * camera.scale * this.upright };
+    return {
+      x: middle.x + (x - camera.x) * camera.scale,
+      y: middle.y + (y - camera.y) * camera.scale * this.upright,
+    };
   }
 
+  /** @param {Place} place @returns {Place} */
   toWorld({ x, y }) {
     const { camera, middle } = this;
-    return { x: camera.x + (x - middle.x) / camera.scale, y: camera.y + ((y - middle.y) / camera.scale) * this.upright };
+    return {
+      x: camera.x + (x - middle.x) / camera.scale,
+      y: camera.y + ((y - middle.y) / camera.scale) * this.upright,
+    };
   }
 
   // The boid nearest to a place on the screen, if it is within `reach` pixels, or null.
+  /** @param {Place} place @param {number} reach @returns {number | null} */
   boidAt(place, reach) {
-    let [nearest, least] = [null, reach * reach];
+    /** @type {number | null} */
+    let nearest = null;
+    let least = reach * reach;
     for (let i = 0; i < (this.frame?.n ?? 0); i++) {
       const [dx, dy] = [this.screenX[i] - place.x, this.screenY[i] - place.y];
       if (dx * dx + dy * dy < least) [nearest, least] = [i, dx * dx + dy * dy];
@@ -172,32 +271,34 @@ export class Stage {
 
   draw() {
     if (!this.scene || !this.width) return;
-    const fresh = this.pending !== null;
-    if (fresh) {
-      this.accept(decode(this.pending));
+    if (this.pending) {
+      const fresh = decode(this.pending);
+      this.accept(fresh);
       this.pending = null;
-      this.taken(this.frame); // the next one is made and sent while this one is drawn
+      this.taken(fresh); // the next one is made and sent while this one is drawn
     }
-    const { context, ratio } = this;
+    const { context, frame, overlays, ratio, scene } = this;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = this.colours.stage;
     context.fillRect(0, 0, this.width, this.height);
-    drawGround(this);
+    drawGround(this, scene);
     drawObstacles(this);
-    drawGoal(this);
-    if (this.frame) {
-      this.project();
-      if (this.overlays.has("trails")) drawTrails(this);
-      drawPerception(this);
-      drawBoids(this);
-      if (this.overlays.has("accelerations")) drawAccelerations(this);
+    drawGoal(this, scene);
+    if (frame) {
+      this.project(frame);
+      if (overlays.has("trails")) drawTrails(this, scene);
+      drawPerception(this, scene, frame);
+      drawBoids(this, scene, frame);
+      if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);
-    drawScale(this);
+    drawScale(this, scene);
   }
 
+  /** @param {Frame} frame */
   accept(frame) {
-    const gone = this.frame && (frame.step < this.frame.step || frame.n !== this.frame.n);
+    const gone = this.frame &&
+      (frame.step < this.frame.step || frame.n !== this.frame.n);
     if (gone) this.trail = [];
     if (gone) this.coverage = null;
     this.frame = frame;
@@ -205,37 +306,69 @@ export class Stage {
     if (frame.coverage) paintHeat(this);
     if (frame.flocks) this.flocks.assign(frame.flocks);
     const [x, y] = [new Float32Array(frame.n), new Float32Array(frame.n)];
-    for (let i = 0; i < frame.n; i++) [x[i], y[i]] = [placeX(frame, i), placeY(frame, i)];
-    const most = Math.min(TRAIL_FRAMES, Math.max(4, Math.floor(TRAIL_SEGMENTS / Math.max(1, frame.n))));
-    if (this.trail.at(-1)?.step !== frame.step) this.trail.push({ x, y, step: frame.step });
+    for (let i = 0; i < frame.n; i++) {
+      [x[i], y[i]] = [placeX(frame, i), placeY(frame, i)];
+    }
+    const most = Math.min(
+      TRAIL_FRAMES,
+      Math.max(4, Math.floor(TRAIL_SEGMENTS / Math.max(1, frame.n))),
+    );
+    if (this.trail.at(-1)?.step !== frame.step) {
+      this.trail.push({ x, y, step: frame.step });
+    }
     this.trail.splice(0, this.trail.length - most);
     if (this.fit === "boids") this.look();
   }
 
-  project() {
+  /** @param {Frame} frame */
+  project({ n }) {
     const { x, y } = this.trail.at(-1) ?? { x: [], y: [] };
     const origin = this.toScreen({ x: 0, y: 0 });
     const [across, along] = [this.camera.scale, this.camera.scale * this.upright];
-    const n = this.frame.n;
-    if (this.screenX?.length !== n) [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
+    if (this.screenX.length !== n) {
+      [this.screenX, this.screenY] = [new Float32Array(n), new Float32Array(n)];
+    }
     for (let i = 0; i < n; i++) {
       this.screenX[i] = origin.x + across * x[i];
       this.screenY[i] = origin.y + along * y[i];
     }
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   * @param {number} width
+   * @param {number} height
+   * @returns {[number, number, number, number]}
+   */
   box(x, y, width, height) {
     const corner = this.toScreen({ x, y: this.upright > 0 ? y : y + height });
     return [corner.x, corner.y, width * this.camera.scale, height * this.camera.scale];
+  }
+
+  get world() {
+    return { width: this.scene?.width ?? 0, height: this.scene?.height ?? 0 };
+  }
+
+  // The obstacle that is selected.
+  get chosen() {
+    return this.marked === null ? undefined : this.obstacles[this.marked];
   }
 
   get obstacles() {
     return this.edited ?? this.scene?.obstacles ?? [];
   }
 
-  // Where the handles of an obstacle are, by what a drag of them changes: [sign of x, sign of y].
+  // Where the handles of an obstacle are, by what a drag of them changes: [sign of x,
+  // sign of y].
+  /** @param {Obstacle} obstacle */
   handles([x, y, halfWidth, halfHeight, round]) {
-    const signs = round ? [[1, 0], [0, 1], [-1, 0], [0, -1]] : [[1, 1], [-1, 1], [-1, -1], [1, -1]];
-    return signs.map(([a, b]) => ({ signs: [a, b], ...this.toScreen({ x: x + a * halfWidth, y: y + b * halfHeight }) }));
+    const signs = round
+      ? [[1, 0], [0, 1], [-1, 0], [0, -1]]
+      : [[1, 1], [-1, 1], [-1, -1], [1, -1]];
+    return signs.map(([a, b]) => ({
+      signs: [a, b],
+      ...this.toScreen({ x: x + a * halfWidth, y: y + b * halfHeight }),
+    }));
   }
 }

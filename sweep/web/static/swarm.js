@@ -1,17 +1,25 @@
-// What moves: boids with their trails, whom one of them sees, and the accelerations by rule.
+// What moves: boids with their trails, whom one of them sees, and the accelerations by
+// rule.
 
+import { partsOf } from "./dom.js";
 import { CORNERS } from "./stamps.js";
 
+/** @import { Frame } from "./frames.js" */
+/** @import { Scene } from "./protocol.d.ts" */
+/** @import { Camera, Stage } from "./stage.js" */
+
 export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
-const TRAIL_GAP = 10; // steps between two frames, from which on a straight line says nothing
+// Steps between two frames, from which on a straight line says nothing.
+const TRAIL_GAP = 10;
 const MANY = 300; // boids, from which on they are stamps
 export const ARROW = 26; // CSS pixels, a usual acceleration
 
-export function drawTrails(stage) {
+/** @param {Stage} stage @param {Scene} scene */
+export function drawTrails(stage, scene) {
   const { context, trail } = stage;
   const origin = stage.toScreen({ x: 0, y: 0 });
   const [across, along] = [stage.camera.scale, stage.camera.scale * stage.upright];
-  const [farX, farY] = [stage.scene.width / 2, stage.scene.height / 2];
+  const [farX, farY] = [scene.width / 2, scene.height / 2];
   context.strokeStyle = stage.colours.boid;
   context.lineWidth = 1;
   for (let k = 1; k < trail.length; k++) {
@@ -20,7 +28,9 @@ export function drawTrails(stage) {
     context.globalAlpha = 0.55 * (k / trail.length) ** 1.5;
     context.beginPath();
     for (let i = 0; i < to.x.length; i++) {
-      if (Math.abs(to.x[i] - from.x[i]) > farX || Math.abs(to.y[i] - from.y[i]) > farY) continue;
+      if (
+        Math.abs(to.x[i] - from.x[i]) > farX || Math.abs(to.y[i] - from.y[i]) > farY
+      ) continue;
       context.moveTo(origin.x + across * from.x[i], origin.y + along * from.y[i]);
       context.lineTo(origin.x + across * to.x[i], origin.y + along * to.y[i]);
     }
@@ -29,9 +39,10 @@ export function drawTrails(stage) {
   context.globalAlpha = 1;
 }
 
-export function drawPerception(stage) {
+/** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
+export function drawPerception(stage, scene, frame) {
   const { context, selection: chosen } = stage;
-  if (!chosen || chosen.boid >= stage.frame.n) return;
+  if (!chosen || chosen.boid >= frame.n) return;
   const [x, y] = [stage.screenX[chosen.boid], stage.screenY[chosen.boid]];
   const half = ((Math.min(chosen.fov ?? 360, 360) / 2) * Math.PI) / 180;
   const heading = (chosen.heading ?? 0) * stage.upright;
@@ -40,7 +51,13 @@ export function drawPerception(stage) {
   if (Number.isFinite(chosen.range)) {
     context.beginPath();
     if (half < Math.PI) context.moveTo(x, y);
-    context.arc(x, y, chosen.range * stage.camera.scale, heading - half, heading + half);
+    context.arc(
+      x,
+      y,
+      chosen.range * stage.camera.scale,
+      heading - half,
+      heading + half,
+    );
     if (half < Math.PI) context.closePath();
     context.globalAlpha = 0.12;
     context.fill();
@@ -51,8 +68,8 @@ export function drawPerception(stage) {
   context.beginPath();
   for (const other of chosen.neighbours) {
     const [dx, dy] = [stage.screenX[other] - x, stage.screenY[other] - y];
-    const far = Math.abs(dx) > (stage.scene.width * stage.camera.scale) / 2;
-    if (far || Math.abs(dy) > (stage.scene.height * stage.camera.scale) / 2) continue;
+    const far = Math.abs(dx) > (scene.width * stage.camera.scale) / 2;
+    if (far || Math.abs(dy) > (scene.height * stage.camera.scale) / 2) continue;
     context.moveTo(x, y);
     context.lineTo(x + dx, y + dy);
   }
@@ -60,21 +77,27 @@ export function drawPerception(stage) {
   context.globalAlpha = 1;
 }
 
-function boidLength(stage) {
-  const { scene, camera, frame } = stage;
-  const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) * camera.scale;
+/** @param {Scene} scene @param {Frame} frame @param {Camera} camera */
+function boidLength(scene, frame, { scale }) {
+  const room = 0.42 * Math.sqrt((scene.width * scene.height) / Math.max(1, frame.n)) *
+    scale;
   return Math.min(Math.max(room, 4), 11);
 }
 
-export function drawBoids(stage) {
-  const { context, frame } = stage;
-  const size = boidLength(stage);
+/** @param {Stage} stage @param {Scene} scene @param {Frame} frame */
+export function drawBoids(stage, scene, frame) {
+  const { context } = stage;
+  const size = boidLength(scene, frame, stage.camera);
   const of = stage.overlays.has("flocks") && frame.flocks ? stage.flocks.ofBoid : null;
-  if (frame.n > MANY) stampBoids(stage, size, of);
-  else for (let i = 0; i < frame.n; i++) drawBoid(stage, i, size, boidColour(stage, of, i));
+  if (frame.n > MANY) stampBoids(stage, frame, size, of);
+  else {
+    for (let i = 0; i < frame.n; i++) {
+      drawBoid(stage, frame, i, size, boidColour(stage, of, i));
+    }
+  }
   const chosen = stage.selection?.boid;
   if (chosen === undefined || chosen >= frame.n) return;
-  drawBoid(stage, chosen, 1.5 * size, stage.colours.chosen);
+  drawBoid(stage, frame, chosen, 1.5 * size, stage.colours.chosen);
   context.strokeStyle = stage.colours.chosen;
   context.lineWidth = 2;
   context.beginPath();
@@ -82,61 +105,106 @@ export function drawBoids(stage) {
   context.stroke();
 }
 
+/** @param {Stage} stage @param {Int16Array | null} flocks @param {number} i */
 function boidColour(stage, flocks, i) {
   if (!flocks) return stage.colours.boid;
   return flocks[i] < 0 ? stage.colours.edge : stage.rules[flocks[i]];
 }
 
-function drawBoid(stage, i, size, colour) {
+/**
+ * @param {Stage} stage
+ * @param {Frame} frame
+ * @param {number} i
+ * @param {number} size
+ * @param {string} colour
+ */
+function drawBoid(stage, frame, i, size, colour) {
   const { context } = stage;
-  const angle = (stage.frame.heading[i] / 128) * Math.PI * stage.upright;
+  const angle = (frame.heading[i] / 128) * Math.PI * stage.upright;
   const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
   context.fillStyle = colour;
   context.beginPath();
   for (const [along, across] of CORNERS) {
-    context.lineTo(stage.screenX[i] + along * cos - across * sin, stage.screenY[i] + along * sin + across * cos);
+    context.lineTo(
+      stage.screenX[i] + along * cos - across * sin,
+      stage.screenY[i] + along * sin + across * cos,
+    );
   }
   context.fill();
 }
 
-function stampBoids(stage, size, flocks) {
-  const { context, canvas, frame, ratio } = stage;
-  const packed = (colour) => colour.match(/\d+/g).reduce((sum, part, place) => sum + (Number(part) << (8 * place)), 0);
+/**
+ * @param {Stage} stage
+ * @param {Frame} frame
+ * @param {number} size
+ * @param {Int16Array | null} flocks
+ */
+function stampBoids(stage, frame, size, flocks) {
+  const { context, canvas, ratio } = stage;
+  /** @param {string} colour */
+  const packed = (colour) =>
+    partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
   const colours = [stage.colours.edge, ...stage.rules].map(packed);
   const plain = packed(stage.colours.boid);
-  stage.stamps.begin(canvas.width, canvas.height, Math.round(size * ratio * 4) / 4, stage.upright);
+  stage.stamps.begin(
+    canvas.width,
+    canvas.height,
+    Math.round(size * ratio * 4) / 4,
+    stage.upright,
+  );
   for (let i = 0; i < frame.n; i++) {
     const colour = flocks ? colours[flocks[i] + 1] : plain;
-    stage.stamps.add(stage.screenX[i] * ratio, stage.screenY[i] * ratio, frame.heading[i], colour);
+    stage.stamps.add(
+      stage.screenX[i] * ratio,
+      stage.screenY[i] * ratio,
+      frame.heading[i],
+      colour,
+    );
   }
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.drawImage(stage.stamps.end(), 0, 0);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
 }
 
-export function drawAccelerations(stage) {
-  const { accelerations, rules, n } = stage.frame;
+/** @param {Stage} stage @param {Frame} frame */
+export function drawAccelerations(stage, { accelerations, rules, n }) {
   if (!accelerations) return;
-  const chosen = stage.selection ? [stage.selection.boid] : Array.from({ length: n }, (_, i) => i);
+  const chosen = stage.selection
+    ? [stage.selection.boid]
+    : Array.from({ length: n }, (_, i) => i);
   let [sum, count] = [0, 0];
-  for (const length of lengths(stage, chosen)) if (length > 0) [sum, count] = [sum + length * length, count + 1];
+  for (const length of lengths(accelerations, n, chosen)) {
+    if (length > 0) [sum, count] = [sum + length * length, count + 1];
+  }
   if (!count) return;
   const scale = ARROW / Math.sqrt(sum / count);
   const sudden = !(stage.arrowScale > scale / 5 && stage.arrowScale < scale * 5);
-  stage.arrowScale = sudden ? scale : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
-  for (let rule = 0; rule < rules; rule++) drawRule(stage, rule, chosen);
-}
-
-function* lengths(stage, boids) {
-  const { accelerations, rules, n } = stage.frame;
+  stage.arrowScale = sudden
+    ? scale
+    : stage.arrowScale * (scale / stage.arrowScale) ** 0.08;
   for (let rule = 0; rule < rules; rule++) {
-    for (const i of boids) yield Math.hypot(accelerations[2 * rule * n + i], accelerations[(2 * rule + 1) * n + i]);
+    drawRule(stage, accelerations, n, rule, chosen);
   }
 }
 
-function drawRule(stage, rule, boids) {
+/** @param {Float32Array} accelerations @param {number} n @param {number[]} boids */
+function* lengths(accelerations, n, boids) {
+  for (let from = 0; from < accelerations.length; from += 2 * n) {
+    for (const i of boids) {
+      yield Math.hypot(accelerations[from + i], accelerations[from + n + i]);
+    }
+  }
+}
+
+/**
+ * @param {Stage} stage
+ * @param {Float32Array} accelerations
+ * @param {number} n
+ * @param {number} rule
+ * @param {number[]} boids
+ */
+function drawRule(stage, accelerations, n, rule, boids) {
   const { context, screenX, screenY } = stage;
-  const { accelerations, n } = stage.frame;
   context.strokeStyle = stage.rules[rule % RULES];
   context.lineWidth = 1.5;
   context.setLineDash(rule < RULES ? [] : [3, 2]);

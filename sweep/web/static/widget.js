@@ -1,15 +1,25 @@
-// The view in a notebook, by the interface of anywidget: messages go through the comm of the kernel.
+// The view in a notebook, by the interface of anywidget: messages go through the comm
+// of the kernel.
+
+import { mount } from "./view.js";
+
+/** @import { Bytes, Model, Reply, Transport } from "./protocol.d.ts" */
+/** @import { View } from "./view.js" */
 
 const WIDGET_HEIGHT = "860px";
+/** @type {Record<string, string>} */
+const SCHEMES = { true: "light", false: "dark" }; // by data-jp-theme-light
 const WAITED = 1500; // ms
 const WAITING = "Waiting for the kernel, which is busy or gone.";
 const GONE = "This run is gone with its kernel. Run the cell again for another one.";
 
-// JupyterLab's theme is its own, whatever the system prefers, and may change at any time. Returns what ends it.
+// JupyterLab's theme is its own, whatever the system prefers, and may change at any
+// time. Returns what ends it.
+/** @param {View} view */
 function followTheme({ root, stage }) {
   const follow = () => {
     const { jpThemeLight } = document.body.dataset;
-    root.style.colorScheme = { true: "light", false: "dark" }[jpThemeLight] ?? "";
+    root.style.colorScheme = SCHEMES[jpThemeLight ?? ""] ?? "";
     stage.readColours();
   };
   const observer = new MutationObserver(follow);
@@ -19,31 +29,37 @@ function followTheme({ root, stage }) {
 }
 
 // Keys belong to the view: in a notebook D twice deletes a cell. It may still be saved.
+/** @param {KeyboardEvent} event */
 function keep(event) {
   const saving = (event.ctrlKey || event.metaKey) && event.key === "s";
   if (!saving) event.stopPropagation();
 }
 
+/** @param {{ model: Model, el: HTMLElement }} widget */
 function render({ model, el }) {
+  /** @type {ReturnType<typeof mount> | null} */
   let mounted = null;
   let request = 0;
   let waiting = 0;
   let unfollow = () => {};
+  /** @param {Reply} message @param {Bytes[]} buffers */
   const receive = (message, buffers) => {
     clearTimeout(waiting);
-    transport.onmessage(buffers.length ? buffers[0] : message);
+    transport.onmessage?.(buffers.length ? buffers[0] : message);
   };
   const lose = () => {
     clearTimeout(waiting);
     transport.send = () => {};
-    transport.onend(GONE);
+    transport.onend?.(GONE);
   };
+  /** @type {Transport} */
   const transport = {
     start() {
       model.on("msg:custom", receive);
-      model.on("comm_live_update", lose); // JupyterLab's word for a kernel that begins anew
-      waiting = setTimeout(() => transport.onclose(WAITING), WAITED);
-      transport.onopen();
+      // JupyterLab's word for a kernel that begins anew.
+      model.on("comm_live_update", lose);
+      waiting = setTimeout(() => transport.onclose?.(WAITING), WAITED);
+      transport.onopen?.();
     },
     send(message) {
       try {
@@ -58,7 +74,8 @@ function render({ model, el }) {
       model.off("comm_live_update", lose);
     },
   };
-  const room = document.createElement("div"); // the style of `el` itself belongs to the notebook
+  // The style of `el` itself belongs to the notebook.
+  const room = document.createElement("div");
   room.style.height = WIDGET_HEIGHT;
   room.addEventListener("keydown", keep);
   el.append(room);
