@@ -14,7 +14,7 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
 import sweep.web.track as track
 from sweep.cli.listing import point_table, table_text
-from sweep.errors import ChoiceError, SpecError
+from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import Record
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
