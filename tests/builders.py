@@ -15,7 +15,7 @@ from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
 from sweep.spec.settings import fields, preset_settings
-from sweep.spec.study import Record, Streams
+from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, note_start
 
@@ -74,7 +74,7 @@ def job(
         model=model,
         preset=preset,
         settings=settings,
-        record=Record(
+        record=RecordSpec(
             tuple(dict.fromkeys((*recorded, *series))), series, every, heatmaps
         ),
         streams=Streams(),

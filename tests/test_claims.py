@@ -10,7 +10,7 @@ from publications import FIGURES, PUBLISHED, SPEC, experiments
 from kernels.models import MODELS
 from sweep.errors import SpecError
 from sweep.published.claims import Publication, read_all
-from sweep.published.measures import Call, Difference, Mean, RankCorrelation
+from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
 from sweep.published.verdicts import Above, Value, Within
 
 MEASURE = "{mean: speed, frame: 0, for: {separation_weight: 1}}"
@@ -58,7 +58,7 @@ def test_a_publication_is_read(tmp_path: Path) -> None:
                 "{difference: [{mean: speed, spec: small, for: {separation_weight: 1}},"
                 " {mean: speed, unit: trial}]}"
             ),
-            Difference(
+            MeanDifference(
                 Mean("small", "speed", None, {"separation_weight": 1.0}, "trial"),
                 Mean("small", "speed", None, {}, "trial"),
             ),

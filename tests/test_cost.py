@@ -17,13 +17,13 @@ from sweep.design.cost import (
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, SomeJobs
 from sweep.design.plan import duration, make_plan, size
-from sweep.spec.study import Record, parse_spec
+from sweep.spec.study import RecordSpec, parse_spec
 
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("setting", ["n", "steps"])
 def test_larger_trials_cost_more(model: str, setting: str) -> None:
-    preset, record = MODELS[model].presets["as_run"], Record(MODELS[model].metrics)
+    preset, record = MODELS[model].presets["as_run"], RecordSpec(MODELS[model].metrics)
     larger = preset | {setting: 10 * preset[setting]}
     assert trial_seconds(model, larger, record) > 5 * trial_seconds(
         model, preset, record
@@ -32,13 +32,13 @@ def test_larger_trials_cost_more(model: str, setting: str) -> None:
 
 def test_metrics_and_frames_cost_time_and_space() -> None:
     settings = MODELS["nguyen2024"].presets["as_run"]
-    rare = Record(("speed",), ("speed",), every=100)
-    often = Record(("speed", "flock_count"), ("speed", "flock_count"))
+    rare = RecordSpec(("speed",), ("speed",), every=100)
+    often = RecordSpec(("speed", "flock_count"), ("speed", "flock_count"))
     assert trial_seconds("nguyen2024", settings, often) > trial_seconds(
         "nguyen2024", settings, rare
     )
     assert trial_bytes(settings, often) > 20 * trial_bytes(settings, rare)
-    flown = Record(("speed",), every=100, trajectories=True)
+    flown = RecordSpec(("speed",), every=100, trajectories=True)
     assert trial_bytes(settings, flown) > 200 * 4 * 6 * 5
 
 

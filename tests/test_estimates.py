@@ -9,7 +9,7 @@ import pytest
 
 from sweep.analysis import mean_estimate
 from sweep.published.estimates import Measured, MeasureError, measure
-from sweep.published.measures import Call, Difference, Mean, RankCorrelation
+from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
 
 WEIGHTS, SEEDS = (0.5, 1.0, 2.0), (27, 729, 4913)
 
@@ -102,7 +102,7 @@ def test_trials_without_a_result_are_left_out_with_their_unit() -> None:
 
 
 def test_a_difference_at_common_starts_is_paired() -> None:
-    one = found(Difference(mean(weight=1.0), mean(weight=0.5)))
+    one = found(MeanDifference(mean(weight=1.0), mean(weight=0.5)))
     assert_same(one, [1, 2, 3])
     assert one.trials == "3 and 3, paired"
 
@@ -110,7 +110,7 @@ def test_a_difference_at_common_starts_is_paired() -> None:
 def test_a_pair_that_lacks_a_trial_is_left_out() -> None:
     study = Tables(SPEEDS)
     study.trials.loc[0, "status"] = "failed"
-    one = found(Difference(mean(weight=1.0), mean(weight=0.5)), study)
+    one = found(MeanDifference(mean(weight=1.0), mean(weight=0.5)), study)
     assert_same(one, [2, 3])
     assert one.left_out == 1
 
@@ -118,7 +118,7 @@ def test_a_pair_that_lacks_a_trial_is_left_out() -> None:
 def test_a_difference_at_independent_starts_is_welchs() -> None:
     study = Tables(SPEEDS, "start=independent world=common noise=independent")
     assert_same(
-        found(Difference(mean(weight=1.0), mean(weight=0.5)), study),
+        found(MeanDifference(mean(weight=1.0), mean(weight=0.5)), study),
         [2, 4, 9],
         [1, 2, 6],
     )
@@ -127,7 +127,7 @@ def test_a_difference_at_independent_starts_is_welchs() -> None:
 def test_so_is_one_between_other_units() -> None:
     other = Tables(SPEEDS)
     other.trials["seed"] += 1
-    what = Difference(mean(weight=1.0), mean(weight=0.5, spec="t"))
+    what = MeanDifference(mean(weight=1.0), mean(weight=0.5, spec="t"))
     one = measure({"s": Tables(SPEEDS), "t": other}, what, {})  # type: ignore[dict-item]
     assert_same(one, [2, 4, 9], [1, 2, 6])
 
@@ -144,7 +144,7 @@ def test_points_are_paired_by_the_settings_that_no_side_names() -> None:
     both.trials["trial_id"] = [f"t{number}" for number in range(18)]
     both.trials["point"] += both.trials["n"].astype(str)
     both.varied = ["n", "weight"]
-    one = found(Difference(mean("point", n=20), mean("point", n=10)), both)
+    one = found(MeanDifference(mean("point", n=20), mean("point", n=10)), both)
     assert_same(one, [41 / 3 - 3, 101 / 3 - 5, 114 / 3 - 6])
 
 

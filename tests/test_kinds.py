@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from sweep.cli.app import app
 from sweep.errors import ChoiceError, StoreError
-from sweep.figures import KINDS, Choices, Kind, Planned
+from sweep.figures import KINDS, Choices, FigureKind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
 from sweep.tables.stored_study import StoredStudy
 
@@ -214,7 +214,7 @@ def test_a_new_kind_is_one_entry(
             raise StoreError(f"study {one.name}: blank is for small")
         return [Planned("", partial(Figure, (1, 1)))]
 
-    monkeypatch.setitem(KINDS, "blank", Kind("nothing", (), plan))
+    monkeypatch.setitem(KINDS, "blank", FigureKind("nothing", (), plan))
     assert names(files("small", tmp_path, "blank")) == ["blank.png"]
     assert (
         "blank" in dict(plan_figures(study("small"), [], Choices()).figures)

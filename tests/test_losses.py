@@ -21,7 +21,7 @@ from sweep.workers.executors import (
     WorkerDiedError,
 )
 from sweep.workers.runner import Failure, drive
-from sweep.workers.watch import Limits, Verdict, Watch
+from sweep.workers.watch import LimitKeeper, Limits, Overrun
 
 SQUARES = [(job, job * job) for job in range(40)]
 
@@ -54,9 +54,9 @@ class Fickle:
     def check(self) -> None:
         """Every loss is known at once."""
 
-    def watch(self, _limits: Limits) -> Watch:
+    def watch(self, _limits: Limits) -> LimitKeeper:
         """Nobody keeps limits; `trouble` decides."""
-        return Watch()
+        return LimitKeeper()
 
 
 class _Fickle(Executor):
@@ -136,7 +136,7 @@ def test_a_late_job_is_a_row_at_once_one_of_too_much_memory_after_another_try() 
             if job in jobs:
                 ended.append(jobs)
                 return JobEndedError(
-                    Verdict(jobs.index(job), late, "too late" if late else "too much")
+                    Overrun(jobs.index(job), late, "too late" if late else "too much")
                 )
         return None
 

@@ -30,7 +30,7 @@ from sweep.store import buckets, locations
 from sweep.store import lock as lock_module
 from sweep.store import store as store_module
 from sweep.store.custody import custody, set_aside_damaged
-from sweep.store.locations import ObjectPath, Server, location
+from sweep.store.locations import ObjectPath, ObjectServer, location
 from sweep.store.lock import Lock
 from sweep.store.manifest import MANIFEST
 from sweep.store.shares import Share
@@ -189,7 +189,7 @@ def test_an_object_store_that_refuses_is_named(monkeypatch: pytest.MonkeyPatch) 
         "When listing: AWS Error ACCESS_DENIED during ListObjectsV2 operation: Access"
         " Denied (Request ID: 1)"
     )
-    said = Server().trouble(ObjectPath(Server(), "x/y"), OSError(error))
+    said = ObjectServer().trouble(ObjectPath(ObjectServer(), "x/y"), OSError(error))
     assert not isinstance(said, UnreachableError)
     assert str(said).startswith("s3://x/y: the object store refuses (Access Denied")
     assert "AWS_ACCESS_KEY_ID" in str(said)
@@ -204,7 +204,7 @@ def raising(error: Exception) -> None:
 
 def in_memory() -> tuple[Memory, Store]:
     """A study in an object store that can be made to end after so many requests."""
-    server, memory = Server(), Memory()
+    server, memory = ObjectServer(), Memory()
     server.__dict__["files"] = memory
     return memory, Store(ObjectPath(server, "bucket/study"))
 

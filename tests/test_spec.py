@@ -13,7 +13,7 @@ from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 from kernels.models import MODELS
 from sweep.errors import SpecError
 from sweep.spec.settings import fields
-from sweep.spec.study import Record, Streams, load_spec, parse_spec
+from sweep.spec.study import RecordSpec, Streams, load_spec, parse_spec
 
 FIELDS = fields("nguyen2024")
 
@@ -58,7 +58,7 @@ def test_everything_loads() -> None:
         "n": 10,
         "minimum_image": False,
     }
-    assert study.record == Record(("coverage", "speed"), ("speed",), 10, True)
+    assert study.record == RecordSpec(("coverage", "speed"), ("speed",), 10, True)
     assert study.streams == Streams("independent", "common", "common")
     assert study.time_limit == 60.0
     assert study.axes[2].columns["perception_range"].tolist() == [10.0, 100.0, 1000.0]

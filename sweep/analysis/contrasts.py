@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 Together = Literal["holm", "bonferroni", "sidak", "max_t"]
 
 
-class Study(Protocol):
+class TrialTables(Protocol):
     """What a contrast needs of a stored study: its trials and the names of the settings
     that differ between points.
     """
@@ -162,7 +162,7 @@ def paired_contrast(
 
 
 def contrast(
-    source: Study | pd.DataFrame,
+    source: TrialTables | pd.DataFrame,
     metric: str,
     first: Mapping[str, Any],
     second: Mapping[str, Any],
@@ -198,7 +198,7 @@ def contrast(
 
 
 def contrasts(
-    source: Study | pd.DataFrame,
+    source: TrialTables | pd.DataFrame,
     metric: str,
     by: str,
     reference: object,
@@ -347,7 +347,7 @@ def _units(
     return found
 
 
-def _table(source: Study | pd.DataFrame) -> tuple[pd.DataFrame, Sequence[str]]:
+def _table(source: TrialTables | pd.DataFrame) -> tuple[pd.DataFrame, Sequence[str]]:
     return (
         (source, ())
         if isinstance(source, pd.DataFrame)

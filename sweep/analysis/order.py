@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.intervals import Interval, mean_interval
-from sweep.analysis.steady import Study
+from sweep.analysis.steady import SeriesTables
 from sweep.text import unknown
 
 Floats = NDArray[np.float64]
@@ -71,7 +71,7 @@ def binder_values(samples: ArrayLike) -> Floats:
 
 
 def order_parameters(
-    study: Study, metric: str, burn_in: int = 0, confidence: float = CONFIDENCE
+    study: SeriesTables, metric: str, burn_in: int = 0, confidence: float = CONFIDENCE
 ) -> pd.DataFrame:
     """Mean, susceptibility and Binder cumulant of a recorded series at each point, from
     its trials that are done.
@@ -105,7 +105,9 @@ def order_parameters(
     return pd.DataFrame(rows)
 
 
-def order_samples(study: Study, metric: str, burn_in: int = 0) -> dict[str, Floats]:
+def order_samples(
+    study: SeriesTables, metric: str, burn_in: int = 0
+) -> dict[str, Floats]:
     """The samples (k, T) of each point, by its hash in `study.trials`, in the order of
     the study.
 

@@ -56,7 +56,7 @@ class SteadyState:
         return not self.problems
 
 
-class Study(Protocol):
+class SeriesTables(Protocol):
     """What tables of series by point need of a stored study."""
 
     @property
@@ -110,7 +110,7 @@ def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadySta
 
 
 def steady_states(
-    study: Study, metric: str, confidence: float = CONFIDENCE
+    study: SeriesTables, metric: str, confidence: float = CONFIDENCE
 ) -> pd.DataFrame:
     """The steady state of a recorded series at each point of a study, from its trials
     that are done.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 
 
-class Kind(StrEnum):
+class EngineKind(StrEnum):
     """What runs the trials."""
 
     local = "local"
@@ -27,7 +27,7 @@ class Kind(StrEnum):
 
 
 Engine = Annotated[
-    Kind,
+    EngineKind,
     typer.Option("--executor", help="Processes on this machine, or a dask cluster."),
 ]
 Address = Annotated[
@@ -51,7 +51,7 @@ SchedulerFile = Annotated[
 
 @contextmanager
 def engine(
-    kind: Kind, workers: int, address: str | None, scheduler_file: Path | None
+    kind: EngineKind, workers: int, address: str | None, scheduler_file: Path | None
 ) -> "Iterator[ExecutorFactory]":
     """The engine that the options ask for, ready; stopped on leaving the context.
 
@@ -60,7 +60,7 @@ def engine(
     """
     made = (
         _local(workers, address, scheduler_file)
-        if kind is Kind.local
+        if kind is EngineKind.local
         else _dask(workers, address, scheduler_file)
     )
     try:

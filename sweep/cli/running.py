@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sweep.cli.app import Json, Results, Spec, Workers, app
-from sweep.cli.engines import Address, Engine, Kind, SchedulerFile, engine
+from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
 OWN_EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
 """Those of the checkout to which this code belongs."""
@@ -36,7 +36,7 @@ def launch(
             help="Run this share of the trials only; other launches run the others.",
         ),
     ] = None,
-    executor: Engine = Kind.local,
+    executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
 ) -> None:
@@ -91,7 +91,7 @@ def search(
         bool, typer.Option(help="Run trials that failed before once more.")
     ] = False,
     as_json: Json = False,
-    executor: Engine = Kind.local,
+    executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
 ) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from rich.table import Table
 
-from sweep.campaigns.search.findings import Found, plain, warnings
+from sweep.campaigns.search.findings import Findings, plain, warnings
 from sweep.campaigns.search.outcome import SEARCH, constraints
 from sweep.campaigns.search.repetitions import AgainstRandom
 from sweep.campaigns.search.stored import read_asked
@@ -30,7 +30,7 @@ WIDTH = 110
 
 def text(study: StoredStudy) -> str:
     """The report of a stored search. Raises StoreError where the study is none."""
-    found = Found(study, read_asked(study))
+    found = Findings(study, read_asked(study))
     parts = [
         _searched(found),
         _warnings_text(found),
@@ -45,7 +45,7 @@ def as_json(study: StoredStudy) -> str:
     """The same as JSON, all numbers in full; what is not known is null. Raises
     StoreError as `text` does.
     """
-    found = Found(study, read_asked(study))
+    found = Findings(study, read_asked(study))
     against = found.against
     return json.dumps(
         {
@@ -75,7 +75,7 @@ def as_json(study: StoredStudy) -> str:
     )
 
 
-def _searched(found: Found) -> str:
+def _searched(found: Findings) -> str:
     about, origin = found.asked.about, found.study.provenance
     racing = f"racing at {about['level']:g}" if about["level"] else "no racing"
     bounds = "".join(
@@ -101,11 +101,11 @@ def _searched(found: Found) -> str:
     )
 
 
-def _warnings_text(found: Found) -> str:
+def _warnings_text(found: Findings) -> str:
     return "\n".join(f"note        {sentence}" for sentence in warnings(found))
 
 
-def _best_text(found: Found) -> str:
+def _best_text(found: Findings) -> str:
     """The settings to paste, to six digits."""
     if found.best is None:
         return ""
@@ -130,7 +130,7 @@ def _six_digits(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def _table_text(found: Found) -> str:
+def _table_text(found: Findings) -> str:
     if found.winners.empty:
         return ""
     several = len(found.objectives) > 1
@@ -181,7 +181,7 @@ def _table_text(found: Found) -> str:
     )
 
 
-def _named(found: Found, column: str) -> str:
+def _named(found: Findings, column: str) -> str:
     unit = found.units.get(column, "")
     return column + (f" ({unit})" if unit else "")
 
@@ -194,7 +194,7 @@ def _known(*numbers: float | None) -> str:
     return number(*(np.nan if value is None else value for value in numbers))
 
 
-def _front_text(found: Found) -> str:
+def _front_text(found: Findings) -> str:
     if len(found.objectives) == 1 or found.front.empty:
         return ""
     table = _table(
@@ -219,7 +219,7 @@ def _front_text(found: Found) -> str:
     )
 
 
-def _references_text(found: Found) -> str:
+def _references_text(found: Findings) -> str:
     """The winner and the references in words, or all of a front and them in a table."""
     rows = found.differences.to_dict("records")
     if not rows:
@@ -266,7 +266,7 @@ def _references_text(found: Found) -> str:
     )
 
 
-def _against_text(found: Found) -> str:
+def _against_text(found: Findings) -> str:
     against = found.against
     if against is None:
         return ""

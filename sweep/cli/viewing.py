@@ -69,7 +69,7 @@ def view(
             f" {trial}"
         )
     try:
-        from sweep.web.server import Server
+        from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
         stop(f"{EXTRA} ({error.name} is missing)")
     begin = (
@@ -77,7 +77,7 @@ def view(
         if what and trial
         else _live(_state(what, model, preset, map_name, results))
     )
-    server = Server(_first_at_once(begin), port)
+    server = PageServer(_first_at_once(begin), port)
     print(server.url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
     if not no_open:

@@ -10,7 +10,7 @@ from kernels.models import MODELS
 from kernels.settings import MOST_CELLS
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
-from sweep.spec.study import Record, Study
+from sweep.spec.study import RecordSpec, Study
 
 MOST_SIDE = 1e15
 MOST_PIXELS = 10**8
@@ -139,5 +139,5 @@ def _potential(study: Study) -> list[Demand]:
     return [Demand(f"separation_range <= {cohesion}", POTENTIAL)]
 
 
-def _covers(record: Record) -> bool:
+def _covers(record: RecordSpec) -> bool:
     return record.heatmaps or any(METRICS[name].covers for name in record.metrics)

@@ -17,7 +17,7 @@ from kernels.models import MODELS
 from sweep.design.design import Design
 from sweep.design.jobs import Job, SomeJobs
 from sweep.spec.settings import Value, fields, settings_tuple
-from sweep.spec.study import Record, Study
+from sweep.spec.study import RecordSpec, Study
 
 TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
@@ -51,7 +51,7 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
     )
 
 
-def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> float:
+def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) -> float:
     """The estimated seconds of a trial with these settings: boid-steps, their
     neighbours, frames and metrics.
     """
@@ -71,7 +71,7 @@ def trial_seconds(model: str, settings: dict[str, Value], record: Record) -> flo
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 
 
-def trial_bytes(settings: dict[str, Value], record: Record) -> float:
+def trial_bytes(settings: dict[str, Value], record: RecordSpec) -> float:
     """The estimated bytes that a trial adds to the store."""
     frames = math.ceil(float(settings["steps"]) / record.every) + 1
     size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.metrics)

@@ -24,7 +24,7 @@ from sweep.design.design import Design
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_words
 from sweep.spec.settings import Value, preset_settings
-from sweep.spec.study import Record, Streams, Study
+from sweep.spec.study import RecordSpec, Streams, Study
 
 Purpose = Literal["start", "world", "noise"]
 Counts = NDArray[np.int64]
@@ -56,7 +56,7 @@ class Job:
     model: str
     preset: str
     settings: dict[str, Value]
-    record: Record
+    record: RecordSpec
     streams: Streams
     time_limit: float | None
     obstacles: Obstacles | None = None

@@ -16,7 +16,7 @@ from sweep.figures.coverage import coverage_figure
 from sweep.figures.curves import metric_curves
 from sweep.figures.details import effects_figure, paired_effects
 from sweep.figures.heatmap import heatmap_figure
-from sweep.figures.kinds import KINDS, Choices, Kind, Planned
+from sweep.figures.kinds import KINDS, Choices, FigureKind, Planned
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
 from sweep.figures.pieces import (
@@ -63,7 +63,7 @@ __all__ = [
     "VERMILION",
     "Choices",
     "Drawing",
-    "Kind",
+    "FigureKind",
     "Planned",
     "comparison_figure",
     "coverage_figure",

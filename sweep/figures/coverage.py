@@ -34,7 +34,7 @@ NAMED = ("coverage", "coverage_cv")
 DARKEST = 0.99
 
 
-class Coverage(NamedTuple):
+class CoverageLayout(NamedTuple):
     """What a figure of visits shows: a panel a point."""
 
     selection: Selection
@@ -68,7 +68,7 @@ def coverage_figure(
 
 def coverage_layout(
     study: StoredStudy, *, where: Mapping[str, object] | None
-) -> Coverage:
+) -> CoverageLayout:
     """What `coverage_figure` will show. Raises ChoiceError as it does."""
     selection = select(study, where)
     if (
@@ -81,10 +81,10 @@ def coverage_layout(
             f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them"
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
-    return Coverage(selection, selection.panels(names, "coverage"))
+    return CoverageLayout(selection, selection.panels(names, "coverage"))
 
 
-def draw_coverage(layout: Coverage) -> Figure:
+def draw_coverage(layout: CoverageLayout) -> Figure:
     """The figure of a layout."""
     selection, facets = layout
     visits = _visits(selection, facets)

@@ -85,7 +85,7 @@ class Planned(NamedTuple):
     draw: Callable[[], Figure]
 
 
-class Kind(NamedTuple):
+class FigureKind(NamedTuple):
     """A kind of figure: what it shows, which of by, x and y it takes, and its figures
     of a study.
 
@@ -241,37 +241,41 @@ def _of_search(
     return plan
 
 
-KINDS: dict[str, Kind] = {
-    "curves": Kind("each series metric against time, mean and band", ("by",), _curves),
-    "scatter": Kind("a metric against each setting", ("by", "x"), _scatter),
-    "heatmap": Kind("a metric over two settings", ("x", "y"), _heatmap),
-    "parallel": Kind(
+KINDS: dict[str, FigureKind] = {
+    "curves": FigureKind(
+        "each series metric against time, mean and band", ("by",), _curves
+    ),
+    "scatter": FigureKind("a metric against each setting", ("by", "x"), _scatter),
+    "heatmap": FigureKind("a metric over two settings", ("x", "y"), _heatmap),
+    "parallel": FigureKind(
         "all sampled settings and a metric, the best in colour", (), _parallel
     ),
-    "pareto": Kind(
+    "pareto": FigureKind(
         "two metrics against each other, and the points that no other beats",
         ("by",),
         _pareto,
     ),
-    "sensitivity": Kind("which sampled setting a metric depends on", (), _sensitivity),
-    "coverage": Kind("visits of each pixel of the map", (), _coverage),
-    "trajectories": Kind("flights of a few trials", (), _trajectories),
-    "history": Kind(
+    "sensitivity": FigureKind(
+        "which sampled setting a metric depends on", (), _sensitivity
+    ),
+    "coverage": FigureKind("visits of each pixel of the map", (), _coverage),
+    "trajectories": FigureKind("flights of a few trials", (), _trajectories),
+    "history": FigureKind(
         "the candidates of a search as they were asked",
         (),
         _of_search("history", read_asked, history_figure),
     ),
-    "front": Kind(
+    "front": FigureKind(
         "the front that a search has chosen, on held-out seeds",
         (),
         _of_search("front", partial(with_front, kind="front"), front_figure),
     ),
-    "comparison": Kind(
+    "comparison": FigureKind(
         "repetitions of a search against random searches",
         (),
         _of_search("comparison", with_repetitions, comparison_figure),
     ),
-    "hypervolume": Kind(
+    "hypervolume": FigureKind(
         "the hypervolume of a search by trials spent",
         (),
         _of_search(

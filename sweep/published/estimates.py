@@ -17,7 +17,13 @@ from sweep.analysis import (
     rank_estimate,
     units,
 )
-from sweep.published.measures import Call, Difference, Mean, Measure, RankCorrelation
+from sweep.published.measures import (
+    Call,
+    Mean,
+    MeanDifference,
+    Measure,
+    RankCorrelation,
+)
 from sweep.tables.stored_study import StoredStudy
 
 Studies = Mapping[str, StoredStudy]
@@ -49,14 +55,14 @@ def measure(
         return Measured(
             mean_estimate(found.array()), f"{found.trials:,}", found.left_out
         )
-    if isinstance(what, Difference):
+    if isinstance(what, MeanDifference):
         return _difference(studies, what)
     if isinstance(what, RankCorrelation):
         return _rank_correlation(studies[what.spec], what)
     return _called(studies, what, functions)
 
 
-def _difference(studies: Studies, what: Difference) -> Measured:
+def _difference(studies: Studies, what: MeanDifference) -> Measured:
     """Paired where both sides have the same units, else between independent samples."""
     named = {*what.first.settings, *what.second.settings}
     one, other = (

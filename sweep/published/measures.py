@@ -39,7 +39,7 @@ class Mean:
 
 
 @dataclass(frozen=True)
-class Difference:
+class MeanDifference:
     """A first mean minus a second."""
 
     first: Mean
@@ -67,7 +67,7 @@ class Call:
     function: str
 
 
-Measure = Mean | Difference | RankCorrelation | Call
+Measure = Mean | MeanDifference | RankCorrelation | Call
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
@@ -76,7 +76,7 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     """
     if isinstance(measure, Call):
         return list(specs)
-    if isinstance(measure, Difference):
+    if isinstance(measure, MeanDifference):
         return list(dict.fromkeys([measure.first.spec, measure.second.spec]))
     return [measure.spec]
 
@@ -106,7 +106,7 @@ class MeasureReader:
         if kinds == ["difference"]:
             entry.keys(["difference"])
             first, second = self._two(kind)
-            return Difference(self._side(first, spec), self._side(second, spec))
+            return MeanDifference(self._side(first, spec), self._side(second, spec))
         if kinds == ["rank_correlation"]:
             return self._rank_correlation(entry, spec)
         entry.keys(["call"])

@@ -15,7 +15,7 @@ NOT_COMPARED = ("seconds", "error", "replay")
 LOWEST = int(np.iinfo(np.int64).min)
 
 
-class Difference(NamedTuple):
+class BitDifference(NamedTuple):
     """A column of a table that has come out otherwise, and its first row that has.
 
     `differing` of `total` values differ; `ulps` is how many floating-point numbers the
@@ -47,7 +47,7 @@ class Difference(NamedTuple):
         )
 
 
-def differences(study: str, stored: StoredTrial, result: Result) -> list[Difference]:
+def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDifference]:
     """Where `result`, of the same trial run again, is not what is stored: every column
     of every table, to the last bit.
 
@@ -121,9 +121,9 @@ def _heatmap(visits: NDArray[np.int32] | None) -> Columns:
 
 def _compared(
     trial: str, table: str, column: str, stored: NDArray[Any], found: NDArray[Any]
-) -> Iterator[Difference]:
+) -> Iterator[BitDifference]:
     if len(stored) != len(found):
-        yield Difference(
+        yield BitDifference(
             trial,
             table,
             column,
@@ -143,7 +143,7 @@ def _compared(
         one, other = stored[row : row + 1], found[row : row + 1]
         apart = ulps(float(one[0]), float(other[0])) if floats else None
         count, total = len(differing), len(stored)
-        yield Difference(
+        yield BitDifference(
             trial, table, column, count, total, row, one.item(), other.item(), apart
         )
 

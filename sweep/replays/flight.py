@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from sweep.design.jobs import Job
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.store.parquet import table_writer
 from sweep.store.rows import trajectories_schema
 from sweep.tables.outputs import unfinished
@@ -33,7 +33,7 @@ def frames(
     """
     steps = int(job.settings["steps"])
     simulation = Simulation(
-        replace(job, record=Record(metrics=metrics, every=every, trajectories=True))
+        replace(job, record=RecordSpec(metrics=metrics, every=every, trajectories=True))
     )
     going = True
     yield simulation.take_frames()

@@ -17,7 +17,7 @@ from kernels import KERNELS_SHA
 from sweep.design.cost import job_seconds
 from sweep.design.jobs import Job
 from sweep.errors import StoreError
-from sweep.replays.bits import Difference, differences, values_compared
+from sweep.replays.bits import BitDifference, differences, values_compared
 from sweep.store.provenance import machine
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial, by_part, stored_trials
@@ -65,14 +65,16 @@ class Verification:
     checked: Counter[str] = field(default_factory=Counter)
     values: Counter[str] = field(default_factory=Counter)
     origins: Counter[str] = field(default_factory=Counter)
-    differing: dict[str, Sequence[Difference | Refused]] = field(default_factory=dict)
+    differing: dict[str, Sequence[BitDifference | Refused]] = field(
+        default_factory=dict
+    )
 
     @property
     def same(self) -> bool:
         """Whether no bit differs."""
         return not self.differing
 
-    def note(self, stored: StoredTrial, found: list[Difference]) -> None:
+    def note(self, stored: StoredTrial, found: list[BitDifference]) -> None:
         """Count a trial that has been run again."""
         self.checked[stored.row["status"]] += 1
         self.values.update(values_compared(stored))

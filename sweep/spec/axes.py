@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweep.spec.blocks import OPTIONS, Blocks, read_blocks, sample_blocks
+from sweep.spec.blocks import OPTIONS, SampleBlocks, read_blocks, sample_blocks
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
@@ -56,7 +56,7 @@ class Axis:
     ablated: str | None = None
     details: tuple[tuple[str, ...], ...] = ()
     sampler: str | None = None
-    blocks: Blocks | None = None
+    blocks: SampleBlocks | None = None
     rows: Column | None = None
 
     def __len__(self) -> int:
@@ -141,7 +141,7 @@ class AxisReader:
             else _grid(field, entry.child(form))
         )
 
-    def _blocks(self, entry: Entry) -> Blocks | None:
+    def _blocks(self, entry: Entry) -> SampleBlocks | None:
         """The blocks of an axis whose points come in such, else None."""
         if entry.value.get("sample") not in [*OPTIONS]:
             return None
@@ -155,7 +155,7 @@ class AxisReader:
         )
 
     def _sample(
-        self, name: str, entry: Entry, blocks: Blocks | None
+        self, name: str, entry: Entry, blocks: SampleBlocks | None
     ) -> dict[str, Column]:
         sampler = entry.child("sample").one_of(
             "sampler", [*SAMPLERS, *OPTIONS, "table"]

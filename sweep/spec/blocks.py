@@ -36,7 +36,7 @@ INSTALL = 'pip install ".[sensitivity]"'
 
 
 @dataclass(frozen=True)
-class Blocks:
+class SampleBlocks:
     """`count` blocks of `size` points. `levels` is the number of values of a field in
     Morris's grid, else None.
     """
@@ -56,7 +56,7 @@ class Blocks:
         )
 
 
-def read_blocks(entry: Entry, sampler: str, fields: int) -> Blocks:
+def read_blocks(entry: Entry, sampler: str, fields: int) -> SampleBlocks:
     """The blocks that an axis over so many `fields` asks for: `points` is their number,
     the base sample.
 
@@ -83,7 +83,7 @@ def read_blocks(entry: Entry, sampler: str, fields: int) -> Blocks:
         )
     check_cells(entry.child("points"), count * size, fields)
     _check_installed(entry.child("sample"), sampler)
-    return Blocks(sampler, count, size, levels)
+    return SampleBlocks(sampler, count, size, levels)
 
 
 def _levels(entry: Entry | None) -> int:
@@ -104,7 +104,7 @@ def _check_installed(entry: Entry, sampler: str) -> None:
 
 
 def sample_blocks(
-    blocks: Blocks, distributions: Mapping[str, str], axis: str, seed: int
+    blocks: SampleBlocks, distributions: Mapping[str, str], axis: str, seed: int
 ) -> list[Unit]:
     """The sample of the fields with these distributions, block after block, one array a
     field.
@@ -126,7 +126,7 @@ def sample_blocks(
     ]
 
 
-def _saltelli(blocks: Blocks, problem: Problem, rng: Generator) -> list[Unit]:
+def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Unit]:
     """A block is A, A with a field of B each, for pairs B with a field of A each, and
     B.
 
@@ -142,7 +142,7 @@ def _saltelli(blocks: Blocks, problem: Problem, rng: Generator) -> list[Unit]:
 
 
 def _morris(
-    blocks: Blocks, levels: int, problem: Problem, rng: Generator
+    blocks: SampleBlocks, levels: int, problem: Problem, rng: Generator
 ) -> list[Unit]:
     """A block is a trajectory, of which each step changes one field by half of its
     levels.

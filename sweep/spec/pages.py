@@ -81,7 +81,7 @@ def _extent(chunk: Any) -> tuple[int, int]:
 def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
     """The head of the page that begins there, and where the next one begins."""
     stream.seek(first)
-    reader = _Reader(stream.read(MOST_HEAD))
+    reader = _ThriftReader(stream.read(MOST_HEAD))
     try:
         head = reader.struct()
         sizes = head[2], head[3]
@@ -106,7 +106,7 @@ def _values(head: Head) -> int:
     return found
 
 
-class _Reader:
+class _ThriftReader:
     """Reads a struct of Thrift's compact protocol. IndexError where it is none."""
 
     def __init__(self, content: bytes) -> None:

@@ -51,7 +51,7 @@ def parse_document(text: str, path: Path) -> Entry:
     document = Document(path, text)
     try:
         root = YAML(typ="safe", pure=True).compose(text)
-        value = _Reader(document).read(root, ()) if root is not None else None
+        value = _YamlReader(document).read(root, ()) if root is not None else None
     except YAMLError as error:
         raise _syntax_error(document, error) from None
     except RecursionError:
@@ -84,7 +84,7 @@ def _syntax_error(document: Document, error: YAMLError) -> SpecError:
     )
 
 
-class _Reader:
+class _YamlReader:
     """From YAML nodes to plain values, noting the line of each in the document."""
 
     def __init__(self, document: Document) -> None:

@@ -59,7 +59,7 @@ KEYS = (
 
 
 @dataclass(frozen=True)
-class Record:
+class RecordSpec:
     """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last. `series`
     are among `metrics`.
     """
@@ -106,7 +106,7 @@ class Study:
     seeds: tuple[int, ...] | None
     seed: int
     streams: Streams
-    record: Record
+    record: RecordSpec
     time_limit: float | None
     checkpoint: float | None
     policy: Policy
@@ -268,11 +268,11 @@ def _streams(entry: Entry | None, default: Streams) -> Streams:
     return replace(default, **cast(dict[str, Stream], chosen))
 
 
-def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> Record:
+def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> RecordSpec:
     """What the spec says, and the metrics of the `columns` that a search needs."""
     needed = [metric_of(column) for column in columns]
     if entry is None:
-        return Record(tuple(dict.fromkeys([*model.metrics, *needed])))
+        return RecordSpec(tuple(dict.fromkeys([*model.metrics, *needed])))
     entry.keys(["metrics", "series", "every", *KEPT])
     metrics, series = entry.get("metrics"), entry.get("series")
     every, kept = (
@@ -281,7 +281,7 @@ def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> Record
     )
     recorded = _metrics(metrics, model) if metrics else model.metrics
     followed = _metrics(series, model) if series else ()
-    return Record(
+    return RecordSpec(
         metrics=tuple(dict.fromkeys([*recorded, *followed, *needed])),
         series=followed,
         every=every.whole(1) if every else 1,

@@ -33,7 +33,7 @@ import pyarrow as pa
 from sweep.errors import StoreError
 from sweep.spec.layout import DAMAGED, LOCK, PART_NAME, PARTS
 from sweep.store.folders import LEFTOVER_SECONDS
-from sweep.store.locations import Found, Location, ObjectPath, patiently
+from sweep.store.locations import ListedObject, Location, ObjectPath, patiently
 from sweep.store.lock_files import claim_text
 from sweep.store.manifest import BLOCK_BYTES, MANIFEST
 from sweep.store.new_files import create
@@ -87,7 +87,7 @@ class Bucket:
         for file in files:
             _upload(file, self._parts / name / file.name)
         now = time.time_ns()
-        found = {file.name: Found(file.stat().st_size, now) for file in files}
+        found = {file.name: ListedObject(file.stat().st_size, now) for file in files}
         return ObjectPath(self.root.server, f"{self._parts.key}/{name}", found)
 
     def put(self, staged: Path) -> None:
@@ -219,7 +219,7 @@ class LockObjects:
             path.server.ask(path, lambda files: files.delete_file(path.key))
 
 
-def _age(found: Mapping[str, Found] | None, now: int) -> float:
+def _age(found: Mapping[str, ListedObject] | None, now: int) -> float:
     """Seconds since the youngest of the objects was written."""
     return (
         now - max((one.st_mtime_ns for one in (found or {}).values()), default=now)

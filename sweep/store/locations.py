@@ -50,7 +50,7 @@ FIRST_PAUSE = 0.5
 LONGEST_PAUSE = 10.0
 
 
-class Found(NamedTuple):
+class ListedObject(NamedTuple):
     """An object as it was listed: its size in bytes, and when it was written, in ns by
     the clock of the server.
     """
@@ -59,7 +59,7 @@ class Found(NamedTuple):
     st_mtime_ns: int
 
 
-class Server:
+class ObjectServer:
     """An object store; `known` where it has answered, so that one which is away may be
     waited for.
     """
@@ -152,9 +152,11 @@ class ObjectPath:
     what never changes once it is there, as a part.
     """
 
-    server: Server = field(compare=False, repr=False)
+    server: ObjectServer = field(compare=False, repr=False)
     key: str
-    found: Mapping[str, Found] | None = field(default=None, compare=False, repr=False)
+    found: Mapping[str, ListedObject] | None = field(
+        default=None, compare=False, repr=False
+    )
 
     def __str__(self) -> str:
         return f"s3://{self.key}"
@@ -178,7 +180,7 @@ class ObjectPath:
         """That without its ending."""
         return Path(self.name).stem
 
-    def stat(self) -> Found:
+    def stat(self) -> ListedObject:
         """Size and time. Raises FileNotFoundError where there is no such object."""
         if self.found is not None:
             if "" not in self.found:
@@ -187,7 +189,7 @@ class ObjectPath:
         about = self.server.ask(self, lambda files: files.get_file_info(self.key))
         if not about.is_file:
             raise FileNotFoundError(str(self))
-        return Found(about.size, about.mtime_ns)
+        return ListedObject(about.size, about.mtime_ns)
 
     def exists(self) -> bool:
         """Whether there is such an object."""
@@ -209,7 +211,7 @@ class ObjectPath:
         return replace(
             self,
             found={
-                one.path[start:]: Found(max(one.size, 0), one.mtime_ns)
+                one.path[start:]: ListedObject(max(one.size, 0), one.mtime_ns)
                 for one in about
                 if one.is_file
             },
@@ -246,11 +248,11 @@ class ObjectPath:
         return self.server.ask(self, read)
 
 
-def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:
+def _below(found: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
     """What was found, by the first name in its key; "" is the object of that name
     itself.
     """
-    names = defaultdict[str, dict[str, Found]](dict)
+    names = defaultdict[str, dict[str, ListedObject]](dict)
     for key, one in found.items():
         name, _, rest = key.partition("/")
         names[name][rest] = one
@@ -286,7 +288,7 @@ def location(given: Location | str) -> Location:
             f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never"
             " here"
         )
-    return ObjectPath(Server(**options), key)
+    return ObjectPath(ObjectServer(**options), key)
 
 
 def in_unicode(path: Path) -> Path:

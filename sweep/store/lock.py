@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 from sweep.errors import StoreError
 from sweep.store.lock_files import Claims
-from sweep.store.places import Place
+from sweep.store.places import StudyPlace
 from sweep.store.processes import host, machine, started
 from sweep.store.regular import parsed
 from sweep.store.shares import Share
@@ -58,7 +58,7 @@ may have kept one.
 """
 
 
-class Claim(NamedTuple):
+class LockClaim(NamedTuple):
     """What a claim says; one of version 0.3.0 says less, and holds the whole."""
 
     token: str
@@ -86,7 +86,7 @@ class Lock:
     taken over from somebody dead is said on the log.
     """
 
-    def __init__(self, place: Place, share: Share | None = None) -> None:
+    def __init__(self, place: StudyPlace, share: Share | None = None) -> None:
         self.path = place.root / "lock"
         self.share = str(share) if share else ""
         self.lost = False
@@ -176,7 +176,7 @@ class Lock:
             self._ask()
         return False
 
-    def _rivals(self) -> list[Claim]:
+    def _rivals(self) -> list[LockClaim]:
         """The claims of the living that are in the way, by token; those of the dead
         that are, are taken away.
         """
@@ -195,7 +195,7 @@ class Lock:
                 rivals.append(claim)
         return rivals
 
-    def _read(self, token: str) -> Claim | None:
+    def _read(self, token: str) -> LockClaim | None:
         """A claim, None where it is gone; what the disk has lost after a power cut is
         nobody's.
         """
@@ -205,12 +205,14 @@ class Lock:
         try:
             about = parsed(text.encode(), {})
         except ValueError:
-            return Claim(token)
-        known = {name: about[name] for name in Claim._fields[1:] if name in about}
-        kinds = {name: type(default) for name, default in Claim._field_defaults.items()}
+            return LockClaim(token)
+        known = {name: about[name] for name in LockClaim._fields[1:] if name in about}
+        kinds = {
+            name: type(default) for name, default in LockClaim._field_defaults.items()
+        }
         if not all(isinstance(value, kinds[name]) for name, value in known.items()):
-            return Claim(token)
-        return Claim(token, **known)
+            return LockClaim(token)
+        return LockClaim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
         """Wait until those who go first hold, or are gone; not for ever, as they may
@@ -223,7 +225,7 @@ class Lock:
                 return
             time.sleep(POLL_SECONDS)
 
-    def _death(self, claim: Claim) -> str:
+    def _death(self, claim: LockClaim) -> str:
         """How it is known that the owner is dead; empty where it may live."""
         if claim.token in GIVEN_BACK:
             return "that launch is over"

@@ -16,7 +16,7 @@ from sweep.store.locations import Location, ObjectPath
 from sweep.store.lock_files import Claims
 
 
-class Place(Protocol):
+class StudyPlace(Protocol):
     """Where a study lives. Raises StoreError where it cannot be read or written."""
 
     @property
@@ -61,7 +61,7 @@ class Place(Protocol):
         """
 
 
-def place_of(root: Location, results: Location) -> Place:
+def place_of(root: Location, results: Location) -> StudyPlace:
     """The place of a study below `results`, which the user has named."""
     if isinstance(root, ObjectPath):
         return Bucket(root)

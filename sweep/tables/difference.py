@@ -24,7 +24,7 @@ from sweep.tables.stored_study import StoredStudy
 MOST_SHOWN = 60
 
 
-class Side(NamedTuple):
+class SpecVersion(NamedTuple):
     """One of the two that are compared: its spec as plain values, its kernels, its
     trials and points.
 
@@ -62,7 +62,7 @@ class Overlap:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class SpecDifference:
     """What turns `first` into `second`; `stored` counts the trials of the second that
     are stored already.
     """
@@ -99,7 +99,9 @@ class Comparison:
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
 
-def compare(first: Study | StoredStudy, second: Study, results: Location) -> Comparison:
+def compare(
+    first: Study | StoredStudy, second: Study, results: Location
+) -> SpecDifference:
     """What a launch of `second` into `results` would change, where `first` is another
     spec or a stored study.
 
@@ -108,7 +110,7 @@ def compare(first: Study | StoredStudy, second: Study, results: Location) -> Com
     before, after = _side(first), _side(second)
     stored = pa.array(Store(results / second.name, results).trial_ids(), pa.string())
     there = _among(after.trials, stored)
-    return Comparison(
+    return SpecDifference(
         first=before.label,
         second=after.label,
         points=_overlap(pc.unique(before.points), pc.unique(after.points)),
@@ -120,13 +122,13 @@ def compare(first: Study | StoredStudy, second: Study, results: Location) -> Com
     )
 
 
-def _side(one: Study | StoredStudy) -> Side:
+def _side(one: Study | StoredStudy) -> SpecVersion:
     if isinstance(one, StoredStudy):
         spec = parse_document(one.spec, Path("stored spec")).value
         trials, points = (
             one.plan[name].combine_chunks() for name in ("trial_id", "point")
         )
-        return Side(
+        return SpecVersion(
             f"{one.name}, as last launched",
             one.name,
             False,
@@ -143,7 +145,7 @@ def _side(one: Study | StoredStudy) -> Side:
         raise one.document.error(("search",), message)
     table = Jobs(one, expand(one), KERNELS_SHA).table()
     trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
-    return Side(
+    return SpecVersion(
         str(one.path),
         one.name,
         one.until is not None,
@@ -178,7 +180,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
         yield Change(key, before, after)
 
 
-def _notes(before: Side, after: Side) -> Iterator[str]:
+def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     same = before.kernels == after.kernels
     if not same:
         yield (

@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
@@ -35,9 +35,9 @@ class StoredTrial(NamedTuple):
     provenance: dict[str, Any]
 
     @property
-    def record(self) -> Record:
+    def record(self) -> RecordSpec:
         """What was kept of the trial."""
-        return Record(
+        return RecordSpec(
             metrics=tuple(
                 name
                 for name in METRICS

@@ -49,7 +49,7 @@ class Live(Session):
             ]
         before, own = self.simulation, self.state.own
         _do(self, message)
-        if isinstance(message, messages.Model) or (own is None) != (
+        if isinstance(message, messages.ChooseModel) or (own is None) != (
             self.state.own is None
         ):
             return self.greeting()
@@ -188,7 +188,7 @@ def _do(session: Session, message: Message) -> None:
             session.change({"goal_x": x, "goal_y": y})
         case messages.Shapes(shapes):
             session.place(shapes)
-        case messages.Model(model, preset):
+        case messages.ChooseModel(model, preset):
             session.choose(model, preset)
         case messages.Metrics(names):
             session.follow(names)
@@ -208,7 +208,7 @@ def _do(session: Session, message: Message) -> None:
 
 def _steer(session: Session, message: Message) -> None:
     match message:
-        case messages.Run():
+        case messages.StartRun():
             session.run()
         case messages.Pause():
             session.pause()

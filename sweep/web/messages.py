@@ -3,7 +3,7 @@ conversation.
 """
 
 from dataclasses import dataclass, field
-from typing import Annotated, get_args
+from typing import Annotated
 
 from sweep.spec.settings import Value
 from sweep.web.state import Shape
@@ -13,14 +13,14 @@ Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """What all messages have: `id`, which the state that answers it repeats."""
 
     id: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
-class Hello(Asked):
+class Hello(Request):
     """The page is there; `page` tells pages apart, so that one that comes back finds
     its session.
     """
@@ -29,7 +29,7 @@ class Hello(Asked):
 
 
 @dataclass(frozen=True)
-class Set(Asked):
+class Set(Request):
     """A setting gets another value."""
 
     name: str
@@ -37,7 +37,7 @@ class Set(Asked):
 
 
 @dataclass(frozen=True)
-class Model(Asked):
+class ChooseModel(Request):
     """Another model or preset."""
 
     model: str
@@ -45,48 +45,48 @@ class Model(Asked):
 
 
 @dataclass(frozen=True)
-class Run(Asked):
+class StartRun(Request):
     """Go on by itself."""
 
 
 @dataclass(frozen=True)
-class Pause(Asked):
+class Pause(Request):
     """Stand still."""
 
 
 @dataclass(frozen=True)
-class Step(Asked):
+class Step(Request):
     """Take so many steps."""
 
     count: Whole = 1
 
 
 @dataclass(frozen=True)
-class Reset(Asked):
+class Reset(Request):
     """Go back to the start, with the settings as they are."""
 
 
 @dataclass(frozen=True)
-class Continue(Asked):
+class Continue(Request):
     """Make the run twice as long."""
 
 
 @dataclass(frozen=True)
-class Speed(Asked):
+class Speed(Request):
     """How fast to run; 0 is as fast as it goes."""
 
     steps_per_second: float
 
 
 @dataclass(frozen=True)
-class Shapes(Asked):
+class Shapes(Request):
     """All obstacles."""
 
     shapes: list[Shape]
 
 
 @dataclass(frozen=True)
-class Goal(Asked):
+class Goal(Request):
     """Where the goal is."""
 
     x: float
@@ -94,28 +94,28 @@ class Goal(Asked):
 
 
 @dataclass(frozen=True)
-class Select(Asked):
+class Select(Request):
     """Which boid is looked at."""
 
     boid: Whole | None
 
 
 @dataclass(frozen=True)
-class Overlays(Asked):
+class Overlays(Request):
     """What is drawn besides the boids."""
 
     names: Names
 
 
 @dataclass(frozen=True)
-class Metrics(Asked):
+class Metrics(Request):
     """What is plotted."""
 
     names: Names
 
 
 @dataclass(frozen=True)
-class Sweep(Asked):
+class Sweep(Request):
     """A range of a setting, or none."""
 
     name: str
@@ -126,33 +126,69 @@ class Sweep(Asked):
 
 
 @dataclass(frozen=True)
-class Spec(Asked):
+class Spec(Request):
     """The spec of what is on the screen is wanted."""
 
 
 @dataclass(frozen=True)
-class Export(Asked):
+class Export(Request):
     """A file is wanted."""
 
     kind: str
 
 
 @dataclass(frozen=True)
-class Ready(Asked):
+class Ready(Request):
     """The last frame is drawn."""
 
 
 @dataclass(frozen=True)
-class Seek(Asked):
+class Seek(Request):
     """A frame of a stored trial is wanted."""
 
     frame: Whole
 
 
 Message = (
-    Hello | Set | Model | Run | Pause | Step | Reset | Continue | Speed | Shapes | Goal | Select | Overlays | Metrics
-    | Sweep | Spec | Export | Ready | Seek
-)  # fmt: skip
+    Hello
+    | Set
+    | ChooseModel
+    | StartRun
+    | Pause
+    | Step
+    | Reset
+    | Continue
+    | Speed
+    | Shapes
+    | Goal
+    | Select
+    | Overlays
+    | Metrics
+    | Sweep
+    | Spec
+    | Export
+    | Ready
+    | Seek
+)
 MESSAGES: dict[str, type[Message]] = {
-    kind.__name__.lower(): kind for kind in get_args(Message)
+    "hello": Hello,
+    "set": Set,
+    "model": ChooseModel,
+    "run": StartRun,
+    "pause": Pause,
+    "step": Step,
+    "reset": Reset,
+    "continue": Continue,
+    "speed": Speed,
+    "shapes": Shapes,
+    "goal": Goal,
+    "select": Select,
+    "overlays": Overlays,
+    "metrics": Metrics,
+    "sweep": Sweep,
+    "spec": Spec,
+    "export": Export,
+    "ready": Ready,
+    "seek": Seek,
 }
+"""What a message calls itself in its `type`."""

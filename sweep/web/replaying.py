@@ -30,7 +30,7 @@ from sweep.web.track import go_to, quiet, survey
 
 CHANGING = (
     messages.Set
-    | messages.Model
+    | messages.ChooseModel
     | messages.Shapes
     | messages.Goal
     | messages.Sweep

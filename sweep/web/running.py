@@ -10,7 +10,7 @@ import numpy as np
 from kernels.metrics import METRICS
 from sweep.design.jobs import Job
 from sweep.spec.settings import preset_settings
-from sweep.spec.study import Record, Streams
+from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.simulation import Simulation, warm
 
 MOST_PIXELS = 4_000_000
@@ -37,9 +37,11 @@ def simulation_of(job: Job) -> Simulation:
             if not METRICS[name].covers or name in job.record.metrics
         ]
     simulation = Simulation(
-        replace(job, record=Record(tuple(wanted), trajectories=True))
+        replace(job, record=RecordSpec(tuple(wanted), trajectories=True))
     )
-    simulation.job = replace(job, record=Record(job.record.series, trajectories=True))
+    simulation.job = replace(
+        job, record=RecordSpec(job.record.series, trajectories=True)
+    )
     return simulation
 
 
@@ -49,7 +51,21 @@ def _compile(model: str, preset: str) -> None:
     is left for the first step.
     """
     settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
-    warm(Job("", "", 0, 0, False, model, preset, settings, Record(()), Streams(), None))
+    warm(
+        Job(
+            "",
+            "",
+            0,
+            0,
+            False,
+            model,
+            preset,
+            settings,
+            RecordSpec(()),
+            Streams(),
+            None,
+        )
+    )
 
 
 def _can_cover(job: Job) -> bool:

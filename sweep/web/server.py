@@ -128,7 +128,7 @@ class Rooms:
             raise SpecError(f"{MOST_SESSIONS} pages are open already; close one")
 
 
-class Server:
+class PageServer:
     """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError
     where the port is not free.
     """

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kernels.metrics import METRICS
 from kernels.settings import StartSettings
 from sweep.errors import SpecError
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.text import unknown
 from sweep.trial.state import Taken
 from sweep.web.history import History
@@ -64,7 +64,7 @@ class Session:
     def _show(self, state: ViewState) -> None:
         self.state = state
         self.simulation.job = replace(
-            state.job, record=Record(state.plots, trajectories=True)
+            state.job, record=RecordSpec(state.plots, trajectories=True)
         )
 
     def _take(self) -> Taken:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.replays.flight import Report
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import State, joined
 from sweep.web.running import simulation_of
@@ -45,7 +45,7 @@ class Track(NamedTuple):
 
 def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
     """Run `job` from its start to its end; an exception is raised as it is."""
-    job = replace(job, record=Record(metrics))
+    job = replace(job, record=RecordSpec(metrics))
     simulation = simulation_of(job)
     simulation.job = job
     taken, states = [simulation.take_frames()], dict[int, State]()
@@ -103,6 +103,6 @@ def quiet(job: Job) -> Simulation:
     frames, and has none left.
     """
     simulation = simulation_of(job)
-    simulation.job = replace(job, record=Record(()))
+    simulation.job = replace(job, record=RecordSpec(()))
     simulation.take_frames()
     return simulation

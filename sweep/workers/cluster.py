@@ -30,7 +30,7 @@ from sweep.workers.connection import Connection, ConnectionImpossibleError, expo
 from sweep.workers.executors import NotYetError
 from sweep.workers.remote import Post
 from sweep.workers.tasks import Tasks
-from sweep.workers.watch import NO_LIMITS, Limits, Place, Watch, Watching
+from sweep.workers.watch import NO_LIMITS, JobNote, LimitKeeper, Limits, Watching
 
 CONNECT_SECONDS = 10.0
 """How long a scheduler may take to answer for the first time."""
@@ -176,12 +176,12 @@ class Dask:
         return NotYetError(words)
 
 
-class _Posts(Watch):
+class _Posts(LimitKeeper):
     """Gives each chunk its limits to take along."""
 
     def __init__(self, limits: Limits) -> None:
         super().__init__()
         self._post = None if limits == NO_LIMITS else Post(limits)
 
-    def take(self) -> Place | None:
+    def take(self) -> JobNote | None:
         return self._post

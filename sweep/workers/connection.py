@@ -41,7 +41,7 @@ class Connection:
     def __init__(
         self, address: str | None, scheduler_file: str | None, seconds: float
     ) -> None:
-        self._loop = _Loop()
+        self._loop = _EventLoop()
         try:
             self.client = self._loop.do(_opened(address, scheduler_file, seconds))
         except BaseException:
@@ -64,7 +64,7 @@ class Connection:
         self._loop.end()
 
 
-class _Loop:
+class _EventLoop:
     """A thread with an event loop, which ends with all that is left in it.
 
     A loop that dask's client makes for itself stays for ever where connecting fails.

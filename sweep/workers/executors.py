@@ -22,7 +22,7 @@ from sweep.trial.interrupts import SIGNALS
 from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
 
 if TYPE_CHECKING:
-    from sweep.workers.watch import Limits, Verdict, Watching
+    from sweep.workers.watch import Limits, Overrun, Watching
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -62,7 +62,7 @@ class JobEndedError(Exception):
     beyond a limit.
     """
 
-    def __init__(self, verdict: "Verdict") -> None:
+    def __init__(self, verdict: "Overrun") -> None:
         super().__init__(verdict.error)
         self.verdict = verdict
 
@@ -121,9 +121,9 @@ class Serial:
 
     def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
         """No limit can be kept from within the process."""
-        from sweep.workers.watch import Watch
+        from sweep.workers.watch import LimitKeeper
 
-        return Watch()
+        return LimitKeeper()
 
 
 @dataclass
@@ -190,9 +190,9 @@ class Loky:
 
     def watch(self, limits: "Limits") -> "Watching":
         """A thread of this process that ends its child processes."""
-        from sweep.workers.watch import Watch
+        from sweep.workers.watch import LimitKeeper
 
-        return Watch(limits, 2 * self.workers)
+        return LimitKeeper(limits, 2 * self.workers)
 
 
 class _Pool:

@@ -35,7 +35,7 @@ from sweep.workers.executors import (
     NotYetError,
     WorkerDiedError,
 )
-from sweep.workers.watch import NO_LIMITS, Limits, Place, Verdict, Watching
+from sweep.workers.watch import NO_LIMITS, JobNote, Limits, Overrun, Watching
 from sweep.workers.worker import Failure, Outcomes, run_chunk
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def drive(
     """
     chunks = Chunks(costs(jobs), seconds=chunk_seconds)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:
-        loop = _Loop(
+        loop = _DriveLoop(
             jobs, run, executor, failed, overdue or failed, chunks, watch, interrupt
         )
         try:
@@ -111,11 +111,11 @@ def drive(
 class _Chunk(NamedTuple):
     indices: list[int]
     alone: bool
-    place: Place | None
+    place: JobNote | None
 
 
 @dataclass
-class _Loop(Generic[J, R]):
+class _DriveLoop(Generic[J, R]):
     """What is in flight and what is suspect. Suspects stay queued until their own run
     alone is decided.
     """
@@ -241,7 +241,7 @@ class _Loop(Generic[J, R]):
         ]
 
     def _judged(
-        self, chunk: _Chunk, error: BaseException, verdict: Verdict | None
+        self, chunk: _Chunk, error: BaseException, verdict: Overrun | None
     ) -> list[R]:
         """What is known for certain of the jobs of a chunk that is lost; all others get
         another turn.
@@ -274,7 +274,7 @@ class _Loop(Generic[J, R]):
             self.suspects.popleft()
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
-    def _ended(self, chunk: _Chunk, verdict: Verdict, *, others_go_on: bool) -> list[R]:
+    def _ended(self, chunk: _Chunk, verdict: Overrun, *, others_go_on: bool) -> list[R]:
         """The result of the job that was beyond a limit, unless jobs before it may have
         left the memory so full.
         """

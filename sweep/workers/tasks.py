@@ -20,7 +20,7 @@ from sweep.errors import WorkersError
 from sweep.workers.connection import Connection
 from sweep.workers.executors import ConnectionLostError, JobEndedError, WorkerDiedError
 from sweep.workers.fingerprint import differences, fingerprint
-from sweep.workers.watch import Verdict
+from sweep.workers.watch import Overrun
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -77,7 +77,7 @@ class Tasks(Executor):
             self._begun[message] += 1
             return
         name, position, late, error = message
-        self._settle(name, None, JobEndedError(Verdict(position, late, error)))
+        self._settle(name, None, JobEndedError(Overrun(position, late, error)))
         if sent := self._sent.pop(name, None):
             self._client.loop.add_callback(
                 self._client.cancel, [sent], asynchronous=True, force=True

@@ -43,7 +43,7 @@ class Limits(NamedTuple):
     memory: int | None = None
 
 
-class Verdict(NamedTuple):
+class Overrun(NamedTuple):
     """Which job of a chunk was ended, by its position, and why; `late` where it took
     too long.
     """
@@ -56,7 +56,7 @@ class Verdict(NamedTuple):
 NO_LIMITS = Limits()
 
 
-class Place(Protocol):
+class JobNote(Protocol):
     """What goes to a worker with a chunk, so that the job that it is at can be known
     from outside.
     """
@@ -83,9 +83,9 @@ class Watching(Protocol):
         trace: TracebackType | None,
     ) -> None: ...
 
-    def take(self) -> Place | None: ...
+    def take(self) -> JobNote | None: ...
 
-    def leave(self, place: Place | None) -> Verdict | None: ...
+    def leave(self, place: JobNote | None) -> Overrun | None: ...
 
 
 class Seat(NamedTuple):
@@ -110,7 +110,7 @@ class Seat(NamedTuple):
             notes[first + SINCE] = IDLE
 
 
-class Watch:
+class LimitKeeper:
     """Keeps `limits` for up to `seats` chunks at a time; a context manager, which may
     raise WorkersError.
 
@@ -125,14 +125,14 @@ class Watch:
         workers.
         """
         self._free = list(range(seats))
-        self._verdicts: dict[int, Verdict | None] = {}
+        self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._thread = threading.Thread(
             target=self._keep_looking, name="limits", daemon=True
         )
 
-    def __enter__(self) -> "Watch":
+    def __enter__(self) -> "LimitKeeper":
         if self.limits != NO_LIMITS:
             try:
                 self._file = tempfile.NamedTemporaryFile(prefix="sweep-limits-")
@@ -157,7 +157,7 @@ class Watch:
             self._thread.join()
             self._file.close()
 
-    def take(self) -> Place | None:
+    def take(self) -> JobNote | None:
         """A seat for a chunk about to be sent; None without limits, or where all are
         taken.
         """
@@ -169,7 +169,7 @@ class Watch:
             self._verdicts[number] = None
         return Seat(self._file.name, number)
 
-    def leave(self, place: Place | None) -> Verdict | None:
+    def leave(self, place: JobNote | None) -> Overrun | None:
         """Give the seat of a chunk back that is over; what was decided about one of its
         jobs.
         """
@@ -186,7 +186,7 @@ class Watch:
                     if verdict is None:
                         self._verdicts[number] = self._look(number)
 
-    def _look(self, number: int) -> Verdict | None:
+    def _look(self, number: int) -> Overrun | None:
         """End the worker at a seat if its job is beyond a limit."""
         import psutil
 
@@ -207,7 +207,7 @@ class Watch:
             worker.kill()
         except psutil.Error:  # it has ended by itself
             return None
-        return Verdict(int(position), late, error)
+        return Overrun(int(position), late, error)
 
 
 def beyond(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from sweep.workers import fingerprint
-from sweep.workers.watch import Place
+from sweep.workers.watch import JobNote
 
 J = TypeVar("J")
 R = TypeVar("R")
@@ -29,7 +29,7 @@ why the worker refuses it.
 
 
 def run_chunk(
-    run: Callable[[J], R], jobs: Sequence[J], place: Place | None, expected: str
+    run: Callable[[J], R], jobs: Sequence[J], place: JobNote | None, expected: str
 ) -> Outcomes[R]:
     """Run the jobs, unless this process differs from the one whose fingerprint is
     `expected`.

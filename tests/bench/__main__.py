@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from kernels.models import MODELS
 from sweep.campaigns.launch import launch
 from sweep.design.jobs import Job
-from sweep.spec.study import Record, Streams, parse_spec
+from sweep.spec.study import RecordSpec, Streams, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation, run
 from sweep.workers.executors import Loky
@@ -58,7 +58,7 @@ def job(
         "separation_weight": separation,
         **settings,
     }
-    record = Record(MODELS["aziel_chen2025"].metrics)
+    record = RecordSpec(MODELS["aziel_chen2025"].metrics)
     return Job(
         "bench",
         "0" * 16,

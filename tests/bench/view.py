@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from sweep.trial.simulation import Simulation
 from sweep.web.encoding import HEAD
 from sweep.web.live import Live
-from sweep.web.server import Server
+from sweep.web.server import PageServer
 from sweep.web.state import ViewState, begin
 
 ROUNDS = 5
@@ -52,7 +52,7 @@ def served(n: int, overlays: tuple[str, ...]) -> tuple[float, float]:
     """Frames and steps a second at full speed, for a page that asks for the next frame
     as soon as it has one.
     """
-    server = Server(lambda: Live(state(n)))
+    server = PageServer(lambda: Live(state(n)))
     thread = threading.Thread(target=server.run)
     thread.start()
     address, frames, steps = urlsplit(server.url), 0, 0

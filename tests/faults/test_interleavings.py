@@ -27,7 +27,7 @@ from faults.interleavings import State, World, explore, step
 from sweep.store import folders, merging, parquet
 from sweep.store import store as store_module
 from sweep.store.custody import set_aside_damaged
-from sweep.store.locations import Location, ObjectPath, Server
+from sweep.store.locations import Location, ObjectPath, ObjectServer
 from sweep.store.merging import Gathered
 from sweep.store.store import Store
 
@@ -290,7 +290,7 @@ def in_a_folder(
 def in_an_object_store(
     pair: tuple[str, ...], damaged: str, _: Path
 ) -> Callable[[], World]:
-    server, memory = Server(), Requests()
+    server, memory = ObjectServer(), Requests()
     server.known = True
     server.__dict__["files"] = memory
     place = ObjectPath(server, "bucket/study")

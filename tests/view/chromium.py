@@ -12,7 +12,7 @@ from typing import Any
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from sweep.web.live import Live
-from sweep.web.server import Server
+from sweep.web.server import PageServer
 from sweep.web.show import Show
 from sweep.web.state import begin
 
@@ -70,9 +70,9 @@ def in_the_cafeteria() -> Live:
 
 
 @contextmanager
-def running_server(show: Callable[[], Show] = in_the_cafeteria) -> Iterator[Server]:
+def running_server(show: Callable[[], Show] = in_the_cafeteria) -> Iterator[PageServer]:
     """A server that makes a show for every page."""
-    server = Server(show)
+    server = PageServer(show)
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server
@@ -85,7 +85,7 @@ class Opened:
     lies in this process.
     """
 
-    def __init__(self, page: Page, server: Server) -> None:
+    def __init__(self, page: Page, server: PageServer) -> None:
         self.page = page
         self.server = server
         self.complaints: list[str] = []

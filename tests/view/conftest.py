@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from sweep.web.server import Server
+from sweep.web.server import PageServer
 from view.chromium import Opened, running_browser, running_server
 
 
@@ -19,7 +19,7 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
+def server() -> Iterator[PageServer]:
     with running_server() as server:
         yield server
 
@@ -32,7 +32,7 @@ def shared() -> list[Opened]:
 
 @pytest.fixture
 def opened(
-    browser: Browser, server: Server, shared: list[Opened]
+    browser: Browser, server: PageServer, shared: list[Opened]
 ) -> Iterator[Callable[..., Opened]]:
     """Opens pages: the common one, begun anew, or one of its own for who asks for
     something else.
@@ -42,7 +42,7 @@ def opened(
     """
     used: list[Opened] = []
 
-    def opened(at: Server = server, **about: Any) -> Opened:
+    def opened(at: PageServer = server, **about: Any) -> Opened:
         if at is server and not about and shared:
             used.append(shared[0].begin_anew())
             return used[-1]

@@ -15,7 +15,7 @@ import sweep.web.flight as flights
 from kernels import KERNELS_SHA
 from sweep.errors import ChoiceError, OutputError, StoreError
 from sweep.replays.animation import Scene
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.trial.simulation import simulate
 from sweep.web.flight import Flight, fly
 
@@ -33,7 +33,9 @@ def flight() -> Flight:
 
 def test_a_flight_has_the_bits_of_the_trial(flight: Flight) -> None:
     names = ("speed", "polarization")
-    result = simulate(replace(JOB, record=Record(names, names, 1, trajectories=True)))
+    result = simulate(
+        replace(JOB, record=RecordSpec(names, names, 1, trajectories=True))
+    )
     assert result.frames is not None
     assert result.trajectory is not None
     assert flight.steps.tolist() == result.frames.tolist() == list(range(31))

@@ -31,9 +31,9 @@ RIGHT: list[tuple[dict[str, Any], Message]] = [
     ),
     (
         {"type": "model", "model": "nanobot", "preset": "as_run"},
-        messages.Model("nanobot", "as_run"),
+        messages.ChooseModel("nanobot", "as_run"),
     ),
-    ({"type": "run"}, messages.Run()),
+    ({"type": "run"}, messages.StartRun()),
     ({"type": "pause"}, messages.Pause()),
     ({"type": "reset"}, messages.Reset()),
     ({"type": "continue"}, messages.Continue()),

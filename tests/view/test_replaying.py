@@ -15,7 +15,7 @@ from studies import COVERING, IMPOSSIBLE, SMALL, launched
 import sweep.web.track as track
 from sweep.cli.listing import point_table, table_text
 from sweep.errors import ChoiceError, SpecError, StoreError
-from sweep.spec.study import Record
+from sweep.spec.study import RecordSpec
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
 from sweep.trial.simulation import Simulation, simulate
@@ -44,7 +44,7 @@ record: {series: [coverage], heatmaps: true, every: 5, trajectories: true}
 """
 CHANGING = [
     messages.Set("separation_weight", 2.0),
-    messages.Model("patel2023", "as_run"),
+    messages.ChooseModel("patel2023", "as_run"),
     messages.Shapes([]),
     messages.Goal(1.0, 2.0),
     messages.Sweep("separation_weight", 0.0, 1.0, 3),
@@ -137,7 +137,7 @@ def test_going_on_from_a_step_gives_the_same_run(show: Replay) -> None:
         frames[show.step] = show.bodies.tobytes()
     assert list(frames) == list(range(1, 10))
     show.handle(messages.Seek(4))
-    show.handle(messages.Run())
+    show.handle(messages.StartRun())
     to_end(show)
     assert show.bodies.tobytes() == frames[9]
     assert not show.running
@@ -150,7 +150,7 @@ def test_it_steps_pauses_resets_and_runs_again_from_the_beginning(show: Replay) 
     show.handle(messages.Step(100))
     to_end(show)
     assert show.step == 9
-    show.handle(messages.Run())
+    show.handle(messages.StartRun())
     assert (show.step, show.running) == (0, True)
     show.advance(3)
     show.handle(messages.Seek(7))
@@ -189,7 +189,7 @@ def test_metrics_of_the_whole_run_come_at_once_and_others_when_asked_for(
     metrics, _ = told_metrics(show, cursor)
     assert (metrics["steps"], metrics["reset"]) == (list(range(10)), True)
     names = ("flock_count", "speed")
-    result = simulate(replace(show.job, record=Record(names, names)))
+    result = simulate(replace(show.job, record=RecordSpec(names, names)))
     assert metrics["values"] == {
         name: series.tolist() for name, series in result.series.items()
     }
@@ -274,7 +274,7 @@ def test_a_trial_that_diverged_ends_with_its_last_finite_frame(tmp_path: Path) -
     show.handle(messages.Seek(400))
     assert show.step == show.track.last < 400
     assert np.isfinite(show.bodies).all()
-    show.handle(messages.Run())
+    show.handle(messages.StartRun())
     to_end(show)
     assert show.step == show.track.last
 

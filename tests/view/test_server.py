@@ -26,7 +26,7 @@ from sweep.web.live import Live
 from sweep.web.outbox import MOST_WAITING
 from sweep.web.playing import Player
 from sweep.web.protocol import Reply
-from sweep.web.server import REFUSED, TAKEN, Server
+from sweep.web.server import REFUSED, TAKEN, PageServer
 from sweep.web.state import begin
 
 DEADLINE = 60.0
@@ -56,8 +56,8 @@ def watched() -> Watched:
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    one = Server(watched)
+def server() -> Iterator[PageServer]:
+    one = PageServer(watched)
     thread = threading.Thread(target=one.run)
     thread.start()
     yield one
@@ -67,7 +67,7 @@ def server() -> Iterator[Server]:
 
 
 @pytest.fixture(autouse=True)
-def _empty(server: Server) -> Iterator[None]:
+def _empty(server: PageServer) -> Iterator[None]:
     """Every test has the server to itself."""
     yield
     until(lambda: all(player.task is None for player in server.rooms.players.values()))
@@ -88,7 +88,7 @@ class Page:
     type.
     """
 
-    def __init__(self, server: Server, name: str = "one", **options: Any) -> None:
+    def __init__(self, server: PageServer, name: str = "one", **options: Any) -> None:
         address = urlsplit(server.url)
         about = {
             "origin": f"http://{address.netloc}",
@@ -145,7 +145,7 @@ class Page:
 
 
 def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(
-    server: Server,
+    server: PageServer,
 ) -> None:
     with Page(server) as page:
         heard = [page.hear() for _ in range(6)]
@@ -157,7 +157,7 @@ def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(
 
 
 def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(
-    server: Server, tmp_path: Path
+    server: PageServer, tmp_path: Path
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -183,7 +183,7 @@ def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(
 
 
 def test_the_state_after_a_message_has_its_id_whether_it_was_refused_or_not(
-    server: Server,
+    server: PageServer,
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -194,7 +194,7 @@ def test_the_state_after_a_message_has_its_id_whether_it_was_refused_or_not(
         assert page.ask("run")["answers"] == ""
 
 
-def test_steps_asked_for_in_a_row_are_all_taken(server: Server) -> None:
+def test_steps_asked_for_in_a_row_are_all_taken(server: PageServer) -> None:
     with Page(server) as page:
         page.wait("frame")
         for _ in range(5):
@@ -203,7 +203,9 @@ def test_steps_asked_for_in_a_row_are_all_taken(server: Server) -> None:
         page.wait("state", lambda state: state["step"] == 10)
 
 
-def test_stepping_does_not_wait_for_a_page_that_draws_nothing(server: Server) -> None:
+def test_stepping_does_not_wait_for_a_page_that_draws_nothing(
+    server: PageServer,
+) -> None:
     """Which gets one frame, and the latest one when it is ready again."""
     with Page(server) as page:
         page.wait("frame")
@@ -252,7 +254,7 @@ def test_a_page_that_takes_nothing_is_not_listened_to_for_ever() -> None:
         assert 1 < threads.submit(asyncio.run, play()).result() <= MOST_WAITING
 
 
-def test_a_run_keeps_to_its_pace_or_is_slower(server: Server) -> None:
+def test_a_run_keeps_to_its_pace_or_is_slower(server: PageServer) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.say("speed", steps_per_second=50)
@@ -262,7 +264,7 @@ def test_a_run_keeps_to_its_pace_or_is_slower(server: Server) -> None:
         assert SHOWS[0].step <= 2 + 50 * (time.monotonic() - began)
 
 
-def test_a_page_that_comes_back_finds_its_session(server: Server) -> None:
+def test_a_page_that_comes_back_finds_its_session(server: PageServer) -> None:
     with Page(server) as page:
         page.wait("frame")
         page.go(5)
@@ -278,7 +280,7 @@ def test_a_page_that_comes_back_finds_its_session(server: Server) -> None:
 
 
 def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(
-    server: Server,
+    server: PageServer,
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -294,7 +296,7 @@ def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(
 
 
 def test_a_session_that_another_page_takes_is_closed_for_the_first(
-    server: Server,
+    server: PageServer,
 ) -> None:
     with Page(server) as first:
         first.wait("frame")
@@ -334,7 +336,7 @@ def test_a_session_that_another_page_takes_is_closed_for_the_first(
     ],
 )
 def test_what_is_wrong_is_said_in_a_sentence_and_harms_nobody(
-    server: Server, sent: str | bytes, words: str
+    server: PageServer, sent: str | bytes, words: str
 ) -> None:
     with Page(server) as page, Page(server, "other") as other:
         for one in (page, other):
@@ -352,7 +354,9 @@ def broken(*_: object) -> None:
 
 
 def test_a_bug_is_told_without_its_traceback_and_logged(
-    server: Server, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    server: PageServer,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -369,7 +373,9 @@ def test_a_bug_is_told_without_its_traceback_and_logged(
 
 
 def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
-    server: Server, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    server: PageServer,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -386,7 +392,7 @@ def test_a_bug_in_drawing_closes_the_socket_and_is_logged(
 
 
 def test_a_message_too_long_closes_the_socket_and_leaves_the_session(
-    server: Server,
+    server: PageServer,
 ) -> None:
     with Page(server) as page:
         page.wait("frame")
@@ -399,7 +405,7 @@ def test_a_message_too_long_closes_the_socket_and_leaves_the_session(
         assert again.step == 4
 
 
-def test_a_page_says_hello_first(server: Server) -> None:
+def test_a_page_says_hello_first(server: PageServer) -> None:
     address = urlsplit(server.url)
     with connect(
         f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}"
@@ -428,7 +434,7 @@ def test_a_page_says_hello_first(server: Server) -> None:
     ],
 )
 def test_a_socket_from_elsewhere_is_refused(
-    server: Server, change: dict[str, str | None]
+    server: PageServer, change: dict[str, str | None]
 ) -> None:
     address = urlsplit(server.url)
     about = {
@@ -449,7 +455,7 @@ def test_a_socket_from_elsewhere_is_refused(
 
 
 def fetched(
-    server: Server, path: str, host: str | None = None
+    server: PageServer, path: str, host: str | None = None
 ) -> http.client.HTTPResponse:
     """The answer to a GET below the token."""
     address = urlsplit(server.url)
@@ -464,7 +470,7 @@ def fetched(
     return response
 
 
-def test_the_files_of_the_page_are_served_with_a_policy(server: Server) -> None:
+def test_the_files_of_the_page_are_served_with_a_policy(server: PageServer) -> None:
     path = urlsplit(server.url).path
     for name, kind in (
         ("", "text/html"),
@@ -491,7 +497,7 @@ def test_the_files_of_the_page_are_served_with_a_policy(server: Server) -> None:
         "{}/x.js",
     ],
 )
-def test_nothing_else_is_served(server: Server, path: str) -> None:
+def test_nothing_else_is_served(server: PageServer, path: str) -> None:
     assert fetched(server, path.format(f"/{server.token}")).status == 404
 
 
@@ -505,11 +511,11 @@ def test_nothing_else_is_served(server: Server, path: str) -> None:
         ":80",
     ],
 )
-def test_another_name_of_this_machine_is_refused(server: Server, host: str) -> None:
+def test_another_name_of_this_machine_is_refused(server: PageServer, host: str) -> None:
     assert fetched(server, urlsplit(server.url).path, host).status == 404
 
 
-def test_it_listens_on_this_machine_only(server: Server) -> None:
+def test_it_listens_on_this_machine_only(server: PageServer) -> None:
     """And without Nagle's algorithm, for which asyncio asks
     sockets of TCP that say so.
     """
@@ -518,11 +524,11 @@ def test_it_listens_on_this_machine_only(server: Server) -> None:
     with pytest.raises(
         SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free one"
     ):
-        Server(watched, server.socket.getsockname()[1])
+        PageServer(watched, server.socket.getsockname()[1])
 
 
 def test_sessions_are_few_and_the_one_left_first_makes_room(
-    server: Server, monkeypatch: pytest.MonkeyPatch
+    server: PageServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serving, "MOST_SESSIONS", 2)
     for name in ("first", "second"):
@@ -544,7 +550,7 @@ def test_sessions_are_few_and_the_one_left_first_makes_room(
 
 
 def test_sessions_that_nobody_comes_back_to_are_forgotten(
-    server: Server, monkeypatch: pytest.MonkeyPatch
+    server: PageServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Page(server, "first") as page:
         page.wait("frame")
@@ -557,7 +563,7 @@ def test_sessions_that_nobody_comes_back_to_are_forgotten(
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_a_picture_of_the_frame_is_made_while_it_runs(
-    server: Server, kind: str
+    server: PageServer, kind: str
 ) -> None:
     with Page(server) as page:
         page.wait("frame")

@@ -9,7 +9,7 @@ from studies import SMALL, launched
 from typer.testing import CliRunner
 
 from sweep.cli import app
-from sweep.web.server import Server
+from sweep.web.server import PageServer
 
 
 @pytest.fixture
@@ -19,11 +19,11 @@ def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any
     """
     shown: list[Any] = []
 
-    def run(server: Server) -> None:
+    def run(server: PageServer) -> None:
         server.socket.close()
         shown.append(server.rooms.begin())
 
-    monkeypatch.setattr(Server, "run", run)
+    monkeypatch.setattr(PageServer, "run", run)
     monkeypatch.setattr("webbrowser.open", shown.append)
 
     def viewed(*arguments: str) -> Any:

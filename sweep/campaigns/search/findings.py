@@ -26,7 +26,7 @@ from sweep.tables.stored_study import StoredStudy
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Findings:
     """All that a report says, each part computed when first asked for."""
 
     study: StoredStudy
@@ -93,7 +93,7 @@ class Found:
         return {name: plain(row[name]) for name in self.asked.about["parameters"]}
 
 
-def warnings(found: Found) -> list[str]:
+def warnings(found: Findings) -> list[str]:
     """What a reader must know before believing the rest, a sentence each."""
     about, best = found.asked.about, found.best
     said = (

@@ -34,7 +34,7 @@ UNFINISHED_SHOWN = 5
 UNKNOWN = Interval(np.nan, np.nan, np.nan, 0)
 
 
-class Difference(NamedTuple):
+class HeldOutDifference(NamedTuple):
     """A chosen candidate minus a reference, on the held-out blocks of both."""
 
     candidate: int
@@ -141,7 +141,7 @@ def references(asked: "Asked") -> pd.DataFrame:
 
 def differences(asked: "Asked") -> pd.DataFrame:
     """The winner minus each reference, or with several objectives each member of the
-    front; columns of `Difference`.
+    front; columns of `HeldOutDifference`.
 
     Pairs are held-out blocks, which both have with the same seeds;
     `variance_reduction`, of means only, says how many times as many independent blocks
@@ -168,7 +168,7 @@ def differences(asked: "Asked") -> pd.DataFrame:
                 rows.append(
                     _difference(number, name, objective, first, second, confidence)
                 )
-    return pd.DataFrame(rows, columns=list(Difference._fields))
+    return pd.DataFrame(rows, columns=list(HeldOutDifference._fields))
 
 
 def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
@@ -242,14 +242,14 @@ def _difference(
     first: Floats,
     second: Floats,
     confidence: float,
-) -> Difference:
+) -> HeldOutDifference:
     n = min(len(first), len(second))
     found = difference_interval(objective, first[:n], second[:n], confidence)
     reduction = np.nan
     if objective.statistic.kind == "mean" and n > 0:
         one, other = (pd.Series(side[:n].mean(axis=1)) for side in (first, second))
         reduction = paired_contrast(one, other).variance_reduction
-    return Difference(number, name, objective.column, *found, reduction)
+    return HeldOutDifference(number, name, objective.column, *found, reduction)
 
 
 def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:

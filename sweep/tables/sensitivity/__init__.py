@@ -30,7 +30,7 @@ from sweep.spec.sampling import SAMPLERS
 from sweep.tables.sensitivity.sampled import (
     Analysis,
     Floats,
-    Sample,
+    SampledAxis,
     sampled_axis,
     samples,
 )
@@ -126,7 +126,7 @@ def _table(
     study: StoredStudy,
     metric: str,
     axis: str,
-    analyse: Callable[[Sample], Analysis],
+    analyse: Callable[[SampledAxis], Analysis],
     confidence: float,
     resamples: int,
     seed: int,

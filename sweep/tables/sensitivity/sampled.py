@@ -28,7 +28,7 @@ REPLICATE = ["seed", "replicate"]
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class SampledAxis:
     """One sample of the fields of an axis, at one value `at` of each field of the other
     axes.
 
@@ -125,7 +125,7 @@ def sampled_axis(
     return axis or having[0]
 
 
-def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[Sample]:
+def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]:
     """The samples of `axis`, one for every combination of the other axes. Raises
     ChoiceError for an unknown metric.
     """
@@ -149,7 +149,9 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[Sample]:
         yield _sample(part, about[axis], dict(zip(others, key, strict=True)))
 
 
-def _sample(part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]) -> Sample:
+def _sample(
+    part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]
+) -> SampledAxis:
     settings = part.drop_duplicates("point").set_index("point")[about["fields"]]
     table = part.pivot(index="point", columns=REPLICATE, values="value").loc[
         settings.index
@@ -161,7 +163,7 @@ def _sample(part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]) ->
             f"the plan does not have the {len(settings):,} points in whole blocks;"
             " launch it again"
         )
-    return Sample(
+    return SampledAxis(
         at=at,
         settings=settings.reset_index(drop=True),
         means=means,

@@ -10,7 +10,7 @@ from sweep.tables.sensitivity.sampled import (
     Analysis,
     Blocks,
     Floats,
-    Sample,
+    SampledAxis,
     known_means,
 )
 
@@ -22,7 +22,7 @@ DETERMINED = 1e-9
 """
 
 
-def effect_analysis(sample: Sample) -> Analysis:
+def effect_analysis(sample: SampledAxis) -> Analysis:
     """Mean, mean of the absolute values and standard deviation of the elementary
     effects of each field.
 
@@ -48,7 +48,7 @@ def effect_analysis(sample: Sample) -> Analysis:
     return Analysis(rows, ("mu", "mu_star", "sigma"), estimate)
 
 
-def _effects(sample: Sample, step: float) -> tuple[Floats, Floats]:
+def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
     """The effects (fields, b), and the standard deviation that noise gives those of
     each field.
     """
@@ -84,7 +84,7 @@ def _numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
     return codes if texts else np.full_like(codes, np.nan)
 
 
-def rank_analysis(sample: Sample) -> Analysis:
+def rank_analysis(sample: SampledAxis) -> Analysis:
     """Spearman's correlation of each field with the metric, and the partial one given
     the ranks of the other fields.
     """

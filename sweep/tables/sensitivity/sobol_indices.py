@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweep.tables.sensitivity.sampled import Analysis, Blocks, Floats, Sample
+from sweep.tables.sensitivity.sampled import Analysis, Blocks, Floats, SampledAxis
 
 NAMES = ("raw", "corrected", "noise_share")
 ROUNDING = 1e-12
@@ -46,7 +46,7 @@ def _columns(fields: int, size: int) -> Columns:
     return Columns(0, size - 1, range(1, fields + 1), range(fields + 1, size - 1))
 
 
-def index_analysis(sample: Sample) -> Analysis:
+def index_analysis(sample: SampledAxis) -> Analysis:
     """The raw and corrected S1, ST and S2, and the share of noise in the variance of a
     mean.
     """
@@ -116,7 +116,7 @@ def _means_of(noise: Floats, drawn: Blocks) -> Floats:
     return means
 
 
-def _noise(sample: Sample, columns: Columns) -> Floats:
+def _noise(sample: SampledAxis, columns: Columns) -> Floats:
     """What noise adds to the variance and to the numerator of every index, (1 +
     indices, b).
     """
