@@ -12,6 +12,7 @@ from hashlib import sha256
 import nbformat
 import numpy as np
 import pytest
+from attacks.hostile import give, give_plan
 from PIL import Image
 from playwright.sync_api import Browser
 from studies import SMALL, launched
@@ -290,3 +291,28 @@ def test_a_run_that_is_gone_with_its_kernel_says_so_until_the_cell_is_run_again(
     notebook.until_step(0)
     begin(notebook)
     assert notebook.view.locator(".banner").is_hidden()
+
+
+def test_a_stranger_s_texts_stay_texts(opened: Open, lab: Lab) -> None:
+    """In the widget of a trial whose row, spec and study a stranger has written."""
+    mark = '</script><img src=x onerror="window.hacked = 1"><b>bold</b>'
+    study = launched(
+        FLOWN.replace("study: small", "study: strange"), lab.folder / "strange"
+    )
+    folder = lab.folder / "strange" / study.name
+    give(folder, error=mark, speed=0.25)
+    give_plan(folder, {"spec": f"# {mark}\n{study.spec}", "spec_path": mark})
+    call = (
+        "import sweep\nstudy = sweep.load('strange', 'strange')\n"
+        f"view = sweep.replay(study, '{study.plan['trial_id'][0].as_py()}')\nview"
+    )
+    notebook = opened(call, "print(repr(study.spec))", "study.trials[['error']]")
+    notebook.run(0)
+    notebook.until_words("record", "speed")
+    notebook.view.get_by_label("step", exact=True).fill("3")
+    assert notebook.until_step(3) == 3
+    assert "onerror" in notebook.said(1)
+    notebook.run(2)
+    assert notebook.page.locator(".jp-OutputArea td", has_text="onerror").count() > 0
+    assert notebook.page.evaluate("window.hacked") is None
+    assert notebook.view.locator("img, b").count() == 0
