@@ -2,11 +2,13 @@
 
 import copy
 import json
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 
@@ -17,7 +19,7 @@ from sweep.spec.settings import fields
 from sweep.spec.study import load_spec, parse_spec
 
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"
-VALIDATOR = Draft202012Validator(json_schema())
+VALIDATOR = Draft7Validator(json_schema())
 TABLE = "sweep: {g: {sample: table, file: gains.csv, columns: {drag: k}}}"
 
 
@@ -26,7 +28,7 @@ def content(text: str) -> Any:
 
 
 def test_schema_is_valid_and_plain_json() -> None:
-    Draft202012Validator.check_schema(json_schema())
+    Draft7Validator.check_schema(json_schema())
     assert json.loads(json.dumps(json_schema(), allow_nan=False)) == json_schema()
 
 
@@ -134,6 +136,13 @@ def test_missing_keys_are_invalid(key: str) -> None:
         ),
         "sweep: {j: {sample: morris, points: 8, levels: 5, drag: {uniform: [0, 1]}}}",
         "sweep: {z: {zip: {nn: [1]}}}",
+        "sweep: {z: {zip: {n: []}}}",
+        "sweep: {z: {zip: {drag: [7]}}}",
+        "sweep: {z: {zip: {drag: {uniform: [0, 1]}}}}",
+        "sweep: {n: {zip: {drag: [1]}}}",
+        "sweep: {j: {sample: random, points: 3, drag: [0, 1]}}",
+        "sweep: {j: {sample: table, file: t.csv, columns: [nn]}}",
+        "sweep: {j: {sample: table, file: t.csv, columns: {nn: k}}}",
         "derive: {map: n}",
         "derive: {n: 5}",
         "require: n > 1",
@@ -156,8 +165,83 @@ def test_study_names_cannot_leave_the_results() -> None:
 
 
 def test_fields_are_described_with_unit_and_presets() -> None:
-    described = json_schema()["$defs"]["nguyen2024.separation_range"]["description"]
-    assert described == "r_s of Eq. (4) (px). as_written: 50.0, as_run: 50.0"
+    about = json_schema()["definitions"]["nguyen2024.derived"]["properties"]
+    described = "r_s of Eq. (4) (px). as_written: 50.0, as_run: 50.0"
+    assert about["separation_range"] == {"description": described}
+
+
+def places(name: str, value: Any) -> list[dict[str, Any]]:
+    """Parts of a spec, in each of which a setting stands in another place."""
+    asked = {"objectives": {"speed": {"minimize": "mean"}}, "budget": 9}
+    search = asked | {"parameters": {"n": {"integers": [1, 9]}}}
+    drawn = {"sample": "lhs", "points": 3, name: {"choice": [value]}}
+    return [
+        {"fixed": {name: value}},
+        {"sweep": {name: [value]}},
+        {"sweep": {name: {"values": [value]}}},
+        {"sweep": {"z": {"zip": {name: [value]}}}},
+        {"sweep": {"j": drawn}},
+        {"search": asked | {"parameters": {name: {"choice": [value]}}}},
+        {"search": search | {"over": {name: [value]}}},
+        {"search": search | {"references": {"r": {name: value}}}},
+    ]
+
+
+NAMES = sorted({name for model in MODELS for name in fields(model)})
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) -> None:
+    head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
+    for name in NAMES:
+        for part in places(name, preset.get(name, 1)):
+            assert VALIDATOR.is_valid(head | part) == (name in fields(model)), part
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_no_place_takes_what_a_setting_cannot_be(model: str) -> None:
+    head = content(SHORT) | {"model": model}
+    for part in places("n", 0) + places("update", "sequental") + places("dt", "1"):
+        assert not VALIDATOR.is_valid(head | part), part
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_editors_suggest_and_describe_the_settings_of_the_model(model: str) -> None:
+    """They take names and texts from `properties`, and follow references."""
+    part = json_schema()["definitions"]
+    derived = part[f"{model}.derived"]["properties"]
+    about = derived | part[f"{model}.about"]["properties"]
+    values = part[f"{model}.settings"]["properties"]
+    assert set(about) == set(values) == set(fields(model))
+    assert set(derived) == set(about) - {"map"}
+    assert all(text["description"] for text in about.values())
+
+
+def schemas(part: Any) -> Iterator[dict[str, Any]]:
+    """All mappings in a schema."""
+    if isinstance(part, dict):
+        yield part
+    for inner in part.values() if isinstance(part, dict) else part:
+        if isinstance(inner, dict | list):
+            yield from schemas(inner)
+
+
+def test_nothing_stands_beside_a_reference_as_draft_07_ignores_it() -> None:
+    referring = [part for part in schemas(json_schema()) if "$ref" in part]
+    assert referring
+    assert all(len(part) == 1 for part in referring)
+
+
+def test_what_has_a_name_is_used_and_what_is_used_has_one() -> None:
+    named = {f"#/definitions/{name}" for name in json_schema()["definitions"]}
+    assert {part["$ref"] for part in schemas(json_schema()) if "$ref" in part} == named
+
+
+def test_what_is_large_stands_once() -> None:
+    """Apart from an axis that ablates: models may have presets of the same names."""
+    texts = [json.dumps(part, sort_keys=True) for part in schemas(json_schema())]
+    twice = {text for text, count in Counter(texts).items() if count > 1}
+    assert {text for text in twice if len(text) > 200 and "ablate" not in text} == set()
 
 
 def test_the_file_for_editors_is_up_to_date() -> None:

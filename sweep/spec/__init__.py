@@ -14,5 +14,6 @@ recorded        names of metrics and columns  layout        names of a study and
 search          a checked search              search_section  its reader
 search_checks   what its parts must fulfil    search_schema   its JSON Schema
 objectives      what a search asks for        seeds         random streams by purpose
-schema          the JSON Schema of a spec
+schema          the JSON Schema of a spec     schema_settings  of the settings in it
+schema_parts    what it is put together from
 """

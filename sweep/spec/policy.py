@@ -207,4 +207,4 @@ def policy_rules() -> dict[str, Any]:
     """The JSON Schema of a spec that says which of KEYS go together."""
     retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
     not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
-    return {"dependentSchemas": {"retries": retried, "failure_budget": not_stopped}}
+    return {"dependencies": {"retries": retried, "failure_budget": not_stopped}}

@@ -1,45 +1,39 @@
 """The `search` section in the JSON Schema of a spec."""
 
-from collections.abc import Iterable, Mapping
-from typing import Any
-
-from kernels.metrics import METRICS
 from sweep.spec.limits import MOST_SEARCHED
-from sweep.spec.recorded import MEAN
-from sweep.spec.search import HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES
-from sweep.spec.search_section import (
-    BATCH,
-    LEVEL,
-    MOST_BATCH,
-    REQUIRED,
-    SAMPLERS,
+from sweep.spec.schema_parts import (
+    Schema,
+    mapping,
+    named,
+    one_of,
+    reference,
+    whole,
 )
+from sweep.spec.search import HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES
+from sweep.spec.search_section import BATCH, LEVEL, MOST_BATCH, REQUIRED, SAMPLERS
 
-Schema = dict[str, Any]
+ANY: Schema = {"type": "object"}
+"""What only the schema of a model can tell."""
+METRIC_TEXT = "metrics at the last frame, or <metric>_mean over the last half"
+OVER_TEXT = "axes of the scenarios that a candidate must be good at together"
 
 
 def search_schema() -> Schema:
     """The section, whatever the model."""
-    held_out = {
-        "candidates": _whole(
-            MOST_SEARCHED,
-            f"how many of the best are judged, by default {HELD_OUT_CANDIDATES}",
-        ),
-        "replicates": _whole(
-            MOST_SEARCHED,
-            f"trials of each of them and scenario, by default {HELD_OUT_REPLICATES}",
-        ),
-    }
     properties = {
-        "parameters": _named(
-            {"type": "object"}, "fields, each with the range in which it is searched"
-        ),
-        "objectives": _columns(
-            _objective(),
-            "metrics at the last frame, or <metric>_mean over the last half",
-        ),
-        "constraints": _columns(_constraint(), "bounds of such metrics"),
-        "budget": _whole(
+        "parameters": {
+            **named(ANY),
+            "description": "fields, each with the range in which it is searched",
+        },
+        "objectives": {
+            **_columns(_objective()),
+            "description": METRIC_TEXT,
+        },
+        "constraints": {
+            **_columns(_constraint()),
+            "description": "bounds of such metrics",
+        },
+        "budget": whole(
             MOST_SEARCHED,
             "most trials of the search; those on held-out seeds come on top",
         ),
@@ -47,59 +41,48 @@ def search_schema() -> Schema:
             "enum": list(SAMPLERS),
             "description": "by default tpe, for several objectives nsga2",
         },
-        "batch": _whole(
-            MOST_BATCH, f"candidates asked for at once, by default {BATCH}"
-        ),
+        "batch": whole(MOST_BATCH, f"candidates asked for at once, by default {BATCH}"),
         "racing": _racing(),
         "over": {
-            "type": "object",
-            "description": (
-                "axes of the scenarios that a candidate must be good at together"
-            ),
+            **ANY,
+            "description": OVER_TEXT,
         },
-        "held_out": _mapping(held_out),
-        "references": _named(
-            {"type": "object"},
-            "settings of all parameters, by name, that are judged too",
-        ),
+        "held_out": _held_out(),
+        "references": {
+            **named(ANY),
+            "description": "settings of all parameters, by name, that are judged too",
+        },
     }
-    return _mapping(properties, REQUIRED) | {
-        "description": "what is searched for, instead of a sweep"
-    }
+    what = {"description": "what is searched for, instead of a sweep"}
+    return mapping(properties, REQUIRED) | what
 
 
-def model_schema(
-    values: Mapping[str, Schema], axes: Schema, distribution: Schema
-) -> Schema:
-    """What the section may hold for one model: whose fields may be `values`, and whose
-    `sweep` is `axes`.
-    """
-    parameters = {
-        name: distribution | {"properties": {"choice": _listed(value), "normal": False}}
-        for name, value in values.items()
-    }
-    references = {"additionalProperties": _mapping(values)}
-    return {
-        "properties": {
-            "parameters": _mapping(parameters),
-            "over": axes,
-            "references": references,
-        }
-    }
+def model_schema(parameters: Schema, axes: Schema, settings: Schema) -> Schema:
+    """What the section may hold for one model; each reference gives `settings`."""
+    references = {"additionalProperties": settings}
+    own = {"parameters": parameters, "over": axes, "references": references}
+    return {"properties": own}
+
+
+def _held_out() -> Schema:
+    best = f"how many of the best are judged, by default {HELD_OUT_CANDIDATES}"
+    trials = f"trials of each of them and scenario, by default {HELD_OUT_REPLICATES}"
+    counts = {"candidates": best, "replicates": trials}
+    return mapping({name: whole(MOST_SEARCHED, text) for name, text in counts.items()})
 
 
 def _objective() -> Schema:
-    return _one({"minimize": _statistic(), "maximize": _statistic()})
+    statistics: Schema = dict.fromkeys(("minimize", "maximize"), reference("statistic"))
+    return _one(statistics)
 
 
 def _constraint() -> Schema:
     bounds: Schema = {"at_most": {"type": "number"}, "at_least": {"type": "number"}}
-    return _mapping(bounds | {"statistic": _statistic()}) | {
-        "oneOf": [{"required": [name]} for name in bounds]
-    }
+    return mapping(bounds | {"statistic": reference("statistic")}) | one_of(bounds)
 
 
-def _statistic() -> Schema:
+def statistic() -> Schema:
+    """What a search takes of the values of a metric."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     return {
         "anyOf": [{"enum": ["mean", "worst"]}, _one({"quantile": share, "cvar": share})]
@@ -109,7 +92,7 @@ def _statistic() -> Schema:
 def _racing() -> Schema:
     level = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 0.5}
     return {
-        "anyOf": [{"type": "boolean"}, _mapping({"level": level}, ["level"])],
+        "anyOf": [{"type": "boolean"}, mapping({"level": level}, ["level"])],
         "description": (
             "whether candidates that are clearly worse get no more trials; true is"
             f" {{level: {LEVEL:g}}}"
@@ -117,44 +100,9 @@ def _racing() -> Schema:
     }
 
 
-def _listed(item: Schema) -> Schema:
-    return {"type": "array", "items": item, "minItems": 1, "uniqueItems": True}
-
-
-def _columns(item: Schema, description: str) -> Schema:
-    names = [name + ending for name in METRICS for ending in ("", MEAN)]
-    return _named(item, description) | {"propertyNames": {"enum": names}}
-
-
-def _named(item: Schema, description: str) -> Schema:
-    return {
-        "type": "object",
-        "additionalProperties": item,
-        "minProperties": 1,
-        "description": description,
-    }
-
-
-def _whole(most: int, description: str) -> Schema:
-    return {
-        "type": "integer",
-        "minimum": 1,
-        "maximum": most,
-        "description": description,
-    }
+def _columns(item: Schema) -> Schema:
+    return named(item, reference("column"))
 
 
 def _one(properties: Schema) -> Schema:
-    return _mapping(properties) | {
-        "oneOf": [{"required": [name]} for name in properties]
-    }
-
-
-def _mapping(properties: Mapping[str, Schema], required: Iterable[str] = ()) -> Schema:
-    return {
-        "type": "object",
-        "properties": dict(properties),
-        "required": list(required),
-        "additionalProperties": False,
-        "minProperties": 1,
-    }
+    return mapping(properties) | one_of(properties)

@@ -1,0 +1,51 @@
+"""The parts of a JSON Schema, of draft 07: many editors know no later one.
+
+In that draft what stands beside a `$ref` is ignored: it goes into an `allOf` with it.
+Names in `patternProperties` are checked; those in `properties` are suggested, too.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+Schema = dict[str, Any]
+
+TEXT: Schema = {"type": "string"}
+
+
+def reference(name: str) -> Schema:
+    """The schema of that name among the definitions."""
+    return {"$ref": f"#/definitions/{name}"}
+
+
+def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Schema:
+    """A mapping that is not empty, with these keys and no others."""
+    must = {"required": list(required)} if required else {}
+    keys = {"properties": dict(properties)} if properties else {}
+    closed = {"additionalProperties": False, "minProperties": 1}
+    return {"type": "object", **keys, **must, **closed}
+
+
+def named(value: Schema, names: Schema | None = None) -> Schema:
+    """A mapping that is not empty, from names to such values."""
+    only = {"propertyNames": names} if names else {}
+    return {"type": "object", **only, "additionalProperties": value, "minProperties": 1}
+
+
+def listed(items: Schema) -> Schema:
+    """A list that is not empty, of items none of which stands twice."""
+    return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True}
+
+
+def one_of(keys: Iterable[str]) -> Schema:
+    """A mapping with exactly one of these keys."""
+    return {"oneOf": [{"required": [key]} for key in keys]}
+
+
+def whole(most: int, text: str) -> Schema:
+    """A whole number from 1."""
+    return {"type": "integer", "minimum": 1, "maximum": most, "description": text}
+
+
+def any_of(names: Iterable[str]) -> str:
+    """The pattern of these names."""
+    return f"^({'|'.join(names)})$"

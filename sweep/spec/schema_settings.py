@@ -1,0 +1,194 @@
+"""The settings of models in the JSON Schema of a spec: nothing in it stands twice.
+
+Settings of all models share a few kinds, as "a number from 0". Three things are said
+apart, each once: what values of a kind may be, for one value and for several; how axes
+are written, whatever their setting, which `sweep.spec.schema` says; and what each
+setting of a model is. A `sweep` or a `zip` of a model is all three.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+from kernels.models import MODELS
+from sweep.spec.blocks import MOST_LEVELS, OPTIONS
+from sweep.spec.limits import MOST_POINTS
+from sweep.spec.maps import MAP_NAME
+from sweep.spec.sampling import SAMPLERS
+from sweep.spec.schema_parts import (
+    TEXT,
+    Schema,
+    any_of,
+    listed,
+    mapping,
+    reference,
+    whole,
+)
+from sweep.spec.search_schema import model_schema
+from sweep.spec.settings import Field, fields, preset_settings
+
+BLOCKS = "blocks of D + 2 points for D fields, not 2 D + 2"
+WHEN: Schema = {"when": reference("when")}
+SAMPLED: Schema = {
+    "sample": {"enum": [*SAMPLERS, *OPTIONS]},
+    "points": whole(
+        MOST_POINTS,
+        "number of points; of blocks of them for saltelli and morris",
+    ),
+    **WHEN,
+    "second_order": {
+        "type": "boolean",
+        "description": f"false: {BLOCKS}, and no indices of pairs",
+    },
+    "levels": {
+        "type": "integer",
+        "minimum": 2,
+        "maximum": MOST_LEVELS,
+        "multipleOf": 2,
+        "description": "number of values of a field, by default 4",
+    },
+}
+"""The keys of a joint axis that is drawn by a sampler, beside its settings."""
+TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
+
+
+def kinds() -> Schema:
+    """What settings may be, by the name of each kind; with `each.` what several may."""
+    settings = [field for model in MODELS for field in fields(model).values()]
+    every = {_kind(field): field for field in settings}
+    several = {f"each.{kind}": _each(reference(kind)) for kind in every}
+    return {kind: _value(field) for kind, field in every.items()} | several
+
+
+def _kind(field: Field) -> str:
+    """The name of what a setting may be, whatever its unit."""
+    words = replace(field, unit="").allowed()
+    return "map" if field.name == "map" else words.replace(" ", "_")
+
+
+def _value(field: Field) -> Schema:
+    if field.name == "map":
+        own = {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}
+        return {"anyOf": [reference("built_in_map"), own]}
+    if field.kind == "choice":
+        return {"enum": list(field.choices)}
+    schema: Schema = {"type": TYPES[field.kind]}
+    if field.low > -math.inf:
+        schema["exclusiveMinimum" if field.exclusive else "minimum"] = field.low
+    if field.high < math.inf:
+        schema["maximum"] = field.high
+    return schema
+
+
+def _each(value: Schema) -> Schema:
+    """The values in a list, or in an axis that lists them."""
+    items = {"items": value}
+    return items | {"patternProperties": {any_of(["values", "choice"]): items}}
+
+
+def of_model(model: str) -> Schema:
+    """The definitions of a model: its settings, its axes, and what its spec adds."""
+    known = fields(model)
+    values = {name: reference(_kind(field)) for name, field in known.items()}
+    texts = {name: {"description": _text(model, known[name])} for name in known}
+    not_derived = {"properties": {"map": texts.pop("map")}}
+    about = {"allOf": [reference(f"{model}.about")]}
+    return {
+        f"{model}.derived": {"properties": texts},
+        f"{model}.about": not_derived | {"allOf": [reference(f"{model}.derived")]},
+        f"{model}.settings": mapping(values) | about,
+        f"{model}.each": {"patternProperties": dict(_by_kind(known))} | about,
+        f"{model}.sweep": _swept(model),
+        model: _spec(model),
+    }
+
+
+def _by_kind(known: Mapping[str, Field]) -> Iterator[tuple[str, Schema]]:
+    """For each kind a pattern of its settings, and what several values may be."""
+    names = defaultdict[str, list[str]](list)
+    for name, field in known.items():
+        names[_kind(field)].append(name)
+    for kind, alike in names.items():
+        yield any_of(alike), reference(f"each.{kind}")
+
+
+def _text(model: str, field: Field) -> str:
+    """What editors show of a setting: what it is, its unit, and its presets' values."""
+    presets = {name: preset_settings(model, name) for name in MODELS[model].presets}
+    values = [f"{name}: {preset[field.name]}" for name, preset in presets.items()]
+    unit = f" ({field.unit})" if field.unit else ""
+    return f"{field.text}{unit}. {', '.join(values)}"
+
+
+def _spec(model: str) -> Schema:
+    settings, axes = reference(f"{model}.settings"), reference(f"{model}.sweep")
+    derived = [name for name in fields(model) if name != "map"]
+    properties = {
+        "preset": {"enum": list(MODELS[model].presets)},
+        "fixed": settings,
+        "sweep": axes,
+        "search": model_schema(_written(model, "parameter"), axes, settings),
+        "derive": _named(derived, TEXT) | {"allOf": [reference(f"{model}.derived")]},
+    }
+    return {"properties": properties}
+
+
+def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Schema:
+    """A mapping that is not empty, from some of these names, and with other `keys`."""
+    patterns = {"patternProperties": {any_of(names): value}}
+    return mapping(dict.fromkeys(keys, True)) | patterns
+
+
+def _written(model: str, form: str) -> Schema:
+    """Settings of the model, each written in that form."""
+    each = {"allOf": [reference(f"{model}.each")]}
+    return _named(fields(model), reference(form)) | each
+
+
+def _swept(model: str) -> Schema:
+    """The axes of a study: of one setting under its name, of several under another."""
+    joint = [_sampled(model), _table(model), _zipped(model), _ablation(model)]
+    return _written(model, "swept") | {"additionalProperties": {"anyOf": joint}}
+
+
+def _sampled(model: str) -> Schema:
+    parts = [reference("sampled"), reference(f"{model}.each")]
+    return _named(fields(model), reference("distribution"), SAMPLED) | {"allOf": parts}
+
+
+def _table(model: str) -> Schema:
+    names = list(fields(model))
+    columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
+    table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns}
+    return mapping(table | WHEN, ["sample", "file"])
+
+
+def _zipped(model: str) -> Schema:
+    return mapping({"zip": _written(model, "member")} | WHEN, ["zip"])
+
+
+def _ablation(model: str) -> Schema:
+    """An axis from the preset of the study to another one."""
+    changes = "each setting in which it differs is changed alone, and last all of them"
+    other = {
+        "enum": list(MODELS[model].presets),
+        "description": f"another preset: {changes}",
+    }
+    return mapping({"ablate": other} | WHEN, ["ablate"])
+
+
+def sampled() -> Schema:
+    """A joint axis drawn by a sampler, with the keys that only some samplers know."""
+    no_options = dict.fromkeys(OPTIONS.values(), False)
+    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | no_options
+    whole_blocks: Schema = {"points": {"minimum": 2}, "when": False}
+    blocks = []
+    for name, own in OPTIONS.items():
+        sampler = {"sample": {"const": name}, own: True}
+        blocks.append(no_options | whole_blocks | sampler)
+    return {
+        "properties": SAMPLED,
+        "required": ["sample", "points"],
+        "anyOf": [{"properties": properties} for properties in (plain, *blocks)],
+    }
