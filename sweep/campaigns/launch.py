@@ -1,6 +1,5 @@
 """Run what is missing of a study and store it."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -14,12 +13,11 @@ from sweep.analysis.sequential import Until, look
 from sweep.campaigns.progress import Progress
 from sweep.design.design import Design, expand
 from sweep.design.jobs import Counts, Jobs, SomeJobs
-from sweep.spec.axes import Axis
 from sweep.spec.study import Study
 from sweep.store.custody import custody
 from sweep.store.locations import Location
 from sweep.store.lock import Lock
-from sweep.store.origin import PROVENANCE
+from sweep.store.plan_about import PlanAbout
 from sweep.store.provenance import provenance
 from sweep.store.rows import Tables
 from sweep.store.shares import Share
@@ -233,33 +231,10 @@ def plan_table(
 ) -> pa.Table:
     """The trials of the spec in its order, with the settings that vary.
 
-    The metadata adds their names, what each axis samples or ablates, the spec's maps,
-    and by which rule trials are added.
+    Its metadata say where it comes from, and what PlanAbout has.
     """
     table = jobs.table()
     for name, column in design.columns.items():
         table = table.append_column(name, pa.array(np.repeat(column, jobs.trials)))
-    about = origin | {
-        "varied": list(design.columns),
-        "record": list(study.record.metrics),
-        "maps": {name: own.as_json() for name, own in study.maps.items()},
-        "ablated": {axis.ablated: axis.details for axis in study.axes if axis.ablated},
-        "axes": {axis.name: _axis(axis) for axis in study.axes},
-    }
-    if study.until:
-        rule = {"looks": study.until.looks, "nominal_confidence": study.until.nominal}
-        about["until"] = study.until.as_json() | rule
-    return table.replace_schema_metadata(
-        {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
-    )
-
-
-def _axis(axis: Axis) -> dict[str, object]:
-    """The fields of an axis, what sampled them, and of a sample in blocks which row
-    each of its points is.
-    """
-    about: dict[str, object] = {"fields": list(axis.columns), "sampler": axis.sampler}
-    if axis.blocks and axis.rows is not None:
-        about |= {"size": axis.blocks.size, "levels": axis.blocks.levels}
-        about |= {"rows": axis.rows.tolist()} if axis.merged else {}
-    return about
+    about = PlanAbout.of(study, design.columns, study.axes)
+    return about.into(table, origin)

@@ -317,7 +317,7 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             " has 0: Holm's test sees more"
         )
     for letter, side in (("A", comparison.one), ("B", comparison.other)):
-        if until := side.study.provenance.get("until"):
+        if until := side.study.about.until:
             yield (
                 f"{letter} has as many trials as {until['metric']} asked for: p and"
                 " intervals are approximate"

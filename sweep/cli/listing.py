@@ -83,7 +83,7 @@ def point_table(
             )
     names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
     trials, varied = study.trials, study.varied
-    for preset, ablated in study.provenance.get("ablated", {}).items():
+    for preset, ablated in study.about.ablated.items():
         trials = trials.assign(detail=details(study, preset).to_numpy())
         switched = {name for group in ablated for name in group}
         varied = [*(name for name in varied if name not in switched), "detail"]
@@ -156,7 +156,7 @@ def _caption(study: StoredStudy, interval: MeanKind) -> str:
     """
     if not study.repeated:
         return INTERVALS[interval]
-    rule = study.provenance["until"]
+    rule = study.rule
     return (
         f"{rule['metric']}: mean ± half width of the repeated"
         f" {100 * rule['confidence']:g} % interval, by which the number of trials of"

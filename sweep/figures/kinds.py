@@ -187,14 +187,14 @@ def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
             " there is none"
         )
     axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
-    about = study.provenance["axes"][axis]
-    if fixed := [name for name in choices.where or {} if name in about["fields"]]:
+    about = study.axes[axis]
+    if fixed := [name for name in choices.where or {} if name in about.fields]:
         raise ChoiceError(
             f"study {study.name}: sensitivity with where {fixed[0]}, which {axis}"
             " samples; allowed: others"
         )
-    selection.panels(selection.apart(about["fields"]), "sensitivity")
-    analyse = ANALYSES.get(about["sampler"], rank_correlations)
+    selection.panels(selection.apart(about.fields), "sensitivity")
+    analyse = ANALYSES.get(about.sampler or "", rank_correlations)
 
     def draw(name: str) -> Figure:
         return sensitivity_figure(analyse(selection.restricted, name, axis))

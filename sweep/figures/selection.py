@@ -9,7 +9,7 @@ import copy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.analysis import agrees, by_point
-from sweep.errors import ChoiceError, StoreError
+from sweep.errors import ChoiceError
 from sweep.figures.pieces import named, span, words
 from sweep.tables.sides import BOOLEANS
 from sweep.tables.stored_study import StoredStudy, details
@@ -244,7 +244,7 @@ class Selection:
         elif interval and (
             chosen := [metric for metric in metrics if metric in self.study.repeated]
         ):
-            confidence = self.study.provenance["until"]["confidence"]
+            confidence = self.study.rule["confidence"]
             interval += (
                 f"; that of {chosen[0]}, which chose the trials: repeated"
                 f" {100 * confidence:g} %"
@@ -275,17 +275,12 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
     """
     plan = study.plan.to_pandas()
     trials, varied = study.trials, list(study.varied)
-    for preset, ablated in study.provenance.get("ablated", {}).items():
-        name = "detail" if len(study.provenance["ablated"]) == 1 else f"detail_{preset}"
+    for preset, ablated in study.about.ablated.items():
+        name = "detail" if len(study.about.ablated) == 1 else f"detail_{preset}"
         label = dict(zip(trials["point"], details(study, preset), strict=True))
         plan[name] = plan["point"].map(label)
         switched = {one for group in ablated for one in group}
         varied = [*(one for one in varied if one not in switched), name]
-    if "axes" not in study.provenance:
-        raise StoreError(
-            f"study {study.name}: its plan is of an earlier version; launch its spec"
-            " once more"
-        )
     points = plan.drop_duplicates("point").set_index("point")[varied]
     for name, value in (where or {}).items():
         points = points[_having(study, points, name, value)]
@@ -401,9 +396,9 @@ def _kinds(study: StoredStudy, points: pd.DataFrame) -> tuple[list[str], list[st
     """The settings that an axis samples, and those that are listed, the ones with the
     fewest values first.
     """
-    axes: list[dict[str, Any]] = [*study.provenance["axes"].values()]
-    drawn = {field for axis in axes if axis["sampler"] for field in axis["fields"]}
-    listed = {field for axis in axes if not axis["sampler"] for field in axis["fields"]}
+    axes = study.axes.values()
+    drawn = {field for axis in axes if axis.sampler for field in axis.fields}
+    listed = {field for axis in axes if not axis.sampler for field in axis.fields}
     listed |= {name for name in points.columns if name not in study.varied}
     return (
         [name for name in points.columns if name in drawn],

@@ -10,5 +10,5 @@ custody     a store in one launch's hands  shares      one study on several mach
 provenance  where results come from        origin      the same, read from anyone's file
 new_files   how a file comes to be         durable     what outlives a loss of power
 regular     how a stored file is read      bounds      how much a table may unpack to
-processes   who this process is
+processes   who this process is            plan_about  what a plan says of its study
 """

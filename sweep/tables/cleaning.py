@@ -92,7 +92,7 @@ class Waste:
 
 def _grows(study: StoredStudy) -> bool:
     """Whether the study decides as it runs which trials it has."""
-    return "until" in study.provenance or study.store.asked.exists()
+    return study.about.until is not None or study.store.asked.exists()
 
 
 def find_waste(study: StoredStudy) -> Waste:

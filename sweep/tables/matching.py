@@ -122,10 +122,7 @@ def _settings(one: Side, other: Side) -> list[str]:
 def _points(side: Side) -> pd.DataFrame:
     """One row a point: its id, its settings, and what else it is."""
     points = side.trials.drop_duplicates("point")
-    own = {
-        name: json.dumps(about)
-        for name, about in side.study.provenance.get("maps", {}).items()
-    }
+    own = {name: json.dumps(about) for name, about in side.study.about.maps.items()}
     return points.assign(
         **{
             "kernels": side.kernels,

@@ -129,9 +129,9 @@ def _with_setting(
 ) -> tuple["pd.Series[bool]", set[str]]:
     """Which trials have the value that `text` writes, and the name of the setting."""
     trials = study.trials
-    if name == DETAIL and study.provenance.get("ablated"):
+    if name == DETAIL and study.about.ablated:
         return _with_detail(study, text)
-    known = study_fields(str(trials["model"].iloc[0]), study.provenance.get("maps", {}))
+    known = study_fields(str(trials["model"].iloc[0]), study.about.maps)
     if name not in known:
         raise ChoiceError(
             f"study {study.name}: {unknown('setting', name, known)}{_varied(study)}"
@@ -176,7 +176,7 @@ def _with_preset(study: StoredStudy, preset: str) -> tuple["pd.Series[bool]", se
     """
     own, ablated = (
         str(study.trials["preset"].iloc[0]),
-        study.provenance.get("ablated", {}),
+        study.about.ablated,
     )
     if preset not in (own, *ablated):
         why = (
@@ -198,7 +198,7 @@ def _with_detail(study: StoredStudy, detail: str) -> tuple["pd.Series[bool]", se
     """Which trials have that detail changed, as `details` names it, and the names of
     all that the study ablates.
     """
-    preset, groups = next(iter(study.provenance["ablated"].items()))
+    preset, groups = next(iter(study.about.ablated.items()))
     labels = details(study, preset).to_numpy()
     if detail not in labels:
         raise ChoiceError(

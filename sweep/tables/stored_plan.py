@@ -1,7 +1,7 @@
 """What a stored plan says of its study is what a spec could have said: it may come from
 anyone.
 
-Its shape has been checked where it was read (`storing/origin.py`); here it is what the
+Its shape has been checked where it was read (`sweep/store/origin.py`); here it is what the
 names mean and which numbers go together.
 """
 

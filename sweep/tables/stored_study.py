@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,7 @@ from sweep.spec.layout import PLAN, STUDY_NAME
 from sweep.spec.maps import OwnMap, maps_from_json
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance
+from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.store import Store
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
@@ -69,7 +70,7 @@ class StoredStudy:
         and is none.
         """
         try:
-            return maps_from_json(self.provenance.get("maps", {}))
+            return maps_from_json(self.about.maps)
         except ValueError as error:
             raise StoreError(
                 f"study {self.name}: the stored maps are not allowed: {error}"
@@ -78,12 +79,41 @@ class StoredStudy:
     @property
     def varied(self) -> list[str]:
         """The settings that differ between points."""
-        return list(self.provenance["varied"])
+        return list(self.about.varied)
 
     @property
     def metrics(self) -> list[str]:
         """The recorded metrics."""
-        return list(self.provenance["record"])
+        return list(self.about.record)
+
+    @property
+    def about(self) -> PlanAbout:
+        """What the plan records of the study, beside its trials."""
+        return PlanAbout.read(self.provenance)
+
+    @property
+    def axes(self) -> dict[str, AxisAbout]:
+        """The axes by name. Raises StoreError for a plan that does not say: of before
+        0.2.
+        """
+        axes = self.about.axes
+        if axes is None:
+            raise StoreError(
+                f"study {self.name}: its plan does not say what its axes sample; launch"
+                " it once more"
+            )
+        return axes
+
+    @property
+    def rule(self) -> dict[str, Any]:
+        """The rule by which trials are added. Raises ChoiceError where there is none."""
+        rule = self.about.until
+        if rule is None:
+            raise ChoiceError(
+                f'study {self.name}: its number of trials is fixed; "replicates" has no'
+                ' "until"'
+            )
+        return rule
 
     @property
     def repeated(self) -> dict[str, float]:
@@ -92,7 +122,7 @@ class StoredStudy:
 
         Empty where the number of trials is fixed. `by_point` takes it.
         """
-        rule = self.provenance.get("until")
+        rule = self.about.until
         return {rule["metric"]: rule["nominal_confidence"]} if rule else {}
 
     @cached_property
@@ -106,12 +136,7 @@ class StoredStudy:
         trials follow: "half width", "max" or "too few values", or "not yet" where some
         do. Raises ChoiceError for a study with a fixed number of trials.
         """
-        if "until" not in self.provenance:
-            raise ChoiceError(
-                f'study {self.name}: its number of trials is fixed; "replicates" has no'
-                ' "until"'
-            )
-        rule = self.provenance["until"]
+        rule = self.rule
         until, stored = (
             from_json(rule),
             self.trials.set_index("trial_id")[rule["metric"]],
@@ -292,7 +317,7 @@ def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
     and else the names of all that do, joined by " + ". Raises ChoiceError where no axis
     of the study ablates that preset.
     """
-    ablated: dict[str, list[list[str]]] = study.provenance.get("ablated", {})
+    ablated = study.about.ablated
     if preset not in ablated:
         raise ChoiceError(
             f"study {study.name}: {unknown('ablated preset', preset, ablated)}"

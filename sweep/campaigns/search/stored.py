@@ -10,7 +10,7 @@ references their place), `batch` (-1 where there is none), `block`, `scenario` a
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pandas as pd
@@ -23,7 +23,8 @@ from sweep.errors import ChoiceError
 from sweep.spec.recorded import MEAN
 from sweep.spec.settings import Value
 from sweep.spec.study import Study
-from sweep.store.origin import PROVENANCE, metadata
+from sweep.store.origin import metadata
+from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 
@@ -153,23 +154,10 @@ class Sheet:
     def _plan(self) -> pa.Table:
         search = section_of(self.study)
         parameters = [parameter.name for parameter in search.parameters]
-        about = dict(self.origin) | {
-            "varied": self.varied,
-            "record": list(self.study.record.metrics),
-            "maps": {name: own.as_json() for name, own in self.study.maps.items()},
-            "ablated": {
-                axis.ablated: axis.details for axis in search.over if axis.ablated
-            },
-            "axes": {
-                axis.name: {"fields": list(axis.columns), "sampler": axis.sampler}
-                for axis in search.over
-            }
-            | {"candidates": {"fields": parameters, "sampler": search.sampler}},
-        }
-        table = pa.Table.from_pylist(self.planned)
-        return table.replace_schema_metadata(
-            {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
-        )
+        candidates = {"candidates": AxisAbout(parameters, search.sampler)}
+        about = PlanAbout.of(self.study, self.varied, search.over)
+        about = replace(about, axes=(about.axes or {}) | candidates)
+        return about.into(pa.Table.from_pylist(self.planned), self.origin)
 
 
 def about_search(

@@ -8,13 +8,14 @@ effect of a setting and is taken off.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError, StoreError
+from sweep.store.plan_about import AxisAbout
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -103,14 +104,9 @@ def sampled_axis(
     """The axis of `study` that one of `samplers` drew: the one named, or the only one
     there is. Raises ChoiceError.
     """
-    if "axes" not in study.provenance:
-        raise StoreError(
-            f"study {study.name}: its plan does not say what its axes sample; launch it"
-            " once more"
-        )
-    about: dict[str, dict[str, Any]] = study.provenance["axes"]
+    axes = study.axes
     kinds = " or ".join(samplers)
-    having = [name for name in about if about[name]["sampler"] in samplers]
+    having = [name for name in axes if axes[name].sampler in samplers]
     if axis is not None and axis not in having:
         raise ChoiceError(
             f"study {study.name}: {unknown(f'axis with sample {kinds}', axis, having)}"
@@ -133,10 +129,8 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
         raise ChoiceError(
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )
-    about: dict[str, dict[str, Any]] = study.provenance["axes"]
-    others = [
-        field for name in about if name != axis for field in about[name]["fields"]
-    ]
+    axes = study.axes
+    others = [field for name in axes if name != axis for field in axes[name].fields]
     done = study.trials[study.trials["status"] == "done"].set_index("trial_id")[metric]
     plan = study.plan.to_pandas()
     plan["value"] = (
@@ -146,19 +140,21 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
         .where(lambda value: np.isfinite(value))
     )
     for key, part in plan.groupby(others, sort=False) if others else [((), plan)]:
-        yield _sample(part, about[axis], dict(zip(others, key, strict=True)))
+        yield _sample(part, axes[axis], dict(zip(others, key, strict=True)))
 
 
-def _sample(
-    part: pd.DataFrame, about: dict[str, Any], at: dict[str, object]
-) -> SampledAxis:
-    settings = part.drop_duplicates("point").set_index("point")[about["fields"]]
+def _sample(part: pd.DataFrame, about: AxisAbout, at: dict[str, object]) -> SampledAxis:
+    settings = part.drop_duplicates("point").set_index("point")[about.fields]
     table = part.pivot(index="point", columns=REPLICATE, values="value").loc[
         settings.index
     ]
     means, residuals = _split(table.to_numpy(np.float64))
-    rows = np.asarray(about.get("rows", range(len(settings))), np.intp)
-    if len(rows) % about.get("size", 1) or rows.max(initial=-1) >= len(settings):
+    rows = (
+        np.arange(len(settings))
+        if about.rows is None
+        else np.array(about.rows, np.intp)
+    )
+    if len(rows) % about.size or rows.max(initial=-1) >= len(settings):
         raise StoreError(
             f"the plan does not have the {len(settings):,} points in whole blocks;"
             " launch it again"
@@ -168,8 +164,8 @@ def _sample(
         settings=settings.reset_index(drop=True),
         means=means,
         residuals=residuals,
-        rows=rows.reshape(-1, about.get("size", 1)),
-        levels=about.get("levels"),
+        rows=rows.reshape(-1, about.size),
+        levels=about.levels,
         trials=len(part),
         without_value=int(part["value"].isna().sum()),
     )

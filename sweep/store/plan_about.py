@@ -1,0 +1,120 @@
+"""What a plan records of its study, beside the trials: written and read in one place."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pyarrow as pa
+
+from sweep.spec.axes import Axis
+from sweep.spec.study import Study
+from sweep.store.origin import PROVENANCE
+
+
+@dataclass(frozen=True)
+class AxisAbout:
+    """The settings of an axis, and what sampled them.
+
+    A sample that is read in blocks has their `size` and `levels`; `rows` says which row
+    of the sample each point is, where equal points are one.
+    """
+
+    fields: list[str]
+    sampler: str | None
+    size: int = 1
+    levels: int | None = None
+    rows: list[int] | None = None
+
+    @classmethod
+    def of(cls, axis: Axis) -> "AxisAbout":
+        """What is recorded of an axis of a spec."""
+        fields = list(axis.columns)
+        if axis.blocks is None or axis.rows is None:
+            return cls(fields, axis.sampler)
+        rows = axis.rows.tolist() if axis.merged else None
+        return cls(fields, axis.sampler, axis.blocks.size, axis.blocks.levels, rows)
+
+    @classmethod
+    def read(cls, stored: Mapping[str, Any]) -> "AxisAbout":
+        """The same from a stored plan, whose shape has been checked."""
+        return cls(
+            stored["fields"],
+            stored["sampler"],
+            stored.get("size", 1),
+            stored.get("levels"),
+            stored.get("rows"),
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """As plans store it."""
+        about: dict[str, Any] = {"fields": self.fields, "sampler": self.sampler}
+        if self.size > 1:
+            about |= {"size": self.size, "levels": self.levels}
+        return about | ({} if self.rows is None else {"rows": self.rows})
+
+
+@dataclass(frozen=True)
+class PlanAbout:
+    """What a plan records of its study.
+
+    `varied` are the settings that differ between points, in the order of the columns;
+    `record` the metrics; `maps` those that the spec brings, as `OwnMap.as_json` writes
+    them; `ablated` the groups of settings of each preset that an axis ablates; `axes`
+    what each axis samples, None in plans of before 0.2; `until` the rule by which trials
+    are added, None where their number is fixed.
+    """
+
+    varied: list[str]
+    record: list[str]
+    maps: dict[str, Any]
+    ablated: dict[str, Sequence[Sequence[str]]]
+    axes: dict[str, AxisAbout] | None
+    until: dict[str, Any] | None = None
+
+    @classmethod
+    def of(
+        cls, study: Study, varied: Iterable[str], axes: Iterable[Axis]
+    ) -> "PlanAbout":
+        """What is recorded of a study with these axes."""
+        axes, rule = list(axes), study.until
+        looks = (
+            {"looks": rule.looks, "nominal_confidence": rule.nominal} if rule else {}
+        )
+        return cls(
+            varied=list(varied),
+            record=list(study.record.metrics),
+            maps={name: own.as_json() for name, own in study.maps.items()},
+            ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
+            axes={axis.name: AxisAbout.of(axis) for axis in axes},
+            until=rule.as_json() | looks if rule else None,
+        )
+
+    @classmethod
+    def read(cls, provenance: Mapping[str, Any]) -> "PlanAbout":
+        """The same from the metadata of a stored plan, whose shape has been checked."""
+        axes = provenance.get("axes")
+        return cls(
+            varied=provenance["varied"],
+            record=provenance["record"],
+            maps=provenance.get("maps", {}),
+            ablated=provenance.get("ablated", {}),
+            axes=None
+            if axes is None
+            else {name: AxisAbout.read(axis) for name, axis in axes.items()},
+            until=provenance.get("until"),
+        )
+
+    def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
+        """The plan with this, and where it comes from, in its metadata."""
+        about = dict(origin) | {
+            "varied": self.varied,
+            "record": self.record,
+            "maps": self.maps,
+            "ablated": self.ablated,
+            "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
+        }
+        if self.until is not None:
+            about["until"] = self.until
+        text = json.dumps(about, sort_keys=True)
+        return plan.replace_schema_metadata({PROVENANCE: text.encode()})
