@@ -169,9 +169,7 @@ def test_the_worst_value_has_no_interval_and_no_optimism() -> None:
     ).all()
 
 
-def test_optimism_is_positive_where_the_search_promised_too_much_in_either_direction() -> (
-    None
-):
+def test_optimism_is_positive_where_the_search_promised_too_much_either_way() -> None:
     parts = [
         rows("search", "search", 0, {"loss": np.array([[1.0], [3.0]]), "weight": 0.5})
     ]
@@ -239,9 +237,7 @@ def test_paired_bootstrap_differences_are_narrow_where_luck_is_shared() -> None:
     )
 
 
-def test_before_held_out_trials_the_best_are_shown_and_nothing_is_known_of_them() -> (
-    None
-):
+def test_before_held_out_trials_the_best_are_shown_and_nothing_is_known() -> None:
     asked = made_up(
         np.random.default_rng(11), [float(k) * 9 for k in range(8)], judged=0
     )
@@ -311,9 +307,7 @@ def fronted(
     return searched(*parts, objectives=(GAIN, LOSS))
 
 
-def test_a_front_says_how_sure_its_members_are_who_beats_them_and_where_the_knee_is() -> (
-    None
-):
+def test_a_front_says_how_sure_its_members_are_and_where_the_knee_is() -> None:
     table = front(
         fronted([(0.0, 0.0), (8.0, 1.0), (9.0, 9.0), (5.0, 5.0)], 0.5)
     ).set_index("candidate")
@@ -323,9 +317,7 @@ def test_a_front_says_how_sure_its_members_are_who_beats_them_and_where_the_knee
     assert table.index[table["knee"]].tolist() == [1]
 
 
-def test_of_two_points_that_noise_cannot_tell_apart_each_is_on_the_front_sometimes_and_none_beaten() -> (
-    None
-):
+def test_of_two_points_equal_but_for_noise_each_is_on_the_front_sometimes() -> None:
     """The second is better in both objectives, in some of the eight tables by what was
     seen as well.
     """

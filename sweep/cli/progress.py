@@ -42,7 +42,8 @@ class ProgressBar:
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
-        guard_streams()  # rich has put its own in their place, which print above the bar
+        # rich has put its own streams in their place, which print above the bar.
+        guard_streams()
         return self
 
     def __exit__(

@@ -94,10 +94,8 @@ def effects_figure(
                 factor=factor,
             )
             unit = f" ({study.units[metric]})" if metric in study.units else ""
-            axes.set_title(
-                f"{text}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}",
-                fontsize=7.5,
-            )
+            before = _unchanged(study, preset, metric, by, names)
+            axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
             axes.set_xlabel(
                 "factor" if factor else f"change{unit}".replace("%", "% points"),
                 fontsize=8,

@@ -317,10 +317,8 @@ def _crosses(
 
 def _label(study: StoredStudy, objective: Objective) -> str:
     kind = "" if objective.statistic.kind == "mean" else f"{objective.statistic} of "
-    return (
-        f"{kind}{quantity(study, objective.column)}\n{'more' if objective.maximize else 'less'}"
-        " is better"
-    )
+    better = "more" if objective.maximize else "less"
+    return f"{kind}{quantity(study, objective.column)}\n{better} is better"
 
 
 def _history_note(study: StoredStudy, asked: Asked) -> str:

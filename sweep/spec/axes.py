@@ -1,14 +1,16 @@
 """The axes of a sweep: each becomes a few columns of equal length, whatever way it is
 written.
 
-    a field     [0.5, 1] | {linspace: [a, b, n]} | {logspace: [a, b, n]} | {values: [...]}
-                {uniform: [a, b], points: n}, or another distribution
-    a free name {zip: {field: list, linspace or logspace, ...}}
-                {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another
-                sampler {sample: saltelli, points: n, second_order: false, ...} |
-                {sample: morris, points: n, levels: 4, ...} {sample: table, file:
-                gains.csv, columns: [...]} {ablate: another preset}, see
-                sweep.spec.ablation
+    a field       [0.5, 1]
+                  {linspace: [a, b, n]}, {logspace: [a, b, n]} or {values: [...]}
+                  {uniform: [a, b], points: n}, or another distribution
+    a free name   {zip: {field: list, linspace or logspace, ...}}
+                  {sample: random, points: n, field: {uniform: [a, b]}, ...}, or
+                  another sampler
+                  {sample: saltelli, points: n, second_order: false, ...}
+                  {sample: morris, points: n, levels: 4, ...}
+                  {sample: table, file: gains.csv, columns: [...]}
+                  {ablate: another preset}, see sweep.spec.ablation
 
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """

@@ -1,12 +1,17 @@
 """The maps of a spec: drawn with shapes, or read from an image or from a ROS map.
 
-    room:  {size: [10, 10], shapes: [{disc: {x: 3, y: 4, radius: 0.5}}, {rectangle: {x: 6, y: 5, width: 2, height: 1}}]}
-    lab:   {image: lab.png, resolution: 0.05}      dark pixels are occupied; the length of a pixel
-    floor: {ros: floor.yaml}                       a file of ROS's map_server
+    room:
+      size: [10, 10]
+      shapes:
+        - disc: {x: 3, y: 4, radius: 0.5}
+        - rectangle: {x: 6, y: 5, width: 2, height: 1}
+    lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
+    floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
-Lengths are in the unit of the model; x and y are those of a centre. Files stand
-relative to the spec's folder, and the image of a ROS map relative to that of its own
-file. The origin is the top left corner, and y grows downwards.
+`resolution` is the length of a pixel. Lengths are in the unit of the model; x and y are
+those of a centre. Files stand relative to the spec's folder, and the image of a ROS map
+relative to that of its own file. The origin is the top left corner, and y grows
+downwards.
 """
 
 import hashlib

@@ -1,9 +1,9 @@
 """A study in an object store: nothing is renamed there, so a part is there when its
 manifest is.
 
-    <study>/parts/<part id>/trials.parquet, ...   uploaded first, in any state
-    <study>/parts/<part id>/manifest.json         uploaded last: without it there is no part
-    <study>/damaged/<part id>/                    copies of a part that could not be read
+    parts/<part id>/trials.parquet, ...  uploaded first, in any state
+    parts/<part id>/manifest.json        uploaded last: without it there is no part
+    damaged/<part id>/                   copies of a part that could not be read
 
 What is asked of the server: an upload replaces an object whole or not at all, and who
 reads or lists after it has ended sees it (Amazon since 2020, MinIO, Ceph). Then a crash

@@ -1,7 +1,8 @@
 """One launch of a study at a time, or one for each share of it: claims that say whose
 they are, not trusted for ever.
 
-    <study>/lock/<token>.json     the owner, the share, and whether it asks or holds; touched as a sign of life
+    <study>/lock/<token>.json   the owner, the share, and whether it asks or holds;
+                                touched as a sign of life
 
 Whoever wants a study, or a share of it, writes a claim that asks, and then lists all
 claims. The whole excludes everything; a share excludes itself and the shares of any

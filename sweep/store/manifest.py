@@ -1,7 +1,10 @@
 """What a part consists of, written with it: a part that lost a file, or a bit of one,
 is known by its manifest.
 
-    manifest.json     {"trials": 12, "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}}
+    {
+      "trials": 12,
+      "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}
+    }
 
 Parquet's own checksums cover the pages of a file and not its footer; those here cover
 every byte, and are checked ten times as fast as the file is decoded. Parts of version

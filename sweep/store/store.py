@@ -1,10 +1,11 @@
 """The parquet store of one study: results appear whole or not at all, and what is
 present is the ledger.
 
-    <study>/parts/<part id>/trials.parquet, series.parquet, ...   the tables of the same trials
-    <study>/plan.parquet                                          the trials of the spec as last launched
-    <study>/asked.parquet                                         of a search: which candidate had which of them
-    <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
+    parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
+    plan.parquet       the trials of the spec as last launched
+    asked.parquet      of a search: which candidate had which of them
+    lock/              who is launching it
+    damaged/           parts that cannot be read
 
 A study lives in a folder or below a prefix of an object store: how a part comes to be
 there at once is told in `places.py`. Part ids sort by age, and a trial stored in

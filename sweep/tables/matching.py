@@ -180,11 +180,12 @@ def _check_single(
         if name in group and group[name].nunique() > 1
     ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
+    mark = "," if ":" in side.text else ":"
+    example = f"{side.text}{mark}{free[0]}={group[free[0]].iloc[0]}"
     raise ChoiceError(
         f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could"
-        " be compared with one point of "
-        f"the other side; they differ in {', '.join(free)}: choose one, as in "
-        f"{side.text}{',' if ':' in side.text else ':'}{free[0]}={group[free[0]].iloc[0]}"
+        " be compared with one point of the other side; they differ in"
+        f" {', '.join(free)}: choose one, as in {example}"
     )
 
 

@@ -2,9 +2,12 @@
 whatever reads netCDF 4.
 
     trials        every column by `trial`
-    series        every metric by `trial` and `frame`, NaN where a trial has no such frame
-    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`, NaN where a trial has no such frame or boid
-    heatmaps      visits by `trial`, `row` and `column`, -1 in obstacles and -2 outside of a smaller map
+    series        every metric by `trial` and `frame`; NaN where a trial has no such
+                  frame
+    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`; NaN where a trial has
+                  no such frame or boid
+    heatmaps      visits by `trial`, `row` and `column`; -1 in obstacles, -2 outside of
+                  a smaller map
 
 `trial` is the trial's id; its replicate, its seed and the settings that vary stand
 beside as coordinates.

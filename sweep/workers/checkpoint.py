@@ -1,8 +1,9 @@
 """Long trials write down where they are, and go on from there to the same bits after
 whatever ended them.
 
-    <study>/checkpoints/<trial_id>.state     as it was last written, or .tried-1, .tried-2 while it is on trial
-    <study>/checkpoints/<trial_id>.frames    the frames so far, each written once
+    checkpoints/<trial_id>.state   the state as it was last written; named .tried-1 or
+                                   .tried-2 while it is on trial
+    checkpoints/<trial_id>.frames  the frames so far, each written once
 
 A trial of one kernel call knows nothing of this. Any other looks for its checkpoint
 when it begins. It writes one when it has run for a while since the last, and so seldom

@@ -1,9 +1,9 @@
 """The two files of a checkpoint: the state of a trial, replaced each time, and its
 frames, to which new ones are added.
 
-    boidsweep checkpoint 2 8f3a02c1...                       the format, and the seal of all that follows
-    {"trial_id": ..., "step": 120000, "arrays": ..., ...}    a header in JSON
-    ...                                                      the bytes of the arrays, one after the other
+    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
+    {"trial_id": ..., "step": 120000, "arrays": ..., ...}   a header in JSON
+    ...                                  the bytes of the arrays, one after the other
 
 The frames lie in records of one size, in a file of which the header says how many
 count, and their CRC: what a writer added and did not live to declare is cut off by the
@@ -171,7 +171,8 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
 
 
 def _first_line(content: bytes, key: bytes) -> bytes:
-    return f"boidsweep checkpoint {FORMAT} {hmac.digest(key, content, 'sha256').hex()}\n".encode()
+    seal = hmac.digest(key, content, "sha256").hex()
+    return f"boidsweep checkpoint {FORMAT} {seal}\n".encode()
 
 
 def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:

@@ -172,7 +172,9 @@ class Loky:
         try:
             self._pool.pool.shutdown(wait=False, kill_workers=True)
             self._pool.manager.join(PATIENCE_SECONDS)
-        finally:  # an interrupt, or a pool that waits for a result in vain, leaves no process either
+        finally:
+            # An interrupt leaves no process either, nor does a pool that waits for a
+            # result in vain.
             self._pool.end()
             self._pool.manager.join()
         self._pool = None
@@ -231,7 +233,8 @@ def _deaf() -> Iterator[None]:
     """
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
-        resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
+        # Starting it later, between the workers, would lift the mask.
+        resource_tracker.ensure_running()
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
