@@ -304,9 +304,7 @@ def equivalence(
 
 
 def _common(sides: Sequence[Contrast]) -> list[Contrast]:
-    """The contrasts of the pairs that all of them have. Raises ValueError where one is
-    not paired.
-    """
+    """The contrasts of the pairs that all have. ValueError if one is not paired."""
     if not all(side.paired for side in sides):
         raise ValueError(
             "max_t resamples whole replicates: every value needs a trial of each,"

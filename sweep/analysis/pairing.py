@@ -40,9 +40,7 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Which of `values` are `value`; numbers to the last digits, so that 0.3 finds 3 *
-    0.1.
-    """
+    """Which of `values` are `value`; numbers about, so that 0.3 finds 3 * 0.1."""
     array = np.asarray(values)
     if (
         isinstance(value, int | float)
