@@ -144,9 +144,7 @@ class _Launch:
             )
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
-        """The places in the plan of the trials to run; takes note of how many are
-        stored.
-        """
+        """The places in the plan of the trials to run; notes how many are stored."""
         kept = _among(ids, stored["trial_id"])
         self.progress.apart = len(stored) - int(kept.sum())
         if self.retry:
@@ -217,9 +215,7 @@ def _publish(study: Study, store: Store, plan: pa.Table) -> None:
 
 
 def _further(until: Until, store: Store, trials: Counts) -> Counts:
-    """How many trials each point gets from now on, all
-    those in the plan being stored.
-    """
+    """How many trials each point gets next, once all in the plan are stored."""
     wanted = store.read_plan()["trial_id"].combine_chunks()
     table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
     checked_numbers(store.folder, table, [until.metric])

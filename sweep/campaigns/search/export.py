@@ -1,6 +1,4 @@
-"""A search as a study of optuna, in any storage that optuna has, for its dashboard and
-its plots.
-"""
+"""A search as a study of optuna, in any of its storages, for its dashboard, plots."""
 
 import os
 from collections.abc import Iterator
@@ -80,9 +78,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
 
 
 def check_export(url: str, name: str) -> None:
-    """Raise OutputError, before any work, where `export` to this URL under this name
-    would do so.
-    """
+    """Raise OutputError, before any work, where `export` to this URL would do so."""
     with quiet(), _storage(url) as storage:
         _check_free(storage, url, name)
 
@@ -101,9 +97,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
-    """The storage at `url`, closed at the end; what is
-    wrong with it is a OutputError.
-    """
+    """The storage at `url`, closed at the end. Raises OutputError for a wrong one."""
     from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
@@ -218,9 +212,7 @@ def _trial(
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """One trial; `course` has the estimates after each block, a list of objectives
-    each.
-    """
+    """One trial; `course` has the estimates of the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
     known = bool(course) and bool(np.isfinite(course[-1]).all())

@@ -12,9 +12,7 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """Counts and estimates for the search itself, without repetitions, if it spends its
-    budget.
-    """
+    """Counts and estimates for a search that spends its budget, without repetitions."""
 
     study: str
     model: str

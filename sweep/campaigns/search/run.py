@@ -42,9 +42,7 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
 
 RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search: as many seeds as published
-searches took.
-"""
+"""Blocks of each candidate of a plain random search, as published searches took."""
 
 
 def search(
