@@ -21,9 +21,7 @@ have about sixty.
 
 
 class Demand(NamedTuple):
-    """A condition on the settings of every point, and what to say where it does not
-    hold.
-    """
+    """A condition on the settings of every point, and what its error says."""
 
     condition: str
     message: str
@@ -106,9 +104,7 @@ CELLS = Demand(
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError, naming the first such point, where
-    settings do not go together.
-    """
+    """Raise SpecError for the first point whose settings do not go together."""
     pixels = PIXELS if _covers(study.record) else ()
     goal = [GOAL] if set(GOAL_METRICS) & set(study.record.metrics) else []
     looking = [CELLS, *LOOKING] if MODELS[study.model].occupancy else []

@@ -113,9 +113,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a field that varies changes the estimate, as far as its ends show at a
-    few points.
-    """
+    """Whether a varied field changes the estimate, by its ends at a few points."""
     column = design.columns[name]
     if column.dtype == object:
         return False
