@@ -1,6 +1,4 @@
-"""Where boids were: the mean number of visits of each pixel of the map, a panel a
-point.
-"""
+"""Where boids were: the mean visits of each pixel of the map, a panel a point."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -175,9 +173,7 @@ def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
 
 
 def _said(selection: Selection, facet: Facet) -> list[str]:
-    """Coverage and CV of a point with their intervals, in words, as far as they are
-    recorded.
-    """
+    """Coverage and CV of a point with intervals, in words, as far as recorded."""
     trials = among(selection.trials, facet.points)
     lines = []
     for metric in NAMED:

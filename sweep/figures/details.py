@@ -142,9 +142,7 @@ def _panel(
 
 
 def _logarithmic(axes: Axes) -> None:
-    """A logarithmic axis of factors, at least from 1/8 to 8, so that small ones look
-    small.
-    """
+    """A logarithmic axis of factors, from 1/8 to 8 or more: small ones look small."""
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 1.0 / SMALLEST_LOGARITHMIC), max(high, SMALLEST_LOGARITHMIC))

@@ -93,9 +93,7 @@ def pareto_layout(
 
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
-    """The first metric of which more is better and the first of which less is, if there
-    are such.
-    """
+    """The first metric of which more is better and the first of which less is."""
     better = [name for name in study.metrics if name not in LOW_IS_BETTER][:1]
     worse = [name for name in study.metrics if name in LOW_IS_BETTER][:1]
     return [*better, *worse] if better and worse else []

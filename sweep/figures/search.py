@@ -1,6 +1,4 @@
-"""What a search did and found: the history of its candidates, and the front that it has
-chosen.
-"""
+"""What a search did and found: the history of its candidates, and its front."""
 
 from collections.abc import Sequence
 from itertools import combinations

@@ -59,9 +59,7 @@ class Selection:
 
     @property
     def not_done(self) -> int:
-        """How many trials of the spec have no result: not run, failed, diverged or out
-        of time.
-        """
+        """How many trials have no result: not run, failed, diverged or out of time."""
         return self.planned - int((self.trials["status"] == "done").sum())
 
     @cached_property
@@ -95,9 +93,7 @@ class Selection:
         return self.points.join(means, how="left")
 
     def values(self, name: str) -> list[object]:
-        """The values of a setting, numbers in ascending order, others in that of the
-        spec.
-        """
+        """The values of a setting: numbers ascending, others as in the spec."""
         found = list(dict.fromkeys(self.points[name].tolist()))
         return sorted(found) if is_number(self.points[name]) else found
 
@@ -143,9 +139,7 @@ class Selection:
         ] or mixed
 
     def facets(self, names: Sequence[str]) -> list[Facet]:
-        """The panels of the values of these settings together, in the order of the
-        values.
-        """
+        """The panels of all values of these settings together, in their order."""
         if not names:
             return [Facet("", self.points.index)]
         order = {
@@ -188,9 +182,7 @@ class Selection:
         return by
 
     def panels(self, names: Sequence[str], what: str) -> list[Facet]:
-        """`facets`. Raises ChoiceError for more than twelve,
-        which says what to choose.
-        """
+        """`facets`. Raises ChoiceError, saying what to choose, for more than twelve."""
         facets = self.facets(names)
         self.allow(len(facets), names, what)
         return facets
@@ -360,9 +352,7 @@ def _value(text: str) -> object:
 def _having(
     study: StoredStudy, points: pd.DataFrame, name: str, value: object
 ) -> NDArray[np.bool_]:
-    """Which points have that value of a setting. Raises
-    ChoiceError where there is none.
-    """
+    """Which points have that value of a setting. Raises ChoiceError if none has."""
     if name not in points:
         raise ChoiceError(
             f"study {study.name}: where {name}:"
