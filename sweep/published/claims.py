@@ -145,9 +145,7 @@ def _is_asked(file: Path, only: Collection[str]) -> bool:
 
 
 def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
-    """The publication of a `published.yaml`, its code run
-    if asked. Raises SpecError.
-    """
+    """The publication of a `published.yaml`. Runs its code if asked. SpecError."""
     root = read_document(file)
     root.keys(
         ["title", "source", "specs", "claims", "contradictions"],
@@ -180,9 +178,7 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
 
 
 def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
-    """The study of a spec and its design, at the quick scale with the changes under its
-    name.
-    """
+    """A spec's study and design; at the quick scale with the changes of its name."""
     if not isinstance(entry.value, dict):
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
@@ -214,9 +210,7 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
 
 
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
-    """Put the value of `entry` into `spec`; what the last
-    key stands in must be there.
-    """
+    """Put the value of `entry` into `spec`; all keys but the last must be there."""
     for key in path[:-1]:
         inner = spec.get(key)
         if not isinstance(inner, dict):

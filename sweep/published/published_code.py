@@ -61,9 +61,7 @@ def run_code(file: Path) -> dict[str, Any]:
 def check_drawings(
     module: Mapping[str, Any], studies: Mapping[str, Study]
 ) -> dict[str, Drawing]:
-    """The drawings of a module, whose specs must be among
-    `studies`. Raises SpecError.
-    """
+    """The drawings of a module; their specs must be in `studies`. Raises SpecError."""
     drawings = module.get("FIGURES", {})
     if not isinstance(drawings, dict):
         raise SpecError(

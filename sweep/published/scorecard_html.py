@@ -1,6 +1,4 @@
-"""The scorecard as one page of HTML that needs nothing but itself and the figures
-beside it.
-"""
+"""The scorecard as one page of HTML that needs only the figures beside it."""
 
 from collections.abc import Iterable, Iterator
 from html import escape
