@@ -83,9 +83,7 @@ class Verification:
             self.differing[stored.row["trial_id"]] = found
 
     def refuse(self, stored: StoredTrial, why: StoreError) -> None:
-        """Count a trial that cannot run again: it is not what its row says, whatever it
-        gives.
-        """
+        """Count a trial that cannot run again: it differs from its row in any case."""
         self.checked[str(stored.row["status"])] += 1
         self.differing[stored.row["trial_id"]] = [Refused(str(why))]
 

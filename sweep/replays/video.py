@@ -17,9 +17,7 @@ from sweep.tables.outputs import by_path
 FRAMES_A_SECOND = 25
 COLOURS = 64
 LEVELS_APART = 17
-"""Levels of a colour in a GIF's palette: white is not to be taken for a light grey
-beside it.
-"""
+"""Levels of a colour in a GIF's palette: white must differ from light grey."""
 INSTALL = 'pip install ".[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
