@@ -218,9 +218,7 @@ class AxisReader:
 
 
 def read_expression(entry: Entry, fields: dict[str, Field], kind: str) -> Expression:
-    """The expression of this `kind` that `entry` writes. Raises SpecError where it is
-    none.
-    """
+    """The expression of this `kind` in `entry`. Raises SpecError where it is none."""
     try:
         expression = parse(entry.text(), fields)
     except ExpressionError as error:

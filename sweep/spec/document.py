@@ -49,9 +49,7 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key on the way to this value; of the whole document the name of its
-        file.
-        """
+        """The last key to this value; of the whole document its file's name."""
         return next(
             (part for part in reversed(self.place) if isinstance(part, str)),
             self.document.path.name,

@@ -150,9 +150,7 @@ class Study:
         return (*conditions, *self.derive.values(), *self.require)
 
     def place_of(self, field: str) -> Place | None:
-        """Where in the spec a field gets its value, or None
-        where the preset gives it.
-        """
+        """Where in the spec a field gets its value; None where the preset gives it."""
         if field in self.fixed:
             return ("fixed", field)
         if field in self.derive:

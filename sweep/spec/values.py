@@ -124,9 +124,7 @@ def check_conditions(
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError where a condition could take points out of a sample that counts
-    only whole.
-    """
+    """Raise SpecError where a condition could split a sample that counts only whole."""
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
         message = (
