@@ -52,9 +52,7 @@ class Bucket:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder on this machine that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new local folder, deleted afterwards. StoreError if writing fails."""
         try:
             with tempfile.TemporaryDirectory(
                 prefix=f"boidsweep-{name}-", ignore_cleanup_errors=True
@@ -78,9 +76,7 @@ class Bucket:
         return [*sorted(parts, key=lambda part: part.name)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Upload a folder in staging as a part, its manifest last, and return its
-        place.
-        """
+        """Upload a staged folder as a part, its manifest last. Returns its place."""
         files = sorted(
             staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name)
         )
@@ -109,9 +105,7 @@ class Bucket:
             yield [folder / part.name for part in parts]
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once, with its
-        manifest, and its tables follow.
-        """
+        """Delete a part: first the manifest, so it is gone at once, then its tables."""
         place = self._parts / part.name
         _delete(place / MANIFEST)
         _delete_below(place)

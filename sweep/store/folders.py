@@ -47,9 +47,7 @@ class Folder:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder under writing/ that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new folder in writing/, deleted afterwards. StoreError if writing fails."""
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root, self._results)
         try:
@@ -74,9 +72,7 @@ class Folder:
         )
 
     def parts(self) -> list[Location]:
-        """The folders of all parts, oldest first. Raises StoreError where a link leads
-        to them.
-        """
+        """The folders of all parts, oldest first. Raises StoreError for a link."""
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
@@ -112,9 +108,7 @@ class Folder:
             (self._parts / part.name).rename(staging / part.name)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged/, and say where it is now; None where it has gone
-        meanwhile.
-        """
+        """Move a part below damaged/. Returns its new place; None if it is gone."""
         refuse_links(self.root, self._results)
         source, place = self._parts / part.name, self.root / DAMAGED / part.name
         try:

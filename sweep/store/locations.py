@@ -200,9 +200,7 @@ class ObjectPath:
         return True
 
     def listed(self) -> "ObjectPath":
-        """The same with all objects below it, asked for now by one request for each
-        thousand.
-        """
+        """The same with all objects below it, listed now: a request for each 1000."""
         from pyarrow import fs
 
         selector = fs.FileSelector(self.key, recursive=True, allow_not_found=True)
@@ -237,9 +235,7 @@ class ObjectPath:
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
     def head(self, size: int) -> bytes:
-        """The first `size` bytes. Raises FileNotFoundError where there is no such
-        object.
-        """
+        """The first `size` bytes. Raises FileNotFoundError without such an object."""
 
         def read(files: Any) -> bytes:
             content: bytes = files.open_input_stream(self.key).read(size)
@@ -248,11 +244,9 @@ class ObjectPath:
         return self.server.ask(self, read)
 
 
-def _below(found: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
-    """What was found, by the first name in its key; "" is the object of that name
-    itself.
-    """
-    names = defaultdict[str, dict[str, ListedObject]](dict)
+def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:
+    """What was found, by the first name in its key; "" is the object itself."""
+    names = defaultdict[str, dict[str, Found]](dict)
     for key, one in found.items():
         name, _, rest = key.partition("/")
         names[name][rest] = one
@@ -305,9 +299,7 @@ def in_unicode(path: Path) -> Path:
 
 
 def local_folder(place: Location, what: str) -> Path:
-    """The place, where it is a folder. Raises StoreError where it is none, as `what`
-    needs one.
-    """
+    """The place as a folder. Raises StoreError if it is none, which `what` needs."""
     if isinstance(place, Path):
         return place
     raise StoreError(f"{place}: {what} a folder on this machine, not an object store")

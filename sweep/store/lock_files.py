@@ -36,14 +36,10 @@ class Claims(Protocol):
         """
 
     def touch(self, token: str) -> bool:
-        """Give one's own claim the time of now; False where
-        somebody has taken it away.
-        """
+        """Give the own claim the present time; False where somebody has deleted it."""
 
     def touched(self, token: str) -> int | None:
-        """When a claim was last touched, in ns by the clock of the place; None where it
-        is gone.
-        """
+        """When a claim was last touched, in ns by the place's clock; None if gone."""
 
     def evict(self, token: str) -> None:
         """Take a dead owner's claim away."""

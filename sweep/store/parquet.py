@@ -99,9 +99,7 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
 
 
 def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
-    """A table of a part, or some of its columns. Raises
-    StoreError for a damaged file.
-    """
+    """A part's table, or some of its columns. Raises StoreError for a damaged file."""
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 

@@ -28,9 +28,7 @@ class StudyPlace(Protocol):
         """Who is launching the study."""
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder on this machine, gone afterwards, in which a part or a file is
-        made up.
-        """
+        """A new local folder for making a part or a file; deleted afterwards."""
 
     def parts(self) -> list[Location]:
         """All parts, oldest first."""
@@ -51,9 +49,7 @@ class StudyPlace(Protocol):
         """Delete a part; it is gone at once and whole."""
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged, and say where it is now; None where it has gone
-        meanwhile.
-        """
+        """Move a part below damaged/. Returns its new place; None if it is gone."""
 
     def tidy(self, *, whole: bool) -> None:
         """Delete what dead processes were writing; with `whole`, nobody else is at work

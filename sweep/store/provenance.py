@@ -1,6 +1,4 @@
-"""Where results come from: the spec as launched, the code, the versions and the
-machine.
-"""
+"""Where results come from: the spec as launched, the code, versions and machine."""
 
 import hashlib
 import os

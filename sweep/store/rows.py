@@ -135,9 +135,7 @@ class Tables:
         self.trajectories = trajectories_schema(study.model, provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records
-        them.
-        """
+        """`trials`; if recorded also `series`, `heatmaps` and `trajectories`."""
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
             tables["series"] = self._series(

@@ -97,9 +97,7 @@ class Store:
         return part
 
     def gather(self) -> None:
-        """Merge what this store has appended, where many small parts have come
-        together.
-        """
+        """Merge what this store has appended, once there are many small parts."""
         while due := self._gathering.due():
             level, held = due
             parts = [one.part for one in held]
@@ -250,9 +248,7 @@ class Store:
                 return seen
 
     def _next_id(self) -> str:
-        """An id that sorts after every present one, even if the clock has been set
-        back.
-        """
+        """An id that sorts after all present ones, even if the clock was set back."""
         if self._newest < 0:
             self._newest = max(
                 (int(part.name[:20]) for part in self.all_parts()), default=0
@@ -266,9 +262,7 @@ class Store:
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder of this machine that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new local folder, deleted afterwards. StoreError if writing fails."""
         return self.place.staging(name)
 
     def merge(

@@ -1,6 +1,4 @@
-"""Between the drive loop and the store: results are held for a moment, then stored
-together.
-"""
+"""Between the drive loop and the store: results are collected, then stored together."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
