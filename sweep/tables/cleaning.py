@@ -105,9 +105,7 @@ def find_waste(study: StoredStudy) -> Waste:
 
 
 def _idle(study: StoredStudy) -> set[str]:
-    """Trials with a checkpoint that are stored, or that no
-    launch of the plan asks for.
-    """
+    """Trials with a checkpoint that are stored, or not asked for by the plan."""
     there = Checkpoints.of(study.store.folder).trials()
     if not there:
         return there

@@ -222,9 +222,7 @@ def _check(method: Method, metrics: Sequence[str]) -> None:
 
 
 def _streams(one: Side, other: Side) -> tuple[str, ...]:
-    """The random streams that both sides take in common; that of worlds where worlds
-    are drawn.
-    """
+    """The random streams in common; that of worlds only where worlds are drawn."""
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
         any(name in MAPS and MAPS[name].random for name in side.trials["map"].unique())
@@ -271,9 +269,7 @@ def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_
 def _codes(
     first: pd.DataFrame, second: pd.DataFrame
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """A number for each trial of two tables, the same where the random numbers in
-    common are.
-    """
+    """A number for each trial of two tables; equal for equal random numbers."""
     codes, _ = replicates(first).append(replicates(second)).factorize(sort=True)
     return codes[: len(first)], codes[len(first) :]
 
@@ -303,9 +299,7 @@ def _contrasts(
 
 
 def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
-    """The contrasts with simultaneous intervals. Raises ChoiceError where max_t cannot
-    have them.
-    """
+    """The contrasts with simultaneous intervals. ChoiceError if max_t has none."""
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
             raise ChoiceError(

@@ -30,9 +30,7 @@ BESIDE = ".json"
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the rows of the table, the sha256
-    of the file, and all files.
-    """
+    """What was written: rows of the table, the sha256 of the file, and all files."""
 
     rows: int
     sha256: str
@@ -153,9 +151,7 @@ def _flat(table: pa.Table) -> pa.Table:
 
 
 def _long(table: pa.Table) -> pa.Table:
-    """The table without lists: one row a boid of
-    trajectories, one a pixel of heatmaps.
-    """
+    """The table without lists: a row a boid of trajectories, a pixel of heatmaps."""
     lists = [field.name for field in table.schema if pa.types.is_list(field.type)]
     if not lists:
         return table

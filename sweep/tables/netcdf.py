@@ -156,9 +156,7 @@ def _maps(table: pa.Table) -> Variables:
 
 
 def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
-    """An array that has `value` everywhere. Raises ChoiceError where it would have too
-    many places.
-    """
+    """An array full of `value`. Raises ChoiceError for too many places."""
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise ChoiceError(

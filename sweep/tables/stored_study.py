@@ -158,9 +158,7 @@ class StoredStudy:
 
     @cached_property
     def series(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial: trial_id,
-        frame and the series metrics.
-        """
+        """A row a recorded frame of a trial: trial_id, frame and the series metrics."""
         return self._in_order(self._table("series"))
 
     @cached_property
@@ -208,9 +206,7 @@ class StoredStudy:
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """A stored trial with its rows of all tables. Raises ChoiceError where there is
-        none.
-        """
+        """A stored trial with its rows of all tables. Raises ChoiceError."""
         found = stored_trials(self.store, [trial])
         if not found:
             known = self.plan["trial_id"].to_pylist()

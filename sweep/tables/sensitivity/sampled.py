@@ -20,9 +20,7 @@ from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 Blocks = NDArray[np.intp]
-"""Indices of blocks, (b, resamples): every column is a choice of as many of them as
-there are.
-"""
+"""Indices of blocks, (b, resamples): each column is one draw of the bootstrap."""
 
 REPLICATE = ["seed", "replicate"]
 
