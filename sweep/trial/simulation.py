@@ -66,9 +66,7 @@ def run(job: Job) -> Result:
 
 
 def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
-    """The result that `simulate` gives of `job`, or the failed one that an exception
-    becomes.
-    """
+    """The result of `simulate(job)`; an exception becomes a failed result."""
     began = time.perf_counter()
     try:
         return simulate(job)
@@ -158,9 +156,7 @@ class Simulation:
         )
 
     def _room(self) -> int:
-        """The steps for which there is room to record frames, the one of the last step
-        included.
-        """
+        """The steps for which frames have room, that of the last step included."""
         free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
         return max(0, free * self.record.every)
 
@@ -391,16 +387,12 @@ def _ground(
 
 
 def _frames(bodies: int) -> Frames:
-    """Room for as many frames as FRAME_BYTES hold, and for at least two: one on time
-    and the last.
-    """
+    """Room for FRAME_BYTES of frames, and for two at least: one on time, the last."""
     return build_frames(
         max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies
     )
 
 
 def warm(job: Job) -> None:
-    """Compile what trials like `job` need, or load it from the cache, by taking one
-    step of it.
-    """
+    """Compile what trials like `job` need, or load it from the cache: take one step."""
     run(replace(job, settings=job.settings | {"steps": 1}))
