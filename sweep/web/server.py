@@ -80,9 +80,7 @@ class Socket:
 
 
 class Rooms:
-    """The sessions by the name of their page. Those whose page is gone are kept for
-    some minutes.
-    """
+    """The sessions by page. Those whose page is gone are kept for some minutes."""
 
     def __init__(self, begin: Callable[[], Show]) -> None:
         self.begin = begin

@@ -87,9 +87,7 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """Whether steps are to be taken: because it runs, or because some were asked
-        for.
-        """
+        """Whether steps are to be taken: it runs, or some were asked for."""
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
