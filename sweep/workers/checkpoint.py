@@ -83,9 +83,7 @@ class Checkpointed:
 
 
 class _Checkpoint:
-    """The checkpoint of one trial, in the hands of the worker that runs it as
-    `simulation`.
-    """
+    """The checkpoint of one trial, used by the worker that runs it as `simulation`."""
 
     def __init__(
         self, folder: Path, simulation: Simulation, every: float, key: bytes

@@ -50,9 +50,7 @@ class Saved(NamedTuple):
 
 
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
-    """Replace a checkpoint in one step; afterwards the
-    disk holds it. Raises OSError.
-    """
+    """Replace a checkpoint at once; afterwards the disk holds it. Raises OSError."""
     state = saved.state
     header = {
         "trial_id": trial_id,
@@ -101,9 +99,7 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
 
 
 def frame_type(metrics: int, bodies: int) -> FrameType:
-    """The record of one frame: its step, its metrics, and x, y, vx and vy of `bodies`
-    boids.
-    """
+    """The record of a frame: its step, metrics, and x, y, vx, vy of `bodies` boids."""
     return np.dtype(
         [("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))]
     )
@@ -198,9 +194,7 @@ def _shapes(state: State) -> dict[str, Any]:
 
 
 def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
-    """The arrays that lie in `values` one after the other, of the types and shapes of
-    `own`.
-    """
+    """The arrays in `values`, one after the other, with types and shapes of `own`."""
     if len(values) != sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is damaged")
     found, start = {}, 0

@@ -37,9 +37,7 @@ def own_key() -> bytes:
 
 
 def _state_folder() -> Path:
-    """Where programs keep what must outlive them (XDG). Raises RuntimeError without a
-    home.
-    """
+    """Where programs keep lasting data (XDG). Raises RuntimeError without a home."""
     given = Path(os.environ.get("XDG_STATE_HOME", ""))
     return given if given.is_absolute() else Path.home() / ".local" / "state"
 
@@ -63,9 +61,7 @@ def _made(path: Path) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """The key in a file. Raises OSError where others could
-    have put or read it there.
-    """
+    """The key in a file. Raises OSError if others could have written or read it."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         about = os.fstat(descriptor)

@@ -9,9 +9,7 @@ if TYPE_CHECKING:
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
 MOST_A_SECOND = 50
-"""Chunks that come back, from all workers together: a scheduler of dask on a busy core
-manages 90.
-"""
+"""Chunks that come back, from all workers. Dask's scheduler on a busy core takes 90."""
 
 
 class Chunks:

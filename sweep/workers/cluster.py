@@ -71,9 +71,7 @@ class Dask:
         return self._pool.threads() if self._pool else 0
 
     def connect(self) -> None:
-        """Make sure that a scheduler answers, and that the workers it has now can run
-        our trials.
-        """
+        """Check that a scheduler answers and its present workers can run our trials."""
         with suppress(NotYetError):
             self.start()
 

@@ -104,9 +104,7 @@ class _InProcess(Executor):
 
 @dataclass(frozen=True)
 class Serial:
-    """Runs every job in this process, for debugging and tests: a job that crashes takes
-    us along.
-    """
+    """Runs jobs in this process, for debugging and tests; a crashing job ends it."""
 
     workers: int = 1
 
@@ -198,9 +196,7 @@ class Loky:
 
 
 class _Pool:
-    """A running pool of loky's, and those of its parts that outlive its own references
-    to them.
-    """
+    """A running loky pool, and its parts that outlive its own references to them."""
 
     def __init__(self, pool: Any) -> None:
         self.pool = pool
@@ -215,9 +211,7 @@ class _Pool:
         )
 
     def end(self) -> None:
-        """Kill the processes, and let the pool's reader know
-        that nothing will follow.
-        """
+        """Kill the processes, and tell the pool's reader that nothing follows."""
         for process in list(self._processes.values()):
             if process.exitcode is None:
                 with suppress(ProcessLookupError):

@@ -1,6 +1,4 @@
-"""How many trials of a study have failed, and whether its
-spec lets the launch go on.
-"""
+"""How many trials of a study have failed, and whether its spec lets a launch go on."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -24,9 +24,7 @@ MOST_NAMED = 4
 
 @cache
 def fingerprint() -> str:
-    """The fingerprint of this process, as JSON; the same for as long as the process
-    lives.
-    """
+    """This process's fingerprint, as JSON; the same as long as the process lives."""
     versions = {
         "python": platform.python_version(),
         "boidsweep": str(sys.modules["sweep"].__version__),
@@ -42,9 +40,7 @@ def fingerprint() -> str:
 
 
 def own_part() -> str:
-    """The fingerprint of this process with those source files only that it has imported
-    by now.
-    """
+    """This process's fingerprint, with only those source files imported so far."""
     everything, relevant = json.loads(fingerprint()), imported()
     return json.dumps(
         {

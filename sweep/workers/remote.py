@@ -79,18 +79,14 @@ def _warm(jobs: Sequence[object]) -> None:
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:
-    """Send a message to whoever listens to `topic`; returns
-    when the scheduler has it.
-    """
+    """Send a message to listeners of `topic`; returns when the scheduler has it."""
     from distributed.utils import sync
 
     sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=message)
 
 
 class Post(NamedTuple):
-    """Goes with a chunk: the limits of its jobs, which a warden keeps
-    (`sweep.workers.warden`).
-    """
+    """The limits of a chunk's jobs, which a warden keeps (`sweep.workers.warden`)."""
 
     limits: Limits
 

@@ -84,9 +84,7 @@ class Tasks(Executor):
             )
 
     async def _deliver(self, name: str, sent: Any) -> None:
-        """Hand the outcome of a task over to its future;
-        runs in the client's thread.
-        """
+        """Hand a task's outcome to its future; runs in the client's thread."""
         result: object = None
         failure: Exception | None = None
         try:

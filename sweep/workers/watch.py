@@ -43,10 +43,8 @@ class Limits(NamedTuple):
     memory: int | None = None
 
 
-class Overrun(NamedTuple):
-    """Which job of a chunk was ended, by its position, and why; `late` where it took
-    too long.
-    """
+class Verdict(NamedTuple):
+    """Which job of a chunk was ended, by position, and why; `late` if out of time."""
 
     position: int
     late: bool
@@ -89,9 +87,7 @@ class Watching(Protocol):
 
 
 class Seat(NamedTuple):
-    """The place of one chunk on the board, as the worker
-    that runs it needs to know it.
-    """
+    """The place of a chunk on the board, for the worker that runs it."""
 
     path: str
     number: int
@@ -121,9 +117,7 @@ class LimitKeeper:
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """Whether a worker has been ended; the caller takes it back when it has new
-        workers.
-        """
+        """Whether a worker has been ended; the caller resets it for new workers."""
         self._free = list(range(seats))
         self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
@@ -157,10 +151,8 @@ class LimitKeeper:
             self._thread.join()
             self._file.close()
 
-    def take(self) -> JobNote | None:
-        """A seat for a chunk about to be sent; None without limits, or where all are
-        taken.
-        """
+    def take(self) -> Place | None:
+        """A seat for a chunk to be sent; None without limits, or if all are taken."""
         if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
@@ -169,10 +161,8 @@ class LimitKeeper:
             self._verdicts[number] = None
         return Seat(self._file.name, number)
 
-    def leave(self, place: JobNote | None) -> Overrun | None:
-        """Give the seat of a chunk back that is over; what was decided about one of its
-        jobs.
-        """
+    def leave(self, place: Place | None) -> Verdict | None:
+        """Free the seat of a finished chunk; returns the verdict on one of its jobs."""
         if not isinstance(place, Seat):
             return None
         with self._lock:

@@ -15,9 +15,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Failure:
-    """What became of a job that never returned: `error` is a
-    traceback or one sentence.
-    """
+    """The fate of a job that never returned: `error` is a traceback or one sentence."""
 
     error: str
 
