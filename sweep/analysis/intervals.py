@@ -107,8 +107,8 @@ def quantile_interval(
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
         raise ValueError(
-            f"probability: {probability}; allowed: above 0 and below 1, and the median"
-            " is 0.5"
+            f"probability: {probability}; allowed: above 0 and below 1,"
+            " and the median is 0.5"
         )
     known = _known(values)
     if len(known) < 2:
