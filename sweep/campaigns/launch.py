@@ -65,8 +65,8 @@ def launch(
         )
     if share and study.until:
         message = (
-            "what trials follow depends on all that are stored: this study cannot be"
-            " launched in shares"
+            "what trials follow depends on all that are stored:"
+            " this study cannot be launched in shares"
         )
         raise study.document.error(("replicates", "until"), message)
     design, store = expand(study), Store(results / study.name, results)

@@ -204,8 +204,8 @@ def _courses(study: Study, repetitions: int) -> list[Course]:
     section, blocks = section_of(study), study.trials_per_point
     if repetitions and study.seeds is not None:
         message = (
-            'repetitions of a search need seeds of their own: give "replicates" instead'
-            ' of "seeds"'
+            "repetitions of a search need seeds of their own:"
+            ' give "replicates" instead of "seeds"'
         )
         raise study.document.error(("seeds",), message)
     courses = [Course(SEARCH, study, section.sampler, blocks, section.level)]

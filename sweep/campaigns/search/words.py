@@ -65,8 +65,8 @@ def verdict(
     unit, column = difference_unit(unit), objective.column
     if math.isnan(value):
         return (
-            f"{who} cannot be compared with {whom} in {column}: held-out results are"
-            " missing"
+            f"{who} cannot be compared with {whom} in {column}:"
+            " held-out results are missing"
         )
     side = "better" if (value > 0.0) == objective.maximize else "worse"
     if math.isnan(low) and value != 0.0:
@@ -94,8 +94,8 @@ def thin_tail(objective: Objective, blocks: int) -> str:
     enough = math.ceil(FEWEST_IN_TAIL / share)
     return (
         f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
-        f" held-out blocks, so that its interval is too narrow: take {enough} held-out"
-        " replicates."
+        " held-out blocks, so that its interval is too narrow:"
+        f" take {enough} held-out replicates."
     )
 
 
