@@ -54,8 +54,8 @@ def main() -> None:
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
         stop(
-            "interrupted; what is done is stored, and the same command goes on from"
-            " there",
+            "interrupted; what is done is stored,"
+            " and the same command goes on from there",
             INTERRUPTED,
         )
     except BrokenPipeError:

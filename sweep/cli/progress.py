@@ -102,15 +102,15 @@ class ProgressBar:
             else ""
         )
         self._line(
-            f"{settled}{progress.trials:,} trials, {progress.stored:,} of them stored"
-            " already"
+            f"{settled}{progress.trials:,} trials,"
+            f" {progress.stored:,} of them stored already"
         )
         if progress.apart:
             later = ", or are not asked for yet" if rule else ""
             self._line(
                 f"{progress.apart:,} stored trials belong to another version of the"
-                f" spec or of the kernels{later}: they are kept, and stay out of the"
-                " tables"
+                f" spec or of the kernels{later}: they are kept,"
+                " and stay out of the tables"
             )
 
     def _line(self, text: str) -> None:
