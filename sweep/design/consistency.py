@@ -30,19 +30,19 @@ class Demand(NamedTuple):
 DEMANDS = (
     Demand(
         f"max(width, height) <= {MOST_SIDE}",
-        f"the world is larger than {MOST_SIDE:g}, where positions have no decimals any"
-        " more",
+        f"the world is larger than {MOST_SIDE:g},"
+        " where positions have no decimals any more",
     ),
     Demand(
         "2 * start_margin < min(width, height)",
-        "start_margin leaves boids no room: it must be less than half of width and of"
-        " height",
+        "start_margin leaves boids no room:"
+        " it must be less than half of width and of height",
     ),
     Demand(
         "map != 'random_obstacles' or n_obstacles == 0 or 2 * obstacle_margin <="
         " min(width, height)",
-        "obstacle_margin leaves obstacles no room: it must be at most half of width and"
-        " of height",
+        "obstacle_margin leaves obstacles no room:"
+        " it must be at most half of width and of height",
     ),
     Demand(
         "start_draws == 'numpy' or start_radius == 0",
@@ -61,8 +61,8 @@ DEMANDS = (
 PIXELS = (
     Demand(
         f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
-        f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of"
-        " them",
+        "coverage is counted by pixels,"
+        f" and the world has more than {MOST_PIXELS:,} of them",
     ),
     Demand(
         "pixel <= min(width, height)",
