@@ -149,8 +149,8 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     }
     if not set(wanted.to_pylist()) <= place.keys():
         raise StoreError(
-            f"study {selection.study.name}: a trial that is done has no heatmap; choose"
-            " with where"
+            f"study {selection.study.name}: a trial that is done has no heatmap;"
+            " choose with where"
         )
     return [
         _mean([_counts(stored, place[trial]) for trial in trials], trials)

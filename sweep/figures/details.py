@@ -107,8 +107,8 @@ def effects_figure(
         note(
             figure,
             f"{study.name}: {span(table['n'])} pairs of trials with the same start a"
-            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni, {len(table)}"
-            " comparisons)",
+            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni,"
+            f" {len(table)} comparisons)",
         )
     return figure
 

@@ -117,8 +117,8 @@ def heatmap_layout(
     chosen = [*given, *(name for name in free if name not in given)][:2]
     if len(chosen) < 2:
         raise ChoiceError(
-            f"study {study.name}: heatmap needs two settings that vary, and there is"
-            f" {len(chosen)}"
+            f"study {study.name}: heatmap needs two settings that vary,"
+            f" and there is {len(chosen)}"
         )
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
     others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))

@@ -345,8 +345,8 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
             selection.setting(value)
             if names and not set(names) & set(taking):
                 raise ChoiceError(
-                    f"study {study.name}: {choice} is for {', '.join(taking)}, not for"
-                    f" {', '.join(names)}"
+                    f"study {study.name}: {choice} is for {', '.join(taking)},"
+                    f" not for {', '.join(names)}"
                 )
 
 

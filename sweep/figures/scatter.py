@@ -246,8 +246,8 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         f" point{'' if some else ', each the mean'}"
     )
     said = (
-        "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points,"
-        " with 95 % interval"
+        "\n\N{GREEK SMALL LETTER RHO}:"
+        " Spearman's rank correlation over the points, with 95 % interval"
     )
     return selection.about(
         text, table[f"{metric}_n"], drawn, [metric] if some else []

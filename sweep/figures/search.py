@@ -335,6 +335,6 @@ def _held_out_note(asked: Asked) -> str:
         return "no held-out trials"
     many = "1 block" if blocks == 1 else f"{blocks} blocks"
     return (
-        f"{judged['candidate'].nunique()} held out, {many} each, simultaneous 95 %"
-        " intervals (Bonferroni)"
+        f"{judged['candidate'].nunique()} held out, {many} each,"
+        " simultaneous 95 % intervals (Bonferroni)"
     )

@@ -238,8 +238,8 @@ class Selection:
         ):
             confidence = self.study.provenance["until"]["confidence"]
             interval += (
-                f"; that of {chosen[0]}, which chose the trials: repeated"
-                f" {100 * confidence:g} %"
+                f"; that of {chosen[0]}, which chose the trials:"
+                f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
         place = f", {named(self.where.items())}" if self.where else ""
@@ -275,8 +275,8 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
         varied = [*(one for one in varied if one not in switched), name]
     if "axes" not in study.provenance:
         raise StoreError(
-            f"study {study.name}: its plan is of an earlier version; launch its spec"
-            " once more"
+            f"study {study.name}: its plan is of an earlier version;"
+            " launch its spec once more"
         )
     points = plan.drop_duplicates("point").set_index("point")[varied]
     for name, value in (where or {}).items():
@@ -285,8 +285,8 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
     trials = among(trials, points.index)
     if not (trials["status"] == "done").any():
         raise ChoiceError(
-            f"study {study.name}: no trial is done{' there' if where else ''}, so there"
-            " is nothing to draw"
+            f"study {study.name}: no trial is done{' there' if where else ''},"
+            " so there is nothing to draw"
         )
     points = points.loc[:, points.nunique(dropna=False) > 1]
     sampled, listed = _kinds(study, points)
@@ -323,13 +323,13 @@ def where_of(study: StoredStudy, texts: Sequence[str]) -> dict[str, object]:
         name, equals, value = text.partition("=")
         if not equals:
             raise ChoiceError(
-                f'study {study.name}: where "{text}"; allowed: SETTING=VALUE, for'
-                " example n=50"
+                f'study {study.name}: where "{text}"; allowed: SETTING=VALUE,'
+                " for example n=50"
             )
         if name in found:
             raise ChoiceError(
-                f"study {study.name}: where has {name} twice; allowed: one value of a"
-                " setting"
+                f"study {study.name}: where has {name} twice;"
+                " allowed: one value of a setting"
             )
         found[name] = _value(value)
     return found
@@ -372,8 +372,8 @@ def _having(
             else f"{len(values):,} values"
         )
         raise ChoiceError(
-            f"study {study.name}: where {name}: no point has {_spelled(value)};"
-            f" allowed: {allowed}"
+            f"study {study.name}: where {name}:"
+            f" no point has {_spelled(value)}; allowed: {allowed}"
         )
     return found
 

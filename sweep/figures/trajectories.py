@@ -117,8 +117,8 @@ def draw_trajectories(layout: Flights) -> Figure:
             axes.set_axis_off()
         goal = "; cross: goal" if any(_seeks(row) for _, row in trials) else ""
         text = (
-            "one trial a panel, of {n} that are done; frames 0 to"
-            f" {span(frames)}{goal}"
+            "one trial a panel, of {n} that are done;"
+            f" frames 0 to {span(frames)}{goal}"
         )
         note(
             figure,
