@@ -275,8 +275,8 @@ def _claim(
         "measure" in entry.value
     ) == bool(reason):
         raise entry.error(
-            'a claim needs either "measure" with "expect", or "untestable" with the'
-            " reason"
+            'a claim needs either "measure" with "expect",'
+            ' or "untestable" with the reason'
         )
     if reason:
         return Claim(name, where, says, chosen, shown, untestable=reason.text())

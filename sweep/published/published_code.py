@@ -73,8 +73,8 @@ def check_drawings(
             raise SpecError(f'figures.py: figure "{name}" must be named by a text')
         if not NAME.fullmatch(name):
             raise SpecError(
-                f'figures.py: figure "{name}" is not a name of letters, digits, "_"'
-                ' and "-"'
+                f'figures.py: figure "{name}" is not a name of letters, digits,'
+                ' "_" and "-"'
             )
         if (
             not isinstance(drawing, Drawing)
@@ -82,8 +82,8 @@ def check_drawings(
             or not isinstance(drawing.specs, tuple)
         ):
             raise SpecError(
-                f'figures.py: figure "{name}" must be Drawing(function, (names of'
-                " specs,), text)"
+                f'figures.py: figure "{name}" must be Drawing(function,'
+                " (names of specs,), text)"
             )
         for spec in map(str, drawing.specs):
             if spec not in studies:

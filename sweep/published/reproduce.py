@@ -145,8 +145,8 @@ def _run(
         if not_done := statuses.total() - statuses["done"]:
             outcome.not_done += not_done
             print(
-                f"{study.name}: {not_done:,} trials are not done: sweep status"
-                f" {study.name}",
+                f"{study.name}: {not_done:,} trials are not done:"
+                f" sweep status {study.name}",
                 file=sys.stderr,
             )
 
@@ -254,6 +254,6 @@ def _write(page: Page, results: Path) -> None:
                 file.write(text.encode())
     except OSError as error:
         raise OutputError(
-            f"{page.root}: cannot write the page ({error}); trials and figures are"
-            " stored"
+            f"{page.root}: cannot write the page ({error});"
+            " trials and figures are stored"
         ) from None
