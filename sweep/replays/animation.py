@@ -122,8 +122,8 @@ def check_frame(job: Job, frame: int) -> None:
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
         raise ChoiceError(
-            f"trial {job.trial_id}: there is no frame {frame:,}; it has frames 0 to"
-            f" {steps:,}"
+            f"trial {job.trial_id}: there is no frame {frame:,};"
+            f" it has frames 0 to {steps:,}"
         )
 
 

@@ -126,8 +126,8 @@ class Verification:
         checked, differing = self.checked.total(), len(self.differing)
         if checked == self.stored:
             return (
-                f"{differing:,} of all {checked:,} trials differ: none was left to"
-                " chance"
+                f"{differing:,} of all {checked:,} trials differ:"
+                " none was left to chance"
             )
         share = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
@@ -261,8 +261,8 @@ def _origin(provenance: dict[str, Any]) -> str:
         f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")
     )
     return (
-        f"{provenance['cpu'] or 'an unknown processor'}, {provenance['platform']},"
-        f" {named}"
+        f"{provenance['cpu'] or 'an unknown processor'},"
+        f" {provenance['platform']}, {named}"
     )
 
 

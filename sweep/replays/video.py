@@ -34,8 +34,8 @@ def find_ffmpeg() -> str:
 
         return str(get_ffmpeg_exe())
     raise OutputError(
-        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif"
-        " needs none"
+        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along;"
+        " a .gif needs none"
     )
 
 
