@@ -328,8 +328,8 @@ def _notes(name: str, entry: Entry) -> tuple[str, ...]:
         if points & (points - 1):
             return (
                 (
-                    f"{name}: a Sobol sequence is most even for a power of two, not for"
-                    f" {points} points"
+                    f"{name}: a Sobol sequence is most even for a power of two,"
+                    f" not for {points} points"
                 ),
             )
     return ()

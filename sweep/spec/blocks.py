@@ -98,8 +98,8 @@ def _levels(entry: Entry | None) -> int:
 def _check_installed(entry: Entry, sampler: str) -> None:
     if find_spec("SALib") is None:
         raise entry.error(
-            f"sample: {sampler} needs the package SALib, which is not installed:"
-            f" {INSTALL}"
+            f"sample: {sampler} needs the package SALib,"
+            f" which is not installed: {INSTALL}"
         )
 
 

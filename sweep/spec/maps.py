@@ -127,8 +127,8 @@ def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
 def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
     if not MAP_NAME.fullmatch(name):
         raise entry.error(
-            f'map "{name}" is not allowed: names of small letters, digits and "_", a'
-            " letter first"
+            f'map "{name}" is not allowed: names of small letters, digits and "_",'
+            " a letter first"
         )
     if name in MAPS:
         raise entry.error(
@@ -150,8 +150,8 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     shapes = entry.child("shapes").items()
     if len(shapes) > MOST_SHAPES:
         raise entry.error(
-            f'"{entry.name}" has {len(shapes):,} shapes; at most {MOST_SHAPES:,} are'
-            " allowed"
+            f'"{entry.name}" has {len(shapes):,} shapes;'
+            f" at most {MOST_SHAPES:,} are allowed"
         )
     return OwnMap(
         (width, height), tuple(_shape(shape, width, height) for shape in shapes)
@@ -269,8 +269,8 @@ def _of_pixels(entry: Entry, occupied: NDArray[np.bool_], resolution: float) -> 
     obstacles = obstacles_of(occupied, resolution)
     if len(obstacles) > MOST_SHAPES:
         message = (
-            f"needs {len(obstacles):,} rectangles; at most {MOST_SHAPES:,} are allowed:"
-            " make it coarser"
+            f"needs {len(obstacles):,} rectangles;"
+            f" at most {MOST_SHAPES:,} are allowed: make it coarser"
         )
         raise entry.error(f'the image "{entry.value}" {message}')
     rows, columns = occupied.shape
