@@ -244,8 +244,8 @@ def _download(path: ObjectPath | Path, file: Path) -> None:
     )
     if len(content) != size:
         raise StoreError(
-            f"{path}: not the object of {size:,} bytes that was listed; nothing of it"
-            " is used"
+            f"{path}: not the object of {size:,} bytes that was listed;"
+            " nothing of it is used"
         )
     with create(file) as new:
         new.write(content)

@@ -171,12 +171,12 @@ def refuse_links(folder: Path, results: Path) -> None:
 
 def _not_followed(path: Path) -> StoreError:
     way_out = (
-        "put the folder itself there, or link the whole results folder and name that by"
-        " --results"
+        "put the folder itself there,"
+        " or link the whole results folder and name that by --results"
     )
     return StoreError(
-        f"{path}: is a symbolic link; nothing is read or written outside of the"
-        f" results: {way_out}"
+        f"{path}: is a symbolic link;"
+        f" nothing is read or written outside of the results: {way_out}"
     )
 
 

@@ -120,8 +120,8 @@ class ObjectServer:
         bucket = path.key.partition("/")[0]
         if self.files.get_file_info(bucket).type == fs.FileType.NotFound:
             raise StoreError(
-                f"s3://{bucket}: there is no such bucket; make it first, or mend the"
-                " name or the region"
+                f"s3://{bucket}: there is no such bucket; make it first,"
+                " or mend the name or the region"
             )
 
     def trouble(self, path: "ObjectPath", error: OSError) -> StoreError:
@@ -134,8 +134,8 @@ class ObjectServer:
         )
         if AWAY.search(str(error)):
             message = (
-                f"{path}: the object store does not answer ({words}); what was stored"
-                " is intact"
+                f"{path}: the object store does not answer ({words});"
+                " what was stored is intact"
             )
             return UnreachableError(message, self)
         variables = "are AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION right?"
@@ -279,8 +279,8 @@ def location(given: Location | str) -> Location:
     if not key or "@" in key.partition("/")[0]:
         place = key.rpartition("@")[2]
         raise StoreError(
-            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never"
-            " here"
+            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables,"
+            " never here"
         )
     return ObjectPath(ObjectServer(**options), key)
 

@@ -128,8 +128,8 @@ class Lock:
         """
         if self.lost:
             raise StoreError(
-                f"{self.path}: another launch has taken this study over; what is done"
-                " is stored"
+                f"{self.path}: another launch has taken this study over;"
+                " what is done is stored"
             )
 
     def _ask(self) -> None:

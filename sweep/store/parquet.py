@@ -30,12 +30,12 @@ def remedy_for(part: Location) -> str:
         )
     if isinstance(part, Path):
         return (
-            f"launch the study again: that sets {part.name} aside, below damaged, and"
-            " runs its trials again"
+            f"launch the study again: that sets {part.name} aside, below damaged,"
+            " and runs its trials again"
         )
     return (
-        f"delete {part}/manifest.json and launch the study again: that runs its trials"
-        " again"
+        f"delete {part}/manifest.json and launch the study again:"
+        " that runs its trials again"
     )
 
 

@@ -77,8 +77,8 @@ class Writer(Generic[R]):
                 self._store.append(self._build(self._held))
             except StoreError as error:
                 lost = (
-                    f"results that could not be stored: {len(self._held):,}; launch"
-                    " again to run them"
+                    f"results that could not be stored: {len(self._held):,};"
+                    " launch again to run them"
                 )
                 raise StoreError(f"{error}; {lost}") from error
             self._stored(self._held)
