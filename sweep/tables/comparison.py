@@ -211,13 +211,13 @@ def _check(method: Method, metrics: Sequence[str]) -> None:
         return
     if not 0.0 < method.margin < np.inf:
         raise ChoiceError(
-            f"margin: {method.margin:g}; allowed: a number above 0, in the unit of the"
-            " metric"
+            f"margin: {method.margin:g}; allowed: a number above 0,"
+            " in the unit of the metric"
         )
     if len(metrics) > 1:
         raise ChoiceError(
-            "a margin is in the unit of one metric: name it, one of"
-            f" {', '.join(metrics)}"
+            "a margin is in the unit of one metric: name it,"
+            f" one of {', '.join(metrics)}"
         )
 
 
@@ -303,13 +303,13 @@ def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
             raise ChoiceError(
-                "max_t resamples pairs of trials, and not all trials share random"
-                " numbers; use holm"
+                "max_t resamples pairs of trials,"
+                " and not all trials share random numbers; use holm"
             )
         if len(contrasts) > MOST_RESAMPLED:
             raise ChoiceError(
-                f"max_t: {len(contrasts):,} comparisons; allowed: {MOST_RESAMPLED:,};"
-                " use holm"
+                f"max_t: {len(contrasts):,} comparisons;"
+                f" allowed: {MOST_RESAMPLED:,}; use holm"
             )
     try:
         return jointly(contrasts, method.confidence, method.together)

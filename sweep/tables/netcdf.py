@@ -41,8 +41,8 @@ def check_netcdf() -> None:
     """Raise ChoiceError where the packages that write netCDF are not installed."""
     if not (find_spec("xarray") and find_spec("netCDF4")):
         raise ChoiceError(
-            "netCDF files are written by xarray and netCDF4, which are not installed:"
-            f" {INSTALL}"
+            "netCDF files are written by xarray and netCDF4,"
+            f" which are not installed: {INSTALL}"
         )
 
 

@@ -40,8 +40,8 @@ class StoredStudy:
     def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
             raise ChoiceError(
-                f'study "{name}" is not allowed: a name of folders below the results,'
-                ' joined by "/"'
+                f'study "{name}" is not allowed:'
+                ' a name of folders below the results, joined by "/"'
             )
         self.name = name
         place = location(results)
@@ -108,8 +108,8 @@ class StoredStudy:
         """
         if "until" not in self.provenance:
             raise ChoiceError(
-                f'study {self.name}: its number of trials is fixed; "replicates" has no'
-                ' "until"'
+                f"study {self.name}: its number of trials is fixed;"
+                ' "replicates" has no "until"'
             )
         rule = self.provenance["until"]
         until, stored = (

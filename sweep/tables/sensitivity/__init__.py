@@ -66,8 +66,8 @@ def sobol(
     """
     if find_spec("SALib") is None:
         raise ChoiceError(
-            f"study {study.name}: Sobol indices need the package SALib, which is not"
-            f" installed: {INSTALL}"
+            f"study {study.name}: Sobol indices need the package SALib,"
+            f" which is not installed: {INSTALL}"
         )
     chosen = sampled_axis(study, axis, ("saltelli",))
     return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)

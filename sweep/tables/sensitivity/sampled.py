@@ -103,8 +103,8 @@ def sampled_axis(
     """
     if "axes" not in study.provenance:
         raise StoreError(
-            f"study {study.name}: its plan does not say what its axes sample; launch it"
-            " once more"
+            f"study {study.name}: its plan does not say what its axes sample;"
+            " launch it once more"
         )
     about: dict[str, dict[str, Any]] = study.provenance["axes"]
     kinds = " or ".join(samplers)
@@ -117,8 +117,8 @@ def sampled_axis(
         raise ChoiceError(f"study {study.name}: no axis has sample {kinds}")
     if axis is None and len(having) > 1:
         raise ChoiceError(
-            f"study {study.name}: several axes are sampled, say which:"
-            f" {', '.join(having)}"
+            f"study {study.name}: several axes are sampled,"
+            f" say which: {', '.join(having)}"
         )
     return axis or having[0]
 
