@@ -257,6 +257,6 @@ def _reason(error: Exception) -> str:
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)
     return (
-        f"the simulator failed: {type(error).__name__}; it goes on, and its terminal"
-        " says more"
+        f"the simulator failed: {type(error).__name__}; it goes on,"
+        " and its terminal says more"
     )

@@ -33,8 +33,8 @@ NAMES = ("127.0.0.1", "localhost", "[::1]")
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';"
-        " img-src 'self' blob: data:; base-uri 'none'; form-action 'none';"
-        " frame-ancestors 'none'"
+        " img-src 'self' blob: data:; base-uri 'none';"
+        " form-action 'none'; frame-ancestors 'none'"
     ),
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",

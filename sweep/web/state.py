@@ -81,8 +81,8 @@ class ViewState:
         job = Jobs(study, expand(study), KERNELS_SHA)[self.replicate]
         if int(job.settings["n"]) > MOST_BOIDS:
             raise SpecError(
-                f"n: {job.settings['n']:,} boids are more than can be shown; at most"
-                f" {MOST_BOIDS:,} can"
+                f"n: {job.settings['n']:,} boids are more than can be shown;"
+                f" at most {MOST_BOIDS:,} can"
             )
         return job
 
@@ -139,8 +139,8 @@ class ViewState:
         """The state with a setting that is swept, or for None is not."""
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
             raise SpecError(
-                f"{name}: {range_.points} points are not allowed; a sweep has 2 to"
-                f" {MOST_POINTS:,}"
+                f"{name}: {range_.points} points are not allowed;"
+                f" a sweep has 2 to {MOST_POINTS:,}"
             )
         if name not in fields(self.model):
             raise SpecError(unknown("setting", name, fields(self.model)))
@@ -206,8 +206,8 @@ class ViewState:
         text = dump(self.as_spec())
         if len(text) > MOST_BYTES:
             raise SpecError(
-                f"the spec would be larger than {MOST_BYTES:,} bytes: the map has too"
-                " many shapes"
+                f"the spec would be larger than {MOST_BYTES:,} bytes:"
+                " the map has too many shapes"
             )
         return text
 
