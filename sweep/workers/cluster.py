@@ -141,8 +141,8 @@ class Dask:
                         f"no dask scheduler answers at {self._where}: {error}"
                     ) from error
                 self._waiting(
-                    f"{self._where} does not answer yet; trying for"
-                    f" {CONNECT_SECONDS:.0f} s"
+                    f"{self._where} does not answer yet;"
+                    f" trying for {CONNECT_SECONDS:.0f} s"
                 )
             time.sleep(PAUSE_SECONDS)
         if not self._warned and exposed(made.address):
@@ -163,8 +163,8 @@ class Dask:
                 f"{away}; what is done is stored, and the same command goes on"
             )
         return self._waiting(
-            f"the connection to {self._where} is lost; waiting up to {minutes} for it"
-            " to come back"
+            f"the connection to {self._where} is lost;"
+            f" waiting up to {minutes} for it to come back"
         )
 
     def _waiting(self, words: str) -> NotYetError:

@@ -20,8 +20,8 @@ from sweep.workers.worker import run_chunk
 J = TypeVar("J")
 
 WARDEN = (
-    "import sys; sys.path[:] = {path!r}; from sweep.workers.warden import main;"
-    " main({scheduler!r})"
+    "import sys; sys.path[:] = {path!r};"
+    " from sweep.workers.warden import main; main({scheduler!r})"
 )
 _task = threading.local()
 _warmed: set[str] = set()

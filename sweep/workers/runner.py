@@ -350,8 +350,8 @@ def _error(future: Future[T]) -> BaseException | None:
 def _refused(differences: str) -> str:
     changed = "the code or its libraries are not what they were when this launch began"
     return (
-        f"{changed}: {differences}; what is done is stored: launch again to go on with"
-        " what is there now"
+        f"{changed}: {differences}; what is done is stored:"
+        " launch again to go on with what is there now"
     )
 
 

@@ -212,8 +212,8 @@ def beyond(
         return (
             False,
             (
-                f"memory limit of {limits.memory / 2**20:.0f} MiB: its worker held"
-                f" {held / 2**20:.0f} MiB"
+                f"memory limit of {limits.memory / 2**20:.0f} MiB:"
+                f" its worker held {held / 2**20:.0f} MiB"
             ),
         )
     return False, ""
