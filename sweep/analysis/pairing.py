@@ -96,14 +96,9 @@ def common_streams(trials: pd.DataFrame) -> frozenset[str]:
         dict(stream.split("=") for stream in text.split())
         for text in trials["streams"].unique()
     ]
-    return (
-        frozenset(
-            name
-            for name in streams[0]
-            if all(each[name] == "common" for each in streams)
-        )
-        if streams
-        else frozenset()
+    names = streams[0] if streams else ()
+    return frozenset(
+        name for name in names if all(each[name] == "common" for each in streams)
     )
 
 
