@@ -133,14 +133,9 @@ class _Launch:
         if missing:
             self.report(self.progress)
             tables = Tables(self.study, self.origin)
+            failures, note = self.failures, self._note
             run_jobs(
-                self.study,
-                missing,
-                self.store,
-                tables,
-                self.executor,
-                self.failures,
-                self._note,
+                self.study, missing, self.store, tables, self.executor, failures, note
             )
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:

@@ -58,14 +58,9 @@ class Ledger:
         self.failures.note_stored(self.failed & wanted.keys())
         if missing:
             jobs = list(missing.values())
+            tables, failures, note = self.tables, self.failures, self._note
             run_jobs(
-                self.study,
-                jobs,
-                self.store,
-                self.tables,
-                self.executor,
-                self.failures,
-                self._note,
+                self.study, jobs, self.store, tables, self.executor, failures, note
             )
         return bool(missing)
 

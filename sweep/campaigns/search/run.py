@@ -99,15 +99,9 @@ class _Whole:
         most = self.section.most_trials(repetitions)
         self.progress = SearchProgress(trials=most)
         failures = Failures(study, store, most)
+        tables = Tables(study, origin)
         self.ledger = Ledger(
-            study,
-            store,
-            Tables(study, origin),
-            executor,
-            columns,
-            {},
-            self._note,
-            failures,
+            study, store, tables, executor, columns, {}, self._note, failures
         )
 
     def run(self, *, retry: bool) -> None:
