@@ -128,14 +128,8 @@ def _panel(
         chosen = table[table[by] == value].set_index("detail").reindex(list(rows))
         places = np.arange(len(rows)) + 0.28 * (number - (len(names) - 1) / 2)
         colour, marker = MARKS[number]
-        draw_values(
-            axes,
-            places,
-            (chosen["value"], chosen["low"], chosen["high"]),
-            colour,
-            marker,
-            name,
-        )
+        values = (chosen["value"], chosen["low"], chosen["high"])
+        draw_values(axes, places, values, colour, marker, name)
     if factor:
         _logarithmic(axes)
     axes.tick_params(axis="both", labelsize=8)

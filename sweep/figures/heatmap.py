@@ -129,15 +129,8 @@ def heatmap_layout(
         if binned
         else []
     )
-    return Heatmap(
-        selection,
-        metric,
-        across,
-        up,
-        facets,
-        binned,
-        mixed or selection.mixed([across, up, *others]),
-    )
+    mixed = mixed or selection.mixed([across, up, *others])
+    return Heatmap(selection, metric, across, up, facets, binned, mixed)
 
 
 def is_binned(selection: Selection, name: str) -> bool:
