@@ -183,15 +183,9 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
-        raise entry.error(
-            unknown(
-                "spec",
-                entry.name,
-                sorted(
-                    path.stem for path in folder.glob("*.yaml") if path.name != FILE
-                ),
-            )
-        )
+        files = [path for path in folder.glob("*.yaml") if path.name != FILE]
+        specs = sorted(path.stem for path in files)
+        raise entry.error(unknown("spec", entry.name, specs))
     root = read_document(file)
     study = parse_spec(root.document.text, file)
     if not quick:
@@ -283,15 +277,8 @@ def _claim(
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
     measure = reader.read(entry.child("measure"), chosen)
-    return Claim(
-        name,
-        where,
-        says,
-        chosen,
-        shown,
-        measure,
-        _expectation(entry.child("expect"), measure),
-    )
+    expectation = _expectation(entry.child("expect"), measure)
+    return Claim(name, where, says, chosen, shown, measure, expectation)
 
 
 def _expectation(entry: Entry, measure: Measure) -> Expectation:

@@ -98,19 +98,13 @@ def reproduce(
     stored = {
         publication.name: _stored(publication, results) for publication in publications
     }
+    watermark = WATERMARK if quick else ""
     files = {
-        publication.name: [
-            FigureFile(
-                publication,
-                name,
-                stored[publication.name],
-                root,
-                WATERMARK if quick else "",
-                results,
-            )
-            for name in publication.drawings
+        one.name: [
+            FigureFile(one, name, stored[one.name], root, watermark, results)
+            for name in one.drawings
         ]
-        for publication in publications
+        for one in publications
     }
     for publication in wanted:
         for file in files[publication.name]:
