@@ -68,38 +68,12 @@ def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
 def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
     first = next(pictures)
     rows, columns, _ = first.shape
-    shape = [
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{columns}x{rows}",
-        "-r",
-        str(FRAMES_A_SECOND),
-        "-i",
-        "-",
-    ]
-    form = [
-        "-an",
-        "-vcodec",
-        "libx264",
-        "-pix_fmt",
-        "yuv420p",
-        "-movflags",
-        "+faststart",
-    ]
-    command = [
-        find_ffmpeg(),
-        "-y",
-        "-loglevel",
-        "error",
-        *shape,
-        *form,
-        "-f",
-        "mp4",
-        f"file:{path}",
-    ]
+    options = (
+        f"-y -loglevel error -f rawvideo -pix_fmt rgb24 -s {columns}x{rows}"
+        f" -r {FRAMES_A_SECOND} -i - -an -vcodec libx264 -pix_fmt yuv420p"
+        " -movflags +faststart -f mp4"
+    )
+    command = [find_ffmpeg(), *options.split(), f"file:{path}"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
