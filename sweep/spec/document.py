@@ -149,10 +149,6 @@ def _in_words(value: Any) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, bool):
         return str(value).lower()
-    return (
-        "nothing"
-        if value is None
-        else f'"{shortened(value)}"'
-        if isinstance(value, str)
-        else repr(value)
-    )
+    if value is None:
+        return "nothing"
+    return f'"{shortened(value)}"' if isinstance(value, str) else repr(value)

@@ -42,18 +42,8 @@ CHECKPOINT_SECONDS = 60.0
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
-    *(
-        "maps",
-        "fixed",
-        "sweep",
-        "search",
-        "derive",
-        "require",
-        "replicates",
-        "seeds",
-        "streams",
-        "record",
-    ),
+    *("maps", "fixed", "sweep", "search", "derive", "require"),
+    *("replicates", "seeds", "streams", "record"),
     *("time_limit", "checkpoint", *POLICY_KEYS),
 )
 
