@@ -59,9 +59,9 @@ class ListedObject(NamedTuple):
     st_mtime_ns: int
 
 
-class ObjectServer:
-    """An object store; `known` where it has answered, so that one which is away may be
-    waited for.
+class Server:
+    """An object store. It is `known` once it has answered: only then is it waited for
+    while it is away.
     """
 
     def __init__(self, **options: str) -> None:
@@ -94,8 +94,8 @@ class ObjectServer:
         )
 
     def ask(self, path: "ObjectPath", call: Callable[[Any], T]) -> T:
-        """What `call` of the file system says, once it is known that the bucket is
-        there.
+        """The result of `call` on the file system, after a check that the bucket
+        exists.
 
         Raises FileNotFoundError where there is no such object, UnreachableError where
         the server does not answer, and StoreError where it refuses.
@@ -144,12 +144,12 @@ class ObjectServer:
 
 @dataclass(frozen=True)
 class ObjectPath:
-    """An object, or a prefix, of an object store: what of pathlib.Path the reader of a
-    store needs.
+    """An object, or a prefix, of an object store, with those methods of pathlib.Path
+    that the reader of a store needs.
 
-    `key` begins with the bucket. `found` are the objects below it by the rest of their
-    keys, where they have been listed already: then nothing is asked again. It is for
-    what never changes once it is there, as a part.
+    `key` begins with the bucket. `found` are the objects below it, by the rest of their
+    keys, if they have been listed already: then the server is not asked again. This is
+    for what never changes, such as a part.
     """
 
     server: ObjectServer = field(compare=False, repr=False)
@@ -172,12 +172,12 @@ class ObjectPath:
 
     @property
     def parent(self) -> "ObjectPath":
-        """What it lies below."""
+        """The prefix above it."""
         return ObjectPath(self.server, self.key.rpartition("/")[0])
 
     @property
     def stem(self) -> str:
-        """That without its ending."""
+        """The last name without its ending."""
         return Path(self.name).stem
 
     def stat(self) -> ListedObject:
@@ -225,7 +225,7 @@ class ObjectPath:
         )
 
     def glob(self, pattern: str) -> Iterator["ObjectPath"]:
-        """Those whose name matches."""
+        """The entries whose name matches."""
         return (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
 
     def open(self, _mode: str = "rb") -> Any:
@@ -309,9 +309,9 @@ def patiently(call: Callable[[], T]) -> T:
     """What `call` returns, tried again with growing pauses for PATIENCE_SECONDS while
     the object store is away.
 
-    Only one that has answered before is waited for. Raises UnreachableError in the end,
-    after which it counts as one that has not: so what is still to be stored does not
-    wait once more.
+    Only a server that has answered before is waited for. In the end UnreachableError is
+    raised, and the server counts as one that has never answered: so the next write does
+    not wait again.
     """
     end, pause, said = time.monotonic() + PATIENCE_SECONDS, FIRST_PAUSE, False
     while True:
