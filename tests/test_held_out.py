@@ -121,9 +121,8 @@ def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_
     assert covers_as_it_should(held, searches, 0.95)
     assert seen <= binom.ppf(1.0 - FALSE_ALARM, searches, 0.6)
     optimism = mean_interval([table["optimism"] for table in tables], 1.0 - FALSE_ALARM)
-    assert (
-        optimism.low <= 1.8675 / np.sqrt(8) <= optimism.high
-    )  # the mean of the largest of twenty normal values
+    largest = 1.8675  # the mean of the largest of twenty normal values
+    assert optimism.low <= largest / np.sqrt(8) <= optimism.high
 
 
 def test_simultaneous_held_out_intervals_cover_all_shown_candidates() -> None:

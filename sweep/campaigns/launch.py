@@ -125,10 +125,8 @@ class _Launch:
         if not self.retry:
             self.failures.note_stored(failed_among(stored, plan["trial_id"]))
         _publish(self.study, self.store, plan)
-        del (
-            plan,
-            stored,
-        )  # of a million trials they would be a hundred megabytes, all the while
+        # For a million trials they would hold a hundred megabytes all the while.
+        del plan, stored
         pa.default_memory_pool().release_unused()
         if missing:
             self.report(self.progress)

@@ -143,9 +143,8 @@ class Jobs(Sequence[Job]):
             "metrics": sorted(recorded.metrics),
             "series": sorted(recorded.series),
         }
-        if (
-            not recorded.trajectories
-        ):  # which came later: without them a trial is what it was
+        # Trajectories came later: without them a trial is what it was.
+        if not recorded.trajectories:
             del record["trajectories"]
         content = [kernels_sha, asdict(study.streams), record]
         self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())

@@ -39,9 +39,8 @@ class FigureFile:
             spec: stored[spec] for spec in self.drawing.specs if spec in stored
         }
         self.results = results
-        self.path = (
-            root / FIGURES / publication.name / name
-        )  # less the endings of its two files
+        # Without the endings of its two files.
+        self.path = root / FIGURES / publication.name / name
         self.watermark = watermark
 
     @property

@@ -108,9 +108,8 @@ class Server:
         except FileNotFoundError:
             raise
         except OSError as error:
-            if GONE.search(
-                str(error)
-            ):  # deleted between two requests that pyarrow makes
+            # The object was deleted between two requests that pyarrow makes.
+            if GONE.search(str(error)):
                 raise FileNotFoundError(str(path)) from error
             raise self.trouble(path, error) from error
 

@@ -254,11 +254,8 @@ class Lock:
         while not self.lost and not self._over.wait(BEAT_SECONDS):
             try:
                 self.lost = not self._claims.touch(self.token)
-            except (
-                OSError,
-                StoreError,
-            ):  # a server that does not answer now may do so at the next beat
-                continue
+            except (OSError, StoreError):
+                continue  # the server may answer at the next beat
 
 
 def _owner() -> dict[str, object]:

@@ -82,9 +82,8 @@ class LockFiles:
                 file.write(text.encode())
             while new.exists():
                 self._folder.mkdir(exist_ok=True)
-                with suppress(
-                    FileNotFoundError
-                ):  # whoever was the last to leave has just removed the folder
+                # Whoever was the last to leave may just have removed the folder.
+                with suppress(FileNotFoundError):
                     new.rename(self._file(token))
 
     def tokens(self) -> list[str]:

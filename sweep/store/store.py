@@ -311,9 +311,8 @@ class Store:
         if part.name not in self._replaced:
             try:
                 self._replaced[part.name] = replaced_by(part)
-            except (
-                FileNotFoundError
-            ):  # being deleted elsewhere, so all that it replaced is gone already
+            except FileNotFoundError:
+                # The part is being deleted elsewhere: what it replaced is gone already.
                 return []
         return self._replaced[part.name]
 

@@ -153,12 +153,11 @@ class Loky:
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
                     initargs=(os.getpid(), self.initializer),
-                    env=ONE_THREAD
-                    | {SAFE_PATH: "1"},  # those that start later have it, too
+                    # Processes that start later have it, too.
+                    env=ONE_THREAD | {SAFE_PATH: "1"},
                 )
-                signal.pthread_sigmask(
-                    signal.SIG_BLOCK, SIGNALS
-                )  # its tracker has lifted the mask
+                # The pool's tracker has lifted the mask.
+                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
                 pool.submit(int)
             self._pool = _Pool(pool)
         running: Executor = self._pool.pool

@@ -160,9 +160,8 @@ class _DriveLoop(Generic[J, R]):
         """The results of the chunks that are back; waits at most POLL_SECONDS for the
         first of them.
         """
-        done = [
-            future for future in self._arrived() if future in self.in_flight
-        ]  # others went with an earlier pool
+        # Other futures went with an earlier pool.
+        done = [future for future in self._arrived() if future in self.in_flight]
         if not done:
             self.executor.check()
         if any(isinstance(_error(future), BrokenExecutor) for future in done):

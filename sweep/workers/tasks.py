@@ -177,9 +177,8 @@ class Tasks(Executor):
 
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
-        except (
-            TimeoutError
-        ):  # one is slow, or hangs: it says what it is when it gets a task
+        except TimeoutError:
+            # A worker is slow, or hangs: it says what it is when it gets a task.
             return
         foreign = []
         for address, answer in answers.items():

@@ -53,9 +53,8 @@ def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> Non
     )
     if error:
         worker.send_signal(signal.SIGSTOP)
-        with suppress(
-            OSError
-        ):  # an unreachable scheduler: the job is tried again, and convicted in the end
+        # If the scheduler is away, the job is tried again and convicted in the end.
+        with suppress(OSError):
             asyncio.run(
                 _report(
                     scheduler, job["topic"], [job["name"], job["position"], late, error]

@@ -163,9 +163,8 @@ def test_keys_run_pause_step_and_reset(opened: Open) -> None:
         page.page.keyboard.press(".")
     page.until("boidsweep.view.stage.frame.step === 3")
     page.page.get_by_label("trails").check()
-    page.page.keyboard.press(
-        "Space"
-    )  # the switch was clicked: the key is meant for the run
+    # The switch was clicked: the key is meant for the run.
+    page.page.keyboard.press("Space")
     page.until("boidsweep.view.state.running && boidsweep.view.stage.frame.step > 10")
     page.page.keyboard.press("Space")
     page.until("!boidsweep.view.state.running")

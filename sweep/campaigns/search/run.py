@@ -132,9 +132,8 @@ class _Whole:
                 self._count(run)
                 if ran:
                     self.sheet.write()
-        except (
-            FailedTrialsError
-        ):  # whose trial must be in a plan, or it could not be replayed
+        except FailedTrialsError:
+            # The failed trial must be in a plan, or it could not be replayed.
             self._add(course, run.racing)
             self.sheet.write()
             raise
