@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from sweep.design.jobs import Job
 
 FAILED = ("failed", "timeout")
-"""The statuses of trials that did not get to an end; a diverged one did, and that is
-what the model gives.
+"""The statuses of trials that did not end by themselves. A diverged trial did:
+divergence is what the model gives.
 """
 
 
