@@ -1,4 +1,5 @@
-"""Trials in worker processes, here or on a cluster: none lost, none twice.
+"""Trials in worker processes, here or on a cluster: no trial is lost, none is stored
+twice.
 
 batch              trials run and stored, failed ones tried again
 runner             the loop that hands jobs out and takes results back

@@ -5,13 +5,13 @@ frames, to which new ones are added.
     {"trial_id": ..., "step": 120000, "arrays": ..., ...}   a header in JSON
     ...                                  the bytes of the arrays, one after the other
 
-The frames lie in records of one size, in a file of which the header says how many
-count, and their CRC: what a writer added and did not live to declare is cut off by the
-next. Nothing read decides about a type or a size in memory: the arrays must be those
-that the trial at hand has. The seal (HMAC-SHA256) is made with the user's own key, as
-indices and counts are handed to kernels, which check none, and numbers become results.
-The same bits are promised for the same code, libraries and processor, so that a
-checkpoint of others is refused.
+The file of frames has records of one size. The header says how many of them count, and
+their CRC: records that a writer added, but died before it could declare, are cut off by
+the next writer. No type and no size in memory is taken from the file: its arrays must
+have those of the trial at hand. The seal (HMAC-SHA256) is made with the user's own key,
+because kernels take indices and counts without a check, and numbers become results. The
+same bits are promised only for the same code, libraries and processor, so a checkpoint
+of others is refused.
 """
 
 import hmac
@@ -74,8 +74,8 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     """The checkpoint of a trial whose state at its start is `own`.
 
-    Raises ValueError with what is wrong where it cannot be used, as one that another
-    key has sealed, and OSError where it cannot be read.
+    Raises ValueError, saying what is wrong, if it cannot be used, for instance if it
+    was sealed with another key, and OSError if it cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
     first, _, content = read_whole(path, most).partition(b"\n")
@@ -108,10 +108,10 @@ def frame_type(metrics: int, bodies: int) -> FrameType:
 def add_frames(
     path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int
 ) -> tuple[int, int]:
-    """Write frames behind the first `frames` that lie in a file, whose CRC is `crc`;
-    both for all of them.
+    """Write frames behind the first `frames` of a file, whose CRC is `crc`. Returns the
+    number and the CRC of all of them.
 
-    Afterwards the disk holds them. Raises OSError, also where the file is a link.
+    Afterwards the disk holds them. Raises OSError, also if the file is a link.
     """
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
@@ -131,14 +131,14 @@ def add_frames(
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
-    """Leave only the first `frames`, where the rest could not be written. Raises
+    """Cut the file after the first `frames`, if the rest could not be written. Raises
     OSError, also for a link.
     """
     _cut(path, frames * kind.itemsize).close()
 
 
 def _cut(path: Path, size: int) -> BinaryIO:
-    """The file, open for writing, which has no more than `size` bytes."""
+    """The file, open for writing, cut to at most `size` bytes."""
     file = open_regular(path, os.O_RDWR | os.O_CREAT)
     file.truncate(size)
     return file

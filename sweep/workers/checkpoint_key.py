@@ -1,11 +1,10 @@
-"""The key of a user's checkpoints: nobody goes on from one that somebody else has made
-up.
+"""The key of a user's checkpoints, so that no trial goes on from a forged one.
 
-A checkpoint says where boids are and how often they have collided. A sum that anyone
-can compute finds damage; only a key finds a stranger's lie, which would become a result
-of ours. The key is a file that its user alone can read. The coordinator reads it and
-hands it to its workers, so that they need no home folder. Whoever has another key, on
-another machine, begins such a trial anew.
+A checkpoint says where boids are and how often they have collided. A checksum that
+anyone can compute finds damage; only a key finds a forgery, which would become a result
+of ours. The key is a file that only its user can read. The coordinator reads it and
+hands it to its workers, so that they need no home folder. On another machine, with
+another key, such a trial begins anew.
 """
 
 import logging

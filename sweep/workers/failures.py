@@ -17,8 +17,8 @@ class Failures:
     """The failed trials of a study that a launch knows of, of `most` trials that it can
     have.
 
-    Those stored as failed by earlier launches, which this one does not run again, count
-    from the beginning, so that the budget is one of the study and not of each launch.
+    Trials that earlier launches stored as failed, and this one does not run again,
+    count from the beginning: the allowed number is for the study, not for each launch.
     """
 
     study: Study
@@ -77,7 +77,7 @@ class Failures:
 
 
 def last_line(error: str) -> str:
-    """The end of an error, which in a traceback says what it was."""
+    """The last line of an error, which in a traceback says what it was."""
     return error.strip().splitlines()[-1] if error.strip() else "no word about why"
 
 

@@ -2,11 +2,11 @@
 that its bits depend on.
 
 A process takes its fingerprint once, after it has imported what it runs: the versions,
-the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So a
-file that is edited afterwards, or between its import and the fingerprint, differs from
-that of a process that came before. Whoever runs trials for another process compares,
-and refuses where something differs that it has imported itself. A fingerprint travels
-as text, which any version of this module can read.
+the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So
+after an edit of a file, the fingerprints of older and newer processes differ. A process
+that runs trials for another one compares both fingerprints, and refuses if something
+differs that it has imported itself. A fingerprint travels as text, which any version of
+this module can read.
 """
 
 import hashlib

@@ -1,5 +1,5 @@
-"""What a worker of a dask cluster does for us: say what it is, perform a chunk, and let
-its jobs be watched.
+"""What a worker of a dask cluster does for us: it tells its fingerprint, runs a chunk,
+and lets its jobs be watched.
 """
 
 import json
@@ -39,11 +39,11 @@ def introduce() -> str:
 
 
 def perform(task: bytes) -> bytes:
-    """What the function of a pickled task returns, pickled; a text where this worker is
-    not as the sender expects.
+    """The pickled result of the function of a pickled task; a text if this worker
+    differs from what the sender expects.
 
-    The function is unpacked only where the code is the same. That it begins is known to
-    the scheduler before it does.
+    The function is unpacked only if the code is the same. The scheduler is told that
+    the task begins before it does.
     """
     from distributed import get_worker
 
@@ -63,8 +63,8 @@ def perform(task: bytes) -> bytes:
 
 
 def _warm(jobs: Sequence[object]) -> None:
-    """Compile what trials need before the clock of a trial runs: other machines than
-    ours have caches of their own.
+    """Compile what trials need before the clock of a trial runs: other machines have
+    their own caches.
     """
     from sweep.design.jobs import Job
     from sweep.trial.simulation import warm

@@ -21,8 +21,8 @@ class Failure:
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""What became of each job of a chunk, and the wall seconds that they took together; or
-why the worker refuses it.
+"""The outcome of each job of a chunk, and the wall seconds that they took together; or
+why the worker refuses the chunk.
 """
 
 
