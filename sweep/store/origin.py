@@ -1,8 +1,9 @@
-"""What stored tables say of where they come from, read as what anyone may have written.
+"""What stored tables say of their origin. It is checked, as anyone may have written it.
 
-Each table has it in its metadata, as JSON. What is missing there, or is of another kind
-than we write, is a StoreError that names the file. Further entries are left alone. Some
-of plans came with later versions: those of LATER together, those of ALONE one by one.
+Each table has it in its metadata, as JSON. An entry that is missing, or of another kind
+than we write, raises a StoreError that names the file. Further entries are left alone.
+Some of plans came with later versions: those of LATER together, those of ALONE one by
+one.
 """
 
 from typing import Any

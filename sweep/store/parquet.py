@@ -69,8 +69,8 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
 
 
 def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
-    """What `look` sees in each part, in their order; where each look is a request or
-    two, some at once.
+    """The result of `look` for each part, in their order. If each look is a request or
+    two, several run at once.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [look(part) for part in parts]
@@ -116,8 +116,8 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 def load_trials(
     part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
 ) -> pa.Table:
-    """The rows of some trials (None: of all) in a table of a part, whose content is not
-    read where it has none of them.
+    """The rows of some trials (None: of all) in a table of a part. If it has none of
+    them, its content is not read.
 
     Raises StoreError for a damaged file.
     """

@@ -64,8 +64,8 @@ ABOUT_TRIAL = (
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: what it is, every setting by name, every metric at the last
-    frame and as `<metric>_mean`.
+    """One row a trial: its identity, every setting by name, and every metric at the
+    last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
     columns += [_setting(field) for field in fields(study.model).values()]

@@ -1,5 +1,5 @@
-"""The parquet store of one study: results appear whole or not at all, and what is
-present is the ledger.
+"""The parquet store of one study. Results appear whole or not at all, and the stored
+trials are the record of what has been run.
 
     parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
     plan.parquet       the trials of the spec as last launched
@@ -9,11 +9,11 @@ present is the ledger.
 
 A study lives in a folder or below a prefix of an object store: how a part comes to be
 there at once is told in `places.py`. Part ids sort by age, and a trial stored in
-several parts counts from the latest one only, in every table. A merged part names in a
-file the parts it replaces; as soon as it is there they are ignored, so that being
-killed before they are deleted loses and doubles nothing. Schemas, with their metadata,
-are the caller's and are kept as given. Launches of different shares may append to one
-study at the same time: their trials are different ones.
+several parts counts from the latest one only, in every table. A merged part has a file
+that names the parts it replaces. As soon as the merged part exists they are ignored, so
+a process that is killed before it deletes them loses and doubles nothing. Schemas, with
+their metadata, come from the caller and are kept as given. Launches of different shares
+may append to one study at the same time: their trials are different ones.
 """
 
 import json
@@ -167,11 +167,11 @@ class Store:
         self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete the parts that a merged part names, and what dead processes left
-        behind unfinished.
+        """Delete the parts that a merged part names, and the unfinished files of dead
+        processes.
 
-        Only a name is a reason to delete: what one listing lacks may have been stored
-        since it was made.
+        Only a part that is named is deleted: a part that a listing lacks may have been
+        stored since.
         """
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
@@ -233,8 +233,8 @@ class Store:
         return self.place.parts()
 
     def steadily(self, look: Callable[[list[Location]], T]) -> T:
-        """What `look` sees in the current parts; again if parts were merged, or taken
-        away, elsewhere meanwhile.
+        """The result of `look` on the current parts; it looks again if parts were
+        merged, or deleted, elsewhere meanwhile.
         """
         while True:
             parts = self.current_parts()
@@ -330,8 +330,8 @@ def _read_if_there(path: Location, remedy: str) -> pa.Table | None:
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:
-    """Whether parts seen before are still there, and no merged one is new: a listing
-    may have missed what it has.
+    """Whether parts seen before still exist, and no merged part is new: its trials may
+    be in none of the parts that were listed before.
     """
     before, names = {part.name for part in parts}, {part.name for part in now}
     return before <= names and not any(MERGED_MARK in name for name in names - before)

@@ -21,10 +21,10 @@ class Writer(Generic[R]):
 
     A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are
     held, when `seconds` have passed since the last one, and on leaving the context, for
-    whatever reason. Results stay held until their part is stored; how many could not be
-    is said with the error. Where many small parts have come together they are merged.
-    `build` makes the tables of a non-empty list of results; `stored` is told of those
-    whose part the disk holds.
+    whatever reason. Results stay held until their part is stored; an error says how
+    many could not be stored. Small parts are merged once there are many. `build` makes
+    the tables of a non-empty list of results; `stored` is told of those whose part the
+    disk holds.
     """
 
     def __init__(
