@@ -58,7 +58,7 @@ def coverage_figure(
     its coverage and CV, if recorded.
 
     Obstacles are outlined where all trials of a point have the same; a point none of
-    whose trials is done says so. Raises ChoiceError where no heatmaps are stored and for
+    whose trials is done says so. Raises ChoiceError if no heatmaps are stored, and for
     more than twelve points.
     """
     return draw_coverage(coverage_layout(study, where=where))

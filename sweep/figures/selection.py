@@ -190,8 +190,8 @@ class Selection:
     def allow(
         self, panels: int, names: Sequence[str], what: str, remedy: str = ""
     ) -> None:
-        """Raise ChoiceError for more than twelve panels of the values of these settings,
-        which says what to choose.
+        """Raise ChoiceError for more than twelve panels of these settings; it says what
+        to choose.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(

@@ -124,7 +124,7 @@ def _compared(
 ) -> Iterator[BitDifference]:
     if len(stored) != len(found):
         had, has = len(stored), len(found)
-        yield Difference(trial, table, column, abs(had - has), had, None, had, has)
+        yield BitDifference(trial, table, column, abs(had - has), had, None, had, has)
         return
     floats = stored.dtype.kind == found.dtype.kind == "f"
     differing = np.flatnonzero(

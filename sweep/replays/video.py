@@ -59,7 +59,7 @@ def write_gif(pictures: Pictures, file: BinaryIO) -> None:
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) of even size as an MP4. Raises OutputError where
+    """Write pictures (rows, columns, 3) of even size as an MP4. Raises OutputError if
     ffmpeg fails.
     """
     by_path(lambda path: _run_ffmpeg(pictures, path), file)

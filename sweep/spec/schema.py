@@ -112,8 +112,8 @@ def _properties() -> Schema:
         "streams": {
             **mapping(dict.fromkeys(("start", "world", "noise"), stream)),
             "description": (
-                "common: the same random numbers at all points;"
-                " independent: others at each"
+                "common: the same random numbers at all points; independent: others at"
+                " each"
             ),
         },
         "record": _record(),
@@ -241,115 +241,4 @@ def _built_in_maps() -> Schema:
         "then": {
             "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
         },
-    }
-
-
-def _axis(value: Schema) -> Schema:
-    """An axis of one field: a list, or a mapping that says how to make one."""
-    typed = {"values": _listed(value), "choice": _listed(value)}
-    return {"anyOf": [_listed(value), _reference("axis") | {"properties": typed}]}
-
-
-def _joint_axes(values: Schema) -> list[Schema]:
-    """The ways to write an axis of several fields."""
-    distributions = {
-        name: _reference("distribution") | {"properties": {"choice": _listed(value)}}
-        for name, value in values.items()
-    }
-    members = {
-        name: {"anyOf": [_listed(value) | {"uniqueItems": False}, _reference("grid")]}
-        for name, value in values.items()
-    }
-    columns = {
-        "anyOf": [
-            _listed({"enum": list(values)}),
-            _mapping(dict.fromkeys(values, TEXT)),
-        ]
-    }
-    table = {
-        "sample": {"const": "table"},
-        "file": TEXT,
-        "columns": columns,
-        "when": _reference("when"),
-    }
-    return [
-        _sampled(distributions),
-        _mapping(table, ["sample", "file"]),
-        _mapping({"zip": _mapping(members), "when": _reference("when")}, ["zip"]),
-    ]
-
-
-def _sampled(distributions: Schema) -> Schema:
-    """A joint axis drawn by a sampler, with the keys that only some samplers know."""
-    options: Schema = {
-        "points": (
-            _reference("points")
-            | {
-                "description": (
-                    "number of points; of blocks of them for saltelli and morris"
-                )
-            }
-        ),
-        "when": _reference("when"),
-        "second_order": {
-            "type": "boolean",
-            "description": (
-                "false: blocks of D + 2 points for D fields, not 2 D + 2,"
-                " and no indices of pairs"
-            ),
-        },
-        "levels": {
-            "type": "integer",
-            "minimum": 2,
-            "maximum": MOST_LEVELS,
-            "multipleOf": 2,
-            "description": "number of values of a field, by default 4",
-        },
-    }
-    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | dict.fromkeys(
-        OPTIONS.values(), False
-    )
-    blocks = [
-        {"sample": {"const": name}, "points": {"minimum": 2}, "when": False}
-        | {key: False for key in OPTIONS.values() if key != own}
-        for name, own in OPTIONS.items()
-    ]
-    sampler: Schema = {"sample": {"enum": [*SAMPLERS, *OPTIONS]}}
-    joint = _mapping(sampler | options | distributions, ["sample", "points"])
-    return joint | {
-        "anyOf": [{"properties": properties} for properties in (plain, *blocks)]
-    }
-
-
-def _ablation(model: str) -> Schema:
-    """An axis from the preset of the study to another one."""
-    other = {
-        "enum": list(MODELS[model].presets),
-        "description": (
-            "another preset: each setting in which it differs is changed alone, and"
-            " last all of them"
-        ),
-    }
-    return _mapping({"ablate": other, "when": _reference("when")}, ["ablate"])
-
-
-def _reference(name: str) -> Schema:
-    return {"$ref": f"#/$defs/{name}"}
-
-
-def _one_of(keys: Iterable[str]) -> Schema:
-    return {"oneOf": [{"required": [key]} for key in keys]}
-
-
-def _listed(items: Schema) -> Schema:
-    return {"type": "array", "items": items, "minItems": 1, "uniqueItems": True}
-
-
-def _mapping(properties: Schema, required: Iterable[str] = ()) -> Schema:
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": list(required),
-        "additionalProperties": False,
-        "minProperties": 1,
     }

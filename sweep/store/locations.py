@@ -59,7 +59,7 @@ class ListedObject(NamedTuple):
     st_mtime_ns: int
 
 
-class Server:
+class ObjectServer:
     """An object store. It is `known` once it has answered: only then is it waited for
     while it is away.
     """
@@ -243,9 +243,9 @@ class ObjectPath:
         return self.server.ask(self, read)
 
 
-def _below(found: Mapping[str, Found]) -> dict[str, dict[str, Found]]:
+def _below(found: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
     """What was found, by the first name in its key; "" is the object itself."""
-    names = defaultdict[str, dict[str, Found]](dict)
+    names = defaultdict[str, dict[str, ListedObject]](dict)
     for key, one in found.items():
         name, _, rest = key.partition("/")
         names[name][rest] = one

@@ -58,7 +58,7 @@ answer when it was to be deleted.
 """
 
 
-class Claim(NamedTuple):
+class LockClaim(NamedTuple):
     """The content of a claim; one of version 0.3.0 has fewer fields, and holds the
     whole.
     """
@@ -178,7 +178,7 @@ class Lock:
             self._ask()
         return False
 
-    def _rivals(self) -> list[Claim]:
+    def _rivals(self) -> list[LockClaim]:
         """The claims in the way whose owners live, by token. Those of dead owners are
         deleted.
         """
@@ -197,7 +197,7 @@ class Lock:
                 rivals.append(claim)
         return rivals
 
-    def _read(self, token: str) -> Claim | None:
+    def _read(self, token: str) -> LockClaim | None:
         """A claim; None if it is gone. A file that lost its content in a power cut is a
         claim of nobody.
         """
@@ -227,7 +227,7 @@ class Lock:
                 return
             time.sleep(POLL_SECONDS)
 
-    def _death(self, claim: Claim) -> str:
+    def _death(self, claim: LockClaim) -> str:
         """How we know that the owner is dead; empty if it may live."""
         if claim.token in GIVEN_BACK:
             return "that launch is over"

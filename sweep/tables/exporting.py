@@ -45,10 +45,10 @@ def export(
 
     Parquet and Arrow files have the table as it is stored; CSV files have one row a
     boid or pixel where a stored row has many; netCDF files have arrays by trial, see
-    sweep.tables.netcdf. Values come back with the same bits from all. The checksum
-    stands in `<path>.sha256`. Raises ChoiceError, before any work where it can be known,
-    for an unknown table or ending, for a file that exists without `force`, and where
-    there is nothing to export.
+    sweep.tables.netcdf. Values come back with the same bits from all. The checksum is
+    in `<path>.sha256`. Raises ChoiceError, before any work where it can be known, for
+    an unknown table or ending, for a file that exists without `force`, and where there
+    is nothing to export.
     """
     if table not in TABLES:
         raise ChoiceError(f"study {study.name}: {unknown('table', table, TABLES)}")

@@ -17,8 +17,8 @@ from sweep.text import unknown
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
-    """Raise OutputError unless `path` ends as one of `endings`, lies in a folder, and is
-    free or may be replaced.
+    """Raise OutputError unless `path` ends in one of `endings`, lies in a folder, and
+    is free or may be replaced.
     """
     in_unicode(path)
     if path.suffix not in endings:

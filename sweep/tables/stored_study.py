@@ -188,7 +188,7 @@ class StoredStudy:
         """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
         them, shape (F, 4, N).
 
-        Raises ChoiceError where there is no such trial, and where none are stored of it.
+        Raises ChoiceError if there is no such trial, or none are stored of it.
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:

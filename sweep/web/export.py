@@ -111,8 +111,8 @@ def _svg(
 
 
 def animate(flight: Flight, kind: str) -> File:
-    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError for
-    an MP4 without ffmpeg.
+    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError
+    for MP4 without ffmpeg.
     """
     if kind == "mp4":
         find_ffmpeg()

@@ -46,8 +46,8 @@ class Replay(Live):
     """The replay of a stored trial, at step 0; `differences` are those to what is
     stored of it.
 
-    Raises ChoiceError where there is no such trial, StoreError where its map is not known any more,
-    and where it fails, and SpecError where it has more boids than can be shown.
+    Raises ChoiceError if there is no such trial, StoreError if its map is not known any
+    more or it fails, and SpecError if it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:

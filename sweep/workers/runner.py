@@ -115,7 +115,7 @@ class _Chunk(NamedTuple):
 
 
 @dataclass
-class _Loop(Generic[J, R]):
+class _DriveLoop(Generic[J, R]):
     """Which jobs are in flight and which are suspects. A suspect stays queued until its
     own run alone is decided.
     """
@@ -271,7 +271,7 @@ class _Loop(Generic[J, R]):
             self.suspects.popleft()
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
-    def _ended(self, chunk: _Chunk, verdict: Verdict, *, others_go_on: bool) -> list[R]:
+    def _ended(self, chunk: _Chunk, verdict: Overrun, *, others_go_on: bool) -> list[R]:
         """The result of the job that was beyond a limit, unless earlier jobs of the
         worker may have filled the memory.
         """

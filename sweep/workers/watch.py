@@ -43,7 +43,7 @@ class Limits(NamedTuple):
     memory: int | None = None
 
 
-class Verdict(NamedTuple):
+class Overrun(NamedTuple):
     """Which job of a chunk was ended, by position, and why; `late` if out of time."""
 
     position: int
@@ -54,7 +54,7 @@ class Verdict(NamedTuple):
 NO_LIMITS = Limits()
 
 
-class Place(Protocol):
+class JobNote(Protocol):
     """What is sent to a worker with a chunk, so that its current job is known from
     outside.
     """
@@ -151,7 +151,7 @@ class LimitKeeper:
             self._thread.join()
             self._file.close()
 
-    def take(self) -> Place | None:
+    def take(self) -> JobNote | None:
         """A seat for a chunk to be sent; None without limits, or if all are taken."""
         if self.limits == NO_LIMITS or not self._free:
             return None
@@ -161,7 +161,7 @@ class LimitKeeper:
             self._verdicts[number] = None
         return Seat(self._file.name, number)
 
-    def leave(self, place: Place | None) -> Verdict | None:
+    def leave(self, place: JobNote | None) -> Overrun | None:
         """Free the seat of a finished chunk; returns the verdict on one of its jobs."""
         if not isinstance(place, Seat):
             return None

@@ -42,10 +42,10 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     complete trials there, so that optuna's best is our winner; the others are pruned
     ones, and failed ones have failed. With one objective a trial has as intermediate
     values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
-    status, blocks, trial_ids, and for those that are judged held_out. Raises OutputError
-    where the study is no search, the storage cannot be written, or has a study of that
-    name, which is left as it is. The password of a database is that of the variable
-    SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
+    status, blocks, trial_ids, and for those that are judged held_out. Raises
+    OutputError where the study is no search, or the storage cannot be written, or has a
+    study of that name, which is left as it is. The password of a database is that of
+    the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
     """
     asked = read_asked(study)
     name = name or study.name

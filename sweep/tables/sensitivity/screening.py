@@ -47,7 +47,7 @@ def effect_analysis(sample: SampledAxis) -> Analysis:
     return Analysis(rows, ("mu", "mu_star", "sigma"), estimate)
 
 
-def _effects(sample: Sample, step: float) -> tuple[Floats, Floats]:
+def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
     """The effects (fields, b), and their standard deviation from noise, by field."""
     whole = sample.whole
     before, after = whole[:, :-1], whole[:, 1:]

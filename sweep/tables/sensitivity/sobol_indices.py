@@ -46,7 +46,7 @@ def _columns(fields: int, size: int) -> Columns:
     return Columns(0, size - 1, range(1, fields + 1), range(fields + 1, size - 1))
 
 
-def index_analysis(sample: Sample) -> Analysis:
+def index_analysis(sample: SampledAxis) -> Analysis:
     """The raw and corrected S1, ST and S2, and noise's share of a mean's variance."""
     fields, whole = list(sample.settings.columns), sample.whole
     columns = _columns(len(fields), whole.shape[1])
@@ -112,7 +112,7 @@ def _means_of(noise: Floats, drawn: Blocks) -> Floats:
     return means
 
 
-def _noise(sample: Sample, columns: Columns) -> Floats:
+def _noise(sample: SampledAxis, columns: Columns) -> Floats:
     """What noise adds to the variance and each index's numerator, (1 + indices, b)."""
     points, noise = sample.whole.T, sample.noise
     a, b = points[columns.a], points[columns.b]
