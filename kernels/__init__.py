@@ -1,13 +1,22 @@
 """The physics: flocks, rules, worlds and metrics as numba kernels. Reads no file,
 prints nothing, validates nothing.
 
-    settings    what a user can choose                           jit           how kernels are compiled
-    state       Flock, World: what enters kernels                workspace     what a model works with
-    neighbours  who sees whom                                    arbitration   how forces share one acceleration
-    rules/      social, steering, avoidance, obstacles, borders  models/       one file a published model
-    worlds      maps -> World, with arenas                       occupancy     grids on which robots look for obstacles
-    starts      initial flocks                                   recording     frames; events: what is counted
-    metrics/    recorded frames -> numbers                       coverage      visited pixels
+    settings     what a user can choose
+    jit          how kernels are compiled
+    state        Flock, World: what enters kernels
+    workspace    what a model works with
+    neighbours   who sees whom
+    arbitration  how forces share one acceleration
+    rules/       social, steering, avoidance, obstacles, borders
+    models/      one file a published model
+    worlds       maps -> World
+    arenas       maps for small robots, in metres
+    occupancy    grids on which robots look for obstacles
+    starts       initial flocks
+    recording    frames of a trial
+    events       what is counted during a trial
+    metrics/     recorded frames -> numbers
+    coverage     visited pixels
 
 numba's disk cache does not notice that a called function changed in another file (numba
 issue 1833), so cached code lives in a folder named by a hash of all kernels. The same

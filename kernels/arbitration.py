@@ -1,5 +1,5 @@
-"""How forces share one acceleration. Without branches: which force exceeds its limit is
-too random to predict.
+"""How forces share one acceleration. The code has no branches: which force exceeds its
+limit is random, so the processor would mispredict them.
 """
 
 import math
@@ -37,11 +37,11 @@ def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float,
 def serve(
     ax: float, ay: float, x: float, y: float, budget: float
 ) -> tuple[float, float, float]:
-    """The acceleration (ax, ay) with what of the force (x, y) fits in `budget`, and the
-    budget left.
+    """The acceleration (ax, ay) plus the part of the force (x, y) that fits in
+    `budget`, and the budget that is left.
 
-    A force that fits is added whole; one that does not is cut to the budget, and
-    nothing is left for later ones. Section 2 of aziel_chen2025.
+    A force that fits is added whole. One that does not fit is cut to the budget, and
+    nothing is left for later forces. Section 2 of aziel_chen2025.
     """
     length = math.sqrt(x * x + y * y)
     scale = budget / max(length, TINY)
@@ -63,11 +63,10 @@ def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
 def add_in_turn(
     ax: float, ay: float, x: float, y: float, has_room: bool, most: float
 ) -> tuple[float, float, bool]:
-    """The acceleration (ax, ay) with (x, y) added whole while there is room, and
-    whether there still is.
+    """The acceleration (ax, ay) plus the whole of (x, y) while there is room, and
+    whether there is still room.
 
-    There is none any more once the sum is longer than `most`. Algorithm 9 of
-    rustamani2024.
+    There is no room once the sum is longer than `most`. Algorithm 9 of rustamani2024.
     """
     ax = ax + x if has_room else ax
     ay = ay + y if has_room else ay

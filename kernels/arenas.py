@@ -1,5 +1,5 @@
-"""Arenas for small robots, in metres. Like `kernels.worlds`, which enters them, for the
-shape of what they return.
+"""Arenas for small robots, in metres. They return obstacles as `kernels.worlds`
+describes them, which enters them in MAPS.
 """
 
 import numpy as np
@@ -14,7 +14,9 @@ HALF = 0.1
 
 
 def arena(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """No obstacles: robots that look at an occupancy grid know the border by it."""
+    """No obstacles: robots that look at an occupancy grid learn from it where the
+    border is.
+    """
     return np.empty((0, 5))
 
 

@@ -16,8 +16,8 @@ from kernels.state import Indices, World
 from kernels.worlds import Reach, inside_any
 
 BLOCKED = -(2**30)
-"""Where the visit counts of obstacle pixels start: they stay negative, so that no
-second array is needed.
+"""Where the visit counts of obstacle pixels start. They always stay negative, so no
+second array has to mark obstacles.
 """
 
 
@@ -132,8 +132,8 @@ def mark(coverage: Coverage, x: float, y: float) -> None:
 
 @jit
 def _mark_stamp(coverage: Coverage, corner: np.uint32) -> None:
-    """Count the stamp whose square has its first pixel at `corner`; all of it lies in
-    the world.
+    """Count the stamp whose square has its first pixel at `corner`; the whole square
+    lies in the world.
     """
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):
@@ -174,8 +174,8 @@ def _mark_clipped(coverage: Coverage, x: float, y: float) -> None:
 
 @jit
 def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
-    """Add pixels that went from `total` visits in all to one more each: squares grow by
-    2 count + 1.
+    """Add to the sums pixels with `total` visits together, which got one more visit
+    each. The square of a count grows by 2 count + 1.
     """
     coverage.sums[0] += new
     coverage.sums[1] += visits

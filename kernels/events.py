@@ -1,7 +1,7 @@
-"""Counting on the way: escapes, collisions, arrivals at the goal, and how long boids
-have moved in step.
+"""What is counted during a trial: escapes, collisions, arrivals at the goal, and how
+long boids have moved in step.
 
-The start is not looked at. A boid that is outside, in an obstacle or in contact from
+The start itself is not counted. A boid that is outside, in an obstacle or in contact at
 the start counts in step 1.
 """
 
@@ -111,8 +111,8 @@ def _sort(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _compare_pairs(flock: Flock, watch: Watch) -> None:
-    """Set the state of every boid from the pairs it belongs to, found by going outwards
-    along x.
+    """Set the state of every boid from the pairs it belongs to. Pairs are found from
+    each boid outwards along x.
     """
     about = watch.observation
     contact2, company2 = (
@@ -155,8 +155,8 @@ def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
 
 @jit
 def _count_pairs(watch: Watch) -> None:
-    """Count boids that came into contact with another, and those in equilibrium: in
-    step for long enough.
+    """Count boids that came into contact with another, and boids in equilibrium, which
+    have been in step for long enough.
     """
     settled = 0
     for i in range(watch.state.size):

@@ -1,14 +1,15 @@
 """How kernels are compiled: two decorators, and nothing else in the project calls
 numba.
 
-Lazy (no signatures), cached on disk, IEEE arithmetic: `fastmath` gives other bits on
-other processors. With NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python,
-which is the reference the tests compare with.
+Kernels are compiled at their first call (no signatures), cached on disk, and keep IEEE
+arithmetic, since `fastmath` gives different bits on different processors. With
+NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python, which is the reference
+the tests compare with.
 
 numba counts references to every array that a function touches, with atomic
-instructions, and a boid-step touches dozens. A kernel that allocates nothing needs none
-of it: aziel_chen2025 went from 930 to 340 ns a boid-step without reference counts, and
-after other changes from 290 to 160 by inlining all calls.
+instructions, and a boid-step touches dozens of arrays. A kernel that allocates nothing
+does not need this: aziel_chen2025 went from 930 to 340 ns a boid-step without reference
+counts, and after other changes from 290 to 160 by inlining all calls.
 """
 
 from collections.abc import Callable

@@ -1,12 +1,12 @@
 """Who sees whom: range and field of view, through a cell grid that is exact under
 sequential updates.
 
-The plane is folded onto a torus of cells no smaller than the range. Every cell lists
-the boids of its 3 x 3 block in ascending order, so a search reads one list, and sums
-over neighbours have the same bits whatever the grid. A move into another cell changes
-at most nine lists. Where its list is long, or one has overflowed and `full` is set, a
-search looks at everyone instead: the same neighbours in the same order, whichever way
-is taken.
+The plane is folded onto a torus of cells, which are at least as large as the range.
+Every cell lists the boids of its 3 x 3 block in ascending order. So a search reads one
+list, and sums over neighbours have the same bits with any grid. A move into another
+cell changes at most nine lists. If that list is long, or if any list has overflowed and
+`full` is set, a search looks at everyone instead. Both ways find the same neighbours in
+the same order.
 """
 
 import math
@@ -22,8 +22,8 @@ FAR = 9
 ALL_ROUND = -4.0
 CAPACITY, SMALL_FLOCK = 64, 256
 CROWDED = 4
-"""A list of more than N / CROWDED boids takes longer to read than looking at everyone,
-several boids at once.
+"""A list of more than N / CROWDED boids takes longer to read than everyone: the
+processor looks at several boids of everyone at once.
 """
 
 
@@ -127,8 +127,8 @@ def build_grid(
 
 
 def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
-    """Columns and rows: 1, or at least 3 so that a block holds no cell twice; cells a
-    little over the range.
+    """Columns and rows: 1, or at least 3 so that a block holds no cell twice. Cells are
+    a little larger than the range.
     """
     cell = max(search_range * (1 + 1e-6), 1e-9)
     columns, rows = world.width / cell, world.height / cell
@@ -256,8 +256,8 @@ def move_all(grid: Grid, flock: Flock) -> None:
 
 @jit
 def square_range(length: float, inclusive: bool) -> float:
-    """The bound b such that `distance2 < b` means nearer than `length`, or up to it
-    where `inclusive`.
+    """The bound b for squared distances: `distance2 < b` means nearer than `length`, or
+    with `inclusive` at most at `length`.
     """
     square = length * length
     return np.nextafter(square, np.inf) if inclusive else square
@@ -265,8 +265,8 @@ def square_range(length: float, inclusive: bool) -> float:
 
 @jit
 def cone(fov: float) -> float:
-    """The bound of `search` for a field of view of `fov` degrees in all; everything is
-    seen from 360 degrees on.
+    """The bound of `search` for a full field of view of `fov` degrees; 360 degrees and
+    more see everything.
     """
     cosine = math.cos(math.radians(0.5 * fov))
     return ALL_ROUND if fov >= 360.0 else cosine * abs(cosine)
@@ -304,8 +304,8 @@ def search(
         near.dx[found], near.dy[found], near.distance2[found], is_near = _look(
             seen, world, i, j, sight
         )
-        # Entered in any case: whether it stays is too random for the processor's branch
-        # prediction.
+        # Branchless: always write the slot, advance only if the boid is near. The
+        # processor would mispredict this branch.
         found += int(is_near & (j != i))
     return found
 

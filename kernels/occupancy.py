@@ -15,8 +15,8 @@ from kernels.worlds import obstacle_distance
 
 
 class Occupancy(NamedTuple):
-    """`taken` (rows, columns) says which cells are; what lies outside the grid is taken
-    too.
+    """`taken` (rows, columns) says which cells are taken. Everything outside the grid
+    counts as taken too.
     """
 
     taken: NDArray[np.bool_]
@@ -24,7 +24,7 @@ class Occupancy(NamedTuple):
 
 
 def no_occupancy() -> Occupancy:
-    """The grid of a model that does not look at one."""
+    """The empty grid of a model that uses none."""
     return Occupancy(np.zeros((0, 0), np.bool_), 0.0)
 
 
@@ -52,8 +52,8 @@ def build_occupancy(world: World, settings: OccupancySettings) -> Occupancy:
 def _take(
     world: World, cell: float, inflation: float, taken: NDArray[np.bool_]
 ) -> None:
-    """Take the cells about every obstacle, of which only those in the square about it
-    are looked at.
+    """Mark the cells near every obstacle as taken. Only the cells in the square about
+    the obstacle are looked at.
     """
     rows, columns = taken.shape
     for m in range(world.obstacle_x.size):
@@ -76,7 +76,7 @@ def _take(
 
 @jit
 def is_taken(occupancy: Occupancy, x: float, y: float) -> bool:
-    """Whether the cell at (x, y) is taken, or there is none."""
+    """Whether the cell at (x, y) is taken; True outside the grid."""
     column, row = x * occupancy.per_length, y * occupancy.per_length
     rows, columns = occupancy.taken.shape
     return bool(

@@ -57,7 +57,7 @@ def build_frames(n_frames: int, n: int) -> Frames:
 
 @jit
 def keep_frame(flock: Flock, record: Record) -> None:
-    """Take a snapshot, where the steps done call for one."""
+    """Take a snapshot if one is due after the steps done."""
     step = record.progress[STEP]
     if step % record.every != 0 and step != record.last:
         return

@@ -11,7 +11,7 @@ from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach, inside_any
 
 MOST_DRAWS = 100_000
-"""Draws of one position after which the world is taken to have no free place."""
+"""After so many draws of one position we conclude that the world has no free place."""
 
 
 def start_numpy(
@@ -31,7 +31,7 @@ def start_numpy(
         flock.vx[:] = rng.uniform(-speed, speed, n)
         flock.vy[:] = rng.uniform(-speed, speed, n)
     else:
-        # Not np.cos, whose last bit depends on the processor.
+        # math.cos, because the last bit of np.cos depends on the processor.
         headings = rng.uniform(0.0, 2.0 * math.pi, n).tolist()
         flock.vx[:] = [speed * math.cos(heading) for heading in headings]
         flock.vy[:] = [speed * math.sin(heading) for heading in headings]
@@ -42,7 +42,9 @@ def start_numpy(
 def _draw_positions(
     flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
 ) -> bool:
-    """Draw every position, until it is allowed; False where no such place is found."""
+    """Draw every position again until it is allowed; False if no allowed place is
+    found.
+    """
     left, across = _span(settings, settings.start_center_x, world.width)
     top, along = _span(settings, settings.start_center_y, world.height)
     for i in range(flock.x.size):

@@ -16,8 +16,8 @@ class Workspace(NamedTuple):
     """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is
     the flock before a step.
 
-    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, (1, 0)
-    before the first, for models in which a boid at rest still faces somewhere.
+    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, at first
+    (1, 0). Models use them in which a boid at rest still has a heading.
     """
 
     grid: Grid

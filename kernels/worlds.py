@@ -183,8 +183,8 @@ class Reach(NamedTuple):
     """Which obstacles can act at a place: a grid whose cell c holds `obstacle[first[c]
     : first[c + 1]]`, ascending.
 
-    The grid covers the world; a place outside may be reached by all M obstacles, whose
-    indices stand last.
+    The grid covers the world. For places outside there is one more cell, the last, with
+    the indices of all M obstacles.
     """
 
     columns: int
@@ -229,10 +229,10 @@ def build_reach(world: World, margin: float) -> Reach:
 
 @jit
 def _enter(world: World, extent: Floats, reach: Reach) -> None:
-    """Enter every obstacle into the cells within its `extent` (M,), each at `first`,
-    which moves on by one.
+    """Enter every obstacle into the cells within its `extent` (M,). Each entry is
+    written at the cell's `first`, which then moves on by one.
 
-    Where `obstacle` is empty, this counts.
+    With an empty `obstacle` the entries are only counted.
     """
     for m in range(extent.size):
         x, y, r = world.obstacle_x[m], world.obstacle_y[m], extent[m] * (1 + 1e-9)

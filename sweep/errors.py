@@ -28,15 +28,11 @@ class SpecError(UserError):
 
 
 class ChoiceError(UserError):
-    """What was asked of a study that cannot be: an unknown metric, point, kind of
-    figure.
-    """
+    """What was asked is not in the study: a metric, a point, a kind of figure."""
 
 
 class StoreError(UserError):
-    """Results that cannot be read or written; the message names the file and the way
-    out.
-    """
+    """Results cannot be read or written; the message names the file and the way out."""
 
 
 class UnreachableError(StoreError):

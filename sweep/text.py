@@ -109,15 +109,11 @@ def guard_streams() -> None:
 
 
 def unguarded(stream: Any) -> Any:
-    """The stream below a guard, for what is to steer the terminal: a bar, the beginning
-    of a line.
-    """
+    """The stream below a guard, for what steers the terminal, such as a bar."""
     return getattr(stream, "rich_proxied_file", stream)
 
 
 def make_harmless(record: logging.LogRecord) -> bool:
-    """A filter of log records, which lets all of them
-    through with a harmless message.
-    """
+    """A filter of log records that makes their messages harmless and keeps them all."""
     record.msg, record.args = harmless(record.getMessage()), None
     return True

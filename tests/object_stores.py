@@ -59,7 +59,8 @@ class ObjectStore:
         where its port is given.
         """
         assert self.request("PUT", f"/{bucket}") in (200, 409)
-        return f"s3://{bucket}/results?endpoint_override=127.0.0.1:{port or self.port}&scheme=http"
+        server = f"127.0.0.1:{port or self.port}"
+        return f"s3://{bucket}/results?endpoint_override={server}&scheme=http"
 
     def results(self, bucket: str, port: int | None = None) -> ObjectPath:
         """The same, ready to be used."""

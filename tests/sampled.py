@@ -41,15 +41,10 @@ def ishigami(settings: pd.DataFrame) -> np.ndarray:
 
 def axis(sample: str, points: int, **options: object) -> str:
     """The axis `joint` over FIELDS, each uniform from 0 to 1, as a line of a spec."""
-    words = [
-        f"sample: {sample}",
-        f"points: {points}",
-        *(f"{name}: {value}" for name, value in options.items()),
-    ]
-    return (
-        "joint:"
-        f" {{{', '.join([*words, *(f'{name}: {{uniform: [0, 1]}}' for name in FIELDS)])}}}"
-    )
+    words = {"sample": sample, "points": points, **options}
+    words |= dict.fromkeys(FIELDS, "{uniform: [0, 1]}")
+    inside = ", ".join(f"{name}: {value}" for name, value in words.items())
+    return f"joint: {{{inside}}}"
 
 
 class MadeUp(StoredStudy):

@@ -119,9 +119,7 @@ def test_what_comes_with_a_map_is_said_where_the_map_is_chosen() -> None:
     assert refused(small).startswith("spec.yaml:7: start_margin leaves boids no room")
 
 
-def test_a_goal_outside_the_world_is_refused_where_what_is_recorded_is_about_it() -> (
-    None
-):
+def test_a_goal_outside_the_world_is_refused_where_it_is_recorded() -> None:
     robots = SMALL.replace("nguyen2024", "rustamani2024").replace(
         "n: 12", "n: 12, start_speed: 0, map: empty, height: 8"
     )
@@ -180,9 +178,7 @@ def test_what_just_fits_is_accepted(settings: str) -> None:
     )
 
 
-def test_an_occupancy_grid_of_too_many_cells_is_refused_where_the_model_has_one() -> (
-    None
-):
+def test_an_occupancy_grid_of_too_many_cells_is_refused_if_the_model_has_one() -> None:
     robots = SMALL.replace("nguyen2024", "rustamani2024").replace(
         "n: 12", "n: 12, map: empty, width: 600, height: 41"
     )

@@ -37,9 +37,7 @@ def test_g_by_hand() -> None:
     )
 
 
-def test_pairs_with_the_same_random_numbers_have_a_narrower_interval_of_the_same_effect() -> (
-    None
-):
+def test_pairs_with_the_same_random_numbers_narrow_the_interval_of_an_effect() -> None:
     rng = np.random.default_rng(2)
     one = rng.normal(size=40)
     other = one + 0.1 * rng.normal(size=40) - 1.0
@@ -71,9 +69,7 @@ def test_superiority_by_hand_with_equal_values() -> None:
     assert cliffs_delta([1.0, 3.0], [2.0, 3.0]).value == pytest.approx(-0.25)
 
 
-def test_where_all_are_larger_the_interval_still_has_a_width_and_sides_can_be_swapped() -> (
-    None
-):
+def test_where_all_are_larger_the_interval_has_a_width_and_sides_may_swap() -> None:
     found, swapped = (
         cliffs_delta(np.arange(5.0) + 10, np.arange(6.0)),
         cliffs_delta(np.arange(6.0), np.arange(5.0) + 10),

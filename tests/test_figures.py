@@ -100,9 +100,7 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
     assert plotted.shown(metric_curves(part, metrics=["speed"])).startswith(said)
 
 
-def test_a_panel_none_of_whose_trials_is_done_says_so_and_has_no_part_in_the_scale() -> (
-    None
-):
+def test_a_panel_without_done_trials_says_so_and_has_no_part_in_the_scale() -> None:
     part = select(plotted.study("grid")).restricted
     lost = part.trials["alignment_weight"] == 1
     part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "failed"))

@@ -26,7 +26,8 @@ from sweep.workers.runner import drive
 
 assert Path(sweep.trial.simulation.__file__).is_relative_to(os.getcwd())
 engine, kept = Loky(2), []
-batches = drive(range(60), naps.nap, executor=engine, costs=naps.a_second, failed=naps.failed, chunk_seconds=1e-6)
+batches = drive(range(60), naps.nap, executor=engine, costs=naps.a_second,
+                failed=naps.failed, chunk_seconds=1e-6)
 try:
     for batch in batches:
         kept += batch
@@ -114,12 +115,13 @@ def test_code_beside_the_kernels_counts_and_such_as_cannot_be_imported(
 
 
 IMPORTED = """
-import builders, sweep.trial.simulation
+import builders
 from kernels.models import MODELS
+from sweep.trial.simulation import run
 from sweep.workers.fingerprint import imported
 
 before = imported()
-print({sweep.trial.simulation.run(builders.job(name, steps=2)).status for name in MODELS}, imported() - before)
+print({run(builders.job(name, steps=2)).status for name in MODELS}, imported() - before)
 """
 
 

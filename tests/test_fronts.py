@@ -96,9 +96,7 @@ def test_the_hypervolume_of_a_quarter_disc_is_nearly_its_area() -> None:
     assert hypervolume(front, np.zeros(2), BOTH) == pytest.approx(np.pi / 4, abs=1e-3)
 
 
-def test_the_knee_of_a_hyperbola_is_where_its_slope_is_that_of_the_line_through_the_ends() -> (
-    None
-):
+def test_the_knee_of_a_hyperbola_has_the_slope_of_the_line_through_its_ends() -> None:
     """x y = 1 from 1/4 to 4: by symmetry at (1, 1); scaling an objective does not move
     it.
     """
@@ -118,9 +116,7 @@ def test_the_knee_of_a_power_is_where_the_calculus_says() -> None:
     assert x[found] == pytest.approx(1.0 - 3.0**-0.5, abs=1e-3)
 
 
-def test_the_knee_in_three_dimensions_is_the_point_nearest_to_the_ideal_of_a_symmetric_front() -> (
-    None
-):
+def test_the_knee_of_a_symmetric_3d_front_is_the_point_nearest_to_the_ideal() -> None:
     ends = np.eye(3)
     inner = np.array([[0.3, 0.3, 0.3], [0.1, 0.5, 0.39], [0.6, 0.2, 0.19]])
     assert knee(np.vstack([ends, inner]), [False] * 3) == 3

@@ -121,9 +121,8 @@ def test_the_winners_curse_shows_in_the_search_interval_and_not_in_the_held_out_
     assert covers_as_it_should(held, searches, 0.95)
     assert seen <= binom.ppf(1.0 - FALSE_ALARM, searches, 0.6)
     optimism = mean_interval([table["optimism"] for table in tables], 1.0 - FALSE_ALARM)
-    assert (
-        optimism.low <= 1.8675 / np.sqrt(8) <= optimism.high
-    )  # the mean of the largest of twenty normal values
+    largest = 1.8675  # the mean of the largest of twenty normal values
+    assert optimism.low <= largest / np.sqrt(8) <= optimism.high
 
 
 def test_simultaneous_held_out_intervals_cover_all_shown_candidates() -> None:
@@ -169,9 +168,7 @@ def test_the_worst_value_has_no_interval_and_no_optimism() -> None:
     ).all()
 
 
-def test_optimism_is_positive_where_the_search_promised_too_much_in_either_direction() -> (
-    None
-):
+def test_optimism_is_positive_where_the_search_promised_too_much_either_way() -> None:
     parts = [
         rows("search", "search", 0, {"loss": np.array([[1.0], [3.0]]), "weight": 0.5})
     ]
@@ -239,9 +236,7 @@ def test_paired_bootstrap_differences_are_narrow_where_luck_is_shared() -> None:
     )
 
 
-def test_before_held_out_trials_the_best_are_shown_and_nothing_is_known_of_them() -> (
-    None
-):
+def test_before_held_out_trials_the_best_are_shown_and_nothing_is_known() -> None:
     asked = made_up(
         np.random.default_rng(11), [float(k) * 9 for k in range(8)], judged=0
     )
@@ -311,9 +306,7 @@ def fronted(
     return searched(*parts, objectives=(GAIN, LOSS))
 
 
-def test_a_front_says_how_sure_its_members_are_who_beats_them_and_where_the_knee_is() -> (
-    None
-):
+def test_a_front_says_how_sure_its_members_are_and_where_the_knee_is() -> None:
     table = front(
         fronted([(0.0, 0.0), (8.0, 1.0), (9.0, 9.0), (5.0, 5.0)], 0.5)
     ).set_index("candidate")
@@ -323,9 +316,7 @@ def test_a_front_says_how_sure_its_members_are_who_beats_them_and_where_the_knee
     assert table.index[table["knee"]].tolist() == [1]
 
 
-def test_of_two_points_that_noise_cannot_tell_apart_each_is_on_the_front_sometimes_and_none_beaten() -> (
-    None
-):
+def test_of_two_points_equal_but_for_noise_each_is_on_the_front_sometimes() -> None:
     """The second is better in both objectives, in some of the eight tables by what was
     seen as well.
     """

@@ -133,9 +133,7 @@ def points(study: Study) -> list[str]:
     return Jobs(study, expand(study), "sha").points
 
 
-def test_points_stand_for_the_content_of_a_map_and_those_of_built_in_maps_stay() -> (
-    None
-):
+def test_points_stand_for_a_maps_content_and_those_of_built_in_maps_stay() -> None:
     swept = "sweep: {map: [empty, room, cafeteria]}"
     study = short_study(*ROOM, swept)
     empty, room, cafeteria = points(study)

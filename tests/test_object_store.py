@@ -236,9 +236,7 @@ def crashes(act: Callable[[Store], object]) -> Iterator[Store]:
         yield Store(store.folder)
 
 
-def test_a_crash_after_any_request_of_storing_a_part_loses_and_doubles_nothing() -> (
-    None
-):
+def test_a_crash_after_any_request_of_a_store_loses_and_doubles_nothing() -> None:
     _, untouched = in_memory()
     three_parts(untouched)
     before = sorted_tables(untouched)
@@ -291,7 +289,7 @@ def test_a_crash_while_a_damaged_part_is_set_aside_leaves_it_to_be_set_aside() -
             assert len(store.trial_ids()) == 4
 
 
-def test_tables_without_a_manifest_are_tidied_when_they_are_old_by_whoever_has_the_whole(
+def test_old_tables_without_a_manifest_are_tidied_by_whoever_has_the_whole(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     append(store, {"a": "ok"})

@@ -18,9 +18,7 @@ def test_the_mean_is_over_all_blocks_and_scenarios() -> None:
     assert MEAN.of(np.array([[1.0, 2.0], [3.0, 10.0]]), maximize=True) == 4.0
 
 
-def test_the_worst_is_the_smallest_of_what_should_be_large_and_the_largest_of_what_should_be_small() -> (
-    None
-):
+def test_the_worst_is_the_smallest_if_more_is_better_else_the_largest() -> None:
     values = np.array([[1.0, 2.0], [3.0, 10.0]])
     assert WORST.of(values, maximize=True) == 1.0
     assert WORST.of(values, maximize=False) == 10.0

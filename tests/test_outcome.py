@@ -58,9 +58,7 @@ def test_each_candidate_has_its_blocks_its_estimate_and_what_became_of_it() -> N
     assert table["feasible"].all()
 
 
-def test_who_is_in_the_last_batch_when_the_budget_ends_may_have_been_cut_short() -> (
-    None
-):
+def test_the_last_batch_of_a_spent_budget_may_have_been_cut_short() -> None:
     parts = (
         gains(0, [1.0] * 4),
         gains(1, [1.0]),
@@ -103,9 +101,7 @@ def test_trials_that_candidates_share_count_once_against_the_budget() -> None:
     assert table["status"].tolist() == ["raced out", "raced out"]
 
 
-def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_feasible() -> (
-    None
-):
+def test_constraints_make_candidates_infeasible_and_so_does_the_unknown() -> None:
     hits = Constraint("hits", 1.0, True, Statistic("worst"))
     asked = searched(
         gains(0, [1.0, 1.0], hits=np.array([[0.0], [3.0]])),
@@ -119,9 +115,7 @@ def test_constraints_make_candidates_infeasible_and_what_is_not_known_is_not_fea
     assert table["status"].tolist() == ["raced out", "raced out", "failed"]
 
 
-def test_the_winner_is_the_best_of_those_with_all_blocks_even_if_fewer_blocks_look_better() -> (
-    None
-):
+def test_the_winner_is_the_best_with_all_blocks_even_if_fewer_look_better() -> None:
     asked = searched(
         gains(0, [2.0] * 4), gains(1, [3.0] * 4), gains(2, [9.0]), gains(3, [1.0] * 4)
     )
@@ -154,9 +148,7 @@ def test_of_equal_candidates_the_first_is_chosen_and_no_setting_twice() -> None:
     assert chosen(candidates(searched(*parts)), [GAIN], 5) == [0, 1, 3]
 
 
-def test_one_candidate_is_the_winner_and_none_is_where_all_are_infeasible_or_failed() -> (
-    None
-):
+def test_one_candidate_wins_and_none_does_where_all_are_infeasible_or_failed() -> None:
     assert chosen(candidates(searched(gains(4, [1.0]))), [GAIN], 5) == [4]
     failed = gains(0, [1.0], status=np.array([["timeout"]]))
     assert chosen(candidates(searched(failed)), [GAIN], 5) == []

@@ -49,9 +49,7 @@ SCENARIO = {
 }
 
 
-def test_presets_have_the_values_of_table_1_and_differ_in_the_border_rule_alone() -> (
-    None
-):
+def test_presets_have_the_values_of_table_1_and_differ_in_borders_alone() -> None:
     """Ten rovers and five rocks in the arena of 1000 px in a window of 1200; a flock is
     who perceives each other.
     """
@@ -197,9 +195,7 @@ def test_a_border_acts_on_the_components_that_are_in_its_margin(
     ]
 
 
-def test_a_rover_as_written_never_turns_back_from_a_border_that_it_meets_head_on() -> (
-    None
-):
+def test_a_rover_as_written_never_turns_back_from_a_border_met_head_on() -> None:
     """Its component of -10 becomes -20 + 10."""
     assert stepped([(180, 600, -10, 0)], "as_written")[0, 2:].tolist() == [-10, 0]
     assert stepped([(180, 600, -10, 0)], "as_intended")[0, 2:].tolist() == [0, 0]

@@ -92,9 +92,7 @@ def test_one_test_of_an_equal_candidate_is_wrong_at_about_the_level() -> None:
     assert within(sum(blocks == 1 for blocks in spent_on(0.0, REPEATS)), REPEATS, 0.114)
 
 
-def test_an_equal_candidate_is_dropped_less_often_than_the_level_times_the_tests() -> (
-    None
-):
+def test_an_equal_candidate_is_dropped_less_often_than_level_times_tests() -> None:
     """Of four tests, which depend on each other: 0.26 are dropped, and the bound is
     0.4.
     """
@@ -188,9 +186,7 @@ def test_other_statistics_are_resampled_from_five_blocks_on(kind: Statistic) -> 
     assert race(LEVEL, tail).dropped([leader], few) == [False, False]
 
 
-def test_an_equal_candidate_in_a_quantile_is_dropped_about_as_often_as_the_level_says() -> (
-    None
-):
+def test_an_equal_candidate_in_a_quantile_is_dropped_about_at_the_level() -> None:
     """The bootstrap is approximate: at 16 against 8 blocks the rate is measured to be
     below twice the level.
     """

@@ -126,9 +126,7 @@ def test_the_best_so_far_after_each_batch_with_the_trials_spent() -> None:
     assert table["value"].tolist() == [2.0, 2.0, 3.0]
 
 
-def test_without_batches_there_is_a_step_each_candidate_and_shared_trials_count_once() -> (
-    None
-):
+def test_without_batches_a_candidate_is_a_step_and_shared_trials_count_once() -> None:
     parts = run_of("random 0", [2.0, 1.0, 3.0, 9.0], 0.0, batch=-1)
     parts[1]["trial_id"] = parts[0]["trial_id"].to_numpy()
     table = best_so_far(searched(*parts, full=2), "random 0")

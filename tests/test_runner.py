@@ -199,7 +199,8 @@ kept = []
 executor = Loky(2)
 try:
     for batch in drive([0.05] * 400 + [60.0] * 4, runner_jobs.nap, executor=executor,
-                       costs=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
+                       costs=runner_jobs.shortest_first, failed=runner_jobs.failed,
+                       chunk_seconds=0.1):
         kept += batch
         print("batch", flush=True)
 except KeyboardInterrupt:
@@ -241,9 +242,7 @@ def squares_in_this_process() -> Iterator[list[tuple[int, int]]]:
     )
 
 
-def test_a_first_interrupt_is_held_back_until_the_caller_has_handled_its_batch() -> (
-    None
-):
+def test_a_first_interrupt_is_held_back_until_the_batch_has_been_handled() -> None:
     batches = squares_in_this_process()
     handled = next(batches)
     signal.raise_signal(signal.SIGINT)

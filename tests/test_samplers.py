@@ -147,7 +147,8 @@ def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
     """In a process of its own, since optuna is imported only once."""
     script = """if True:
         import sys, types, IPython
-        sys.modules |= {"ipykernel.zmqshell": types.ModuleType("shell"), "ipywidgets": None}
+        sys.modules["ipykernel.zmqshell"] = types.ModuleType("shell")
+        sys.modules["ipywidgets"] = None
         from sweep.campaigns.search.samplers import quiet
         with quiet():
             print("optuna" in sys.modules)

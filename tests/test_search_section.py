@@ -52,7 +52,8 @@ search:
   over: {map: [cafeteria, empty], fov: {linspace: [90, 360, 3]}}
   held_out: {candidates: 3}
   references:
-    usual: {cohesion_weight: 0.1, alignment_weight: 0.01, n: 12, priority: obstacle_first}
+    usual:
+      {cohesion_weight: 0.1, alignment_weight: 0.01, n: 12, priority: obstacle_first}
 derive: {separation_weight: cohesion_weight}
 replicates: 16
 seed: 1

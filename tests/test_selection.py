@@ -21,9 +21,7 @@ def flat(settings: pd.DataFrame) -> np.ndarray:
     return np.zeros(len(settings))
 
 
-def test_listed_settings_come_with_the_fewest_values_first_and_sampled_ones_apart() -> (
-    None
-):
+def test_settings_with_the_fewest_values_come_first_and_sampled_ones_apart() -> None:
     assert select(study("grid")).listed == [
         "borders",
         "separation_weight",

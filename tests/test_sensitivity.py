@@ -159,9 +159,7 @@ def test_intervals_of_corrected_indices_cover_the_truth() -> None:
     assert 0.91 < share < 0.999
 
 
-def test_a_point_without_a_value_takes_its_block_along_and_a_missing_replicate_does_not() -> (
-    None
-):
+def test_a_point_without_a_value_takes_its_block_along_a_lost_replicate_not() -> None:
     study = study_of(axis("saltelli", 64), noise=noisy, replicates=2)
     study.trials.loc[[0, 1, 100], "status"] = "diverged"
     study.trials.loc[200, "speed"] = np.nan

@@ -112,9 +112,7 @@ def test_the_interval_of_one_series_covers_its_mean(
     assert np.mean([one.stationary for one in found]) > 0.95
 
 
-def test_the_interval_of_several_series_covers_their_mean_even_if_they_are_short() -> (
-    None
-):
+def test_the_interval_of_several_short_series_covers_their_mean() -> None:
     """300 sets of 12 series of 10 tau, and drifts found in one of a hundred; 4 standard
     errors.
     """

@@ -185,9 +185,7 @@ def in_another_process(code: str, *options: str, **environment: str) -> str:
     return finished.stdout
 
 
-def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_at_the_first_step() -> (
-    None
-):
+def test_a_trial_that_starts_with_a_boid_at_infinity_diverges_in_step_1() -> None:
     for bad in (math.inf, math.nan):
         simulation = Simulation(builders.job(n=9, steps=5))
         simulation.flock.vx[3] = bad

@@ -1,4 +1,4 @@
-"""What was counted on the way: visited pixels and events."""
+"""What was counted during a trial: visited pixels and events."""
 
 import math
 
@@ -126,7 +126,9 @@ def time_to_goal(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean time at which those boids came there first; NaN where none has."""
+    """Mean time at which boids first came within goal_radius of the goal; NaN if none
+    did.
+    """
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
         steps = frames.counts[f, FIRST_EVENT + ARRIVAL_STEPS]
@@ -156,8 +158,6 @@ def dead_ends(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often a boid that looked for a free heading has
-    found none since the start.
-    """
+    """How often a boid looked for a free heading and found none, since the start."""
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + DEAD_ENDS]

@@ -1,5 +1,5 @@
-"""The potential energy of Eq. (27) of patel2023, with the pair potential whose gradient
-are the model's own rules.
+"""The potential energy of Eq. (27) of patel2023. The gradient of its pair potential
+gives the model's own rules.
 
 For the strengths a of separation, within r_s, and c of cohesion, towards the mean of
 the n boids within r_c, with r_s <= r_c:
@@ -8,9 +8,9 @@ the n boids within r_c, with r_s <= r_c:
     V(r) = (c/n) (r^2 - r_s^2) / 2        for r_s <= r < r_c
 
 so that the force on a boid, with n held fixed, is the sum of both rules. V is least,
-namely 0, at r_s, as the text asks, but stays finite as boids meet. Where only those
-outside r_s cohere, the first line has a alone, and n counts them. Where r_s > r_c,
-which is not checked, V is not the potential of the rules.
+namely 0, at r_s, as the text asks, but stays finite as boids meet. If only boids
+outside r_s cohere, the first line has a in place of a - c/n, and n counts only those
+boids. If r_s > r_c, which is not checked, V is not the potential of the rules.
 """
 
 import math

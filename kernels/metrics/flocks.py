@@ -97,7 +97,7 @@ def largest_flock_share(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """The same in per cent of all boids."""
+    """Boids in the largest flock, in per cent of all boids."""
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):
         values[f] *= 100.0 / frames.bodies.shape[2]

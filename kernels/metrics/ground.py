@@ -24,7 +24,7 @@ class Ground(NamedTuple):
 
 
 class Metric(NamedTuple):
-    """A metric looks at the bodies, or at what was counted on the way.
+    """A metric looks at the bodies, or at what was counted during the trial.
 
     `covers`, `counts` and `pairs` say that it needs, instead of the bodies: the visited
     pixels; escapes, collisions and arrivals; contacts between boids. `potential` says
@@ -42,5 +42,5 @@ class Metric(NamedTuple):
 
     @property
     def looks(self) -> bool:
-        """Whether it looks at the bodies."""
+        """Whether the metric looks at the bodies."""
         return not (self.covers or self.counts or self.pairs)

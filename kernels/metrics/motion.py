@@ -89,8 +89,8 @@ def polarization(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Length of the mean unit velocity: 1 where all head the same way. A boid at rest
-    counts as zero.
+    """Length of the mean unit velocity: 1 if all boids head the same way. A boid at
+    rest counts as a zero vector.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):

@@ -72,8 +72,8 @@ AS_RUN = AS_WRITTEN | {"fov": 270.0, "update": "sequential"}
 
 
 def interaction_range(params: Params) -> float:
-    """The longest distance at which boids act on each other, px: the cells of the
-    search are no smaller.
+    """The longest distance at which boids act on each other, px. The cells of the
+    search are at least as large.
     """
     return params.perception_range
 
@@ -92,9 +92,9 @@ def advance(
     finite.
 
     `seen` is what boids react to: the flock itself in a sequential update, a copy from
-    before the step otherwise. The grid is told of every move at once, or of all moves
-    after the step. The loop is written out in every model, since papers differ in it
-    and a reader must see how.
+    before the step otherwise. In a sequential update the grid is told of every move at
+    once, otherwise of all moves after the step. Every model writes this loop out,
+    because papers differ in it and a reader must see how.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(params.perception_range, False)

@@ -76,7 +76,7 @@ AS_WRITTEN = COMMON | {
 """The document gives no values. These are widely used with this pseudocode; boids,
 steps and start are our choice.
 
-There is no program either: as_run is the same as as_written.
+There is no program of the authors either, so as_run equals as_written.
 """
 
 
@@ -99,7 +99,7 @@ def _pair_potential(params: Params) -> PairPotential:
 def _new_velocity(
     params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after cohesion, alignment with what that has left,
+    """The velocity of boid `i` after cohesion, then alignment of the changed velocity,
     separation, borders and limits.
     """
     crowd2, range2 = (

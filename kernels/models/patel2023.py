@@ -87,8 +87,8 @@ AS_WRITTEN = COMMON | {
     "start_free": False,
     "flock_range": 80.0,
 }
-"""The world is the window, and the arena what is 100 px from its borders. Rocks are
-points.
+"""The world is the window. The arena is the part that is at least 100 px from its
+borders. Rocks are points.
 
 The document does not give the rate of frames, nor how long a trial is; 500 steps are
 our choice.
@@ -141,8 +141,8 @@ def _border(params: Params, position: float, velocity: float, length: float) -> 
 def _new_velocity(
     params: Params, seen: Flock, world: World, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after five rules, each of which acts on what the one
-    before it has left.
+    """The velocity of boid `i` after five rules; each rule acts on the result of the
+    one before.
     """
     near, dt = work.near, params.dt
     x, y = separation_linear(
@@ -189,8 +189,8 @@ def advance(
 
     p += v dt, then v += dt times the sum of the rules at the new position. In a
     synchronous update all boids move before any of them looks. The velocity at the end
-    of a step is limited at the beginning of the next: what is recorded is faster than
-    what moves, as run about 21 px a step where moves are 10.
+    of a step is limited only at the beginning of the next step. So recorded velocities
+    are faster than the moves: as run about 21 px a step, while moves are 10 px.
     """
     sequential = params.update == SEQUENTIAL
     range2 = square_range(

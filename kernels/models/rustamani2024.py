@@ -254,9 +254,7 @@ def _flocking(
 def _navigation(
     params: Params, seen: Flock, world: World, i: int
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The weighted arrival and seek of boid `i`, zero where
-    it does not know the goal.
-    """
+    """The weighted arrival and seek of boid `i`; zero if it does not know the goal."""
     if i >= math.floor(params.leader_share * seen.x.size + 0.5):
         return (0.0, 0.0), (0.0, 0.0)
     dx, dy, vx, vy = (

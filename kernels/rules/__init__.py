@@ -1,6 +1,8 @@
 """Steering rules, one kernel each: from what a boid perceives to a vector.
 
-social      separation laws, alignment, cohesion        steering    wander, the way to a goal
-obstacles   repulsion by obstacles and walls            borders     what happens at the edge of the world
-avoidance   steering round what an occupancy grid holds
+social     separation laws, alignment, cohesion
+steering   wander, the way to a goal
+obstacles  repulsion by obstacles and walls
+borders    what happens at the edge of the world
+avoidance  steering round what an occupancy grid holds
 """

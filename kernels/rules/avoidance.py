@@ -6,7 +6,8 @@ from kernels.jit import jit
 from kernels.occupancy import Occupancy, is_taken
 
 ROUNDING = 1e-9
-"""So that a path of five steps, which floating point may put a little below, has five.
+"""Added before rounding down: floating point may make a path of five steps slightly
+less than five.
 """
 
 
@@ -24,11 +25,11 @@ def steer_to_avoid(
     """The unit vector of the free heading nearest to the velocity, and whether there is
     none.
 
-    A heading is free if the path of length `look_ahead` is. It is looked for in steps
-    of `turn` radians, up to half a turn to either side and at every step on the side of
-    growing angles first. The vector is zero where the way ahead is free, where none is,
-    and for a boid at rest. Algorithm 7 of rustamani2024, which goes on for ever where
-    no heading is free.
+    A heading is free if the path of length `look_ahead` is. The search goes in steps of
+    `turn` radians up to half a turn to either side, and looks at the side of growing
+    angles first. The vector is zero if the way ahead is free, if no heading is free,
+    and for a boid at rest. This is Algorithm 7 of rustamani2024, which would loop for
+    ever if no heading is free.
     """
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0, False
@@ -47,8 +48,8 @@ def steer_to_avoid(
 def _is_free(
     occupancy: Occupancy, x: float, y: float, heading: float, length: float, step: float
 ) -> bool:
-    """Whether the points of a path are free: one every `step`, but for its two ends, as
-    in Algorithm 8.
+    """Whether the points of a path are free. There is a point every `step`; both ends
+    are left out, as in Algorithm 8.
     """
     along, across = length * math.cos(heading), length * math.sin(heading)
     points = math.floor(length / step + ROUNDING)

@@ -41,8 +41,8 @@ def arrival(
     """From the velocity to the one that takes a boid along (dx, dy) to its goal:
     Algorithm 6 of rustamani2024.
 
-    That is `gain` times `most`, and less in proportion to the distance where it is
-    below `slow`. Zero nearer than `stop`: there a boid is left to drift.
+    The wanted speed is `gain` times `most`; nearer than `slow` it falls in proportion
+    to the distance. Nearer than `stop` the vector is zero, so the boid drifts.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     scale = gain * most / max(distance, slow)

@@ -3,11 +3,16 @@
 Every result says on how many values it rests; trials that are not done take no part and
 are counted.
 
-    estimate      a number with its interval     intervals     Student, Wilson, bootstrap
-    resampling    bootstrap draws                pairing       values that share randomness
-    contrasts     differences between groups     effect_sizes  Hedges' g, Cliff's delta
-    simultaneous  intervals that hold together   sequential    the same while trials are added
-    series        curves against time            steady        means after the transient
+    estimate      a number with its interval
+    intervals     Student, Wilson, bootstrap
+    resampling    bootstrap draws
+    pairing       values that share randomness
+    contrasts     differences between groups
+    effect_sizes  Hedges' g, Cliff's delta
+    simultaneous  intervals that hold together
+    sequential    the same while trials are added
+    series        curves against time
+    steady        means after the transient
     order         susceptibility and Binder cumulant
 """
 

@@ -153,8 +153,8 @@ def paired_contrast(
     """
     if not (first.index.is_unique and second.index.is_unique):
         raise ValueError(
-            "values cannot be paired: several have the same seed, replicate and"
-            " settings"
+            "values cannot be paired:"
+            " several have the same seed, replicate and settings"
         )
     both = pd.concat([first, second], axis=1, join="inner").dropna().sort_index()
     one, other = both.to_numpy(np.float64).T
@@ -190,8 +190,8 @@ def contrast(
             raise ValueError(f"no trial has {_words(settings)}")
     if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
         raise ValueError(
-            f"{_words(first)} and {_words(second)} share trials; a contrast needs two"
-            " apart"
+            f"{_words(first)} and {_words(second)} share trials;"
+            " a contrast needs two apart"
         )
     free = [name for name in varied if name not in {*first, *second}]
     return compare(*(_units(side, metric, unit, free) for side in sides))
@@ -304,13 +304,11 @@ def equivalence(
 
 
 def _common(sides: Sequence[Contrast]) -> list[Contrast]:
-    """The contrasts of the pairs that all of them have. Raises ValueError where one is
-    not paired.
-    """
+    """The contrasts of the pairs that all have. ValueError if one is not paired."""
     if not all(side.paired for side in sides):
         raise ValueError(
-            "max_t resamples whole replicates: every value needs a trial of each,"
-            " started in common"
+            "max_t resamples whole replicates:"
+            " every value needs a trial of each, started in common"
         )
     tables = [
         pd.DataFrame({"first": side.first, "second": side.second}, index=side.pairs)

@@ -41,9 +41,7 @@ class MeanEstimate:
 
     @property
     def testable(self) -> bool:
-        """Whether every sample has two values, without which nothing is known of their
-        spread.
-        """
+        """Whether every sample has two values, as a spread needs."""
         return min(sample.n for sample in self.samples) > 1
 
     def interval(
@@ -107,9 +105,7 @@ class RankEstimate:
 
     @property
     def testable(self) -> bool:
-        """Whether there are the four pairs that an interval needs, and the correlation
-        is defined.
-        """
+        """Whether the correlation is defined and has four pairs, for an interval."""
         return self.n > 3 and not math.isnan(self.value)
 
     def interval(

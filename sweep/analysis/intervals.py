@@ -56,13 +56,13 @@ def mean_interval(
 
     The values must be independent. `interval` is one of
 
-    - "t", Student's: for means that are about normal; - "bootstrap", BCa (Efron 1987,
-    J. Am. Stat. Assoc. 82, 171-185): its two sides miss about equally often where the
-      distribution is skewed, but it is too narrow for fewer than about 50 values;
+    - "t", Student's: for means that are about normal;
+    - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): its two sides miss
+      about equally often where the distribution is skewed, but it is too narrow for
+      fewer than about 50 values;
     - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
-    section 12.5): wide on the side of
-      the long tail, and for few skewed values the one that covers best. Unbounded for
-      two or three values.
+      section 12.5): wide on the side of the long tail, and for few skewed values the
+      one that covers best. Unbounded for two or three values.
 
     Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order; 30: 93,
     92 and 94 %; for 30 lognormal ones with sigma = 1: 88, 89 and 93 %. NaN bounds for
@@ -107,8 +107,8 @@ def quantile_interval(
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
         raise ValueError(
-            f"probability: {probability}; allowed: above 0 and below 1, and the median"
-            " is 0.5"
+            f"probability: {probability}; allowed: above 0 and below 1,"
+            " and the median is 0.5"
         )
     known = _known(values)
     if len(known) < 2:

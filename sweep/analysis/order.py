@@ -165,9 +165,7 @@ def _binder(_first: Floats, second: Floats, fourth: Floats) -> Floats:
 def _pseudo_values(
     moments: Floats, statistic: Callable[[Floats, Floats, Floats], Floats]
 ) -> Floats:
-    """k f(all) - (k - 1) f(all but one) for each trial, f being a function of the
-    pooled moments.
-    """
+    """k f(all) - (k - 1) f(all but one) by trial; f is a function of pooled moments."""
     k = len(moments)
     if k < 2:
         return statistic(*moments.T)

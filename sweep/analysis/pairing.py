@@ -40,9 +40,7 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Which of `values` are `value`; numbers to the last digits, so that 0.3 finds 3 *
-    0.1.
-    """
+    """Which of `values` are `value`; numbers about, so that 0.3 finds 3 * 0.1."""
     array = np.asarray(values)
     if (
         isinstance(value, int | float)
@@ -98,14 +96,9 @@ def common_streams(trials: pd.DataFrame) -> frozenset[str]:
         dict(stream.split("=") for stream in text.split())
         for text in trials["streams"].unique()
     ]
-    return (
-        frozenset(
-            name
-            for name in streams[0]
-            if all(each[name] == "common" for each in streams)
-        )
-        if streams
-        else frozenset()
+    names = streams[0] if streams else ()
+    return frozenset(
+        name for name in names if all(each[name] == "common" for each in streams)
     )
 
 

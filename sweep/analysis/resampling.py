@@ -79,8 +79,6 @@ def student_statistics(centred: Floats) -> Floats:
 
 
 def ratio(mean: Floats, error: Floats) -> Floats:
-    """Student's statistic: infinite without an error, and zero where the mean is so
-    too.
-    """
+    """Student's statistic. Without an error it is infinite, or zero for a mean of 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(mean == 0.0, 0.0, mean / error)

@@ -69,9 +69,7 @@ class Until:
 
     @property
     def nominal(self) -> float:
-        """The confidence of Student's interval at each look; the first call takes about
-        a second.
-        """
+        """Student's confidence at each look; the first call takes about a second."""
         return nominal_confidence(self.looks, self.confidence)
 
     def as_json(self) -> dict[str, object]:
@@ -228,9 +226,7 @@ def _spread(values: Floats, trials: Counts) -> tuple[Counts, Floats]:
 
 
 def _student(nominal: float, counts: Counts) -> Floats:
-    """Student's quantile of a two-sided interval for so many values; NaN for fewer than
-    two.
-    """
+    """Student's quantile of a two-sided interval; NaN for fewer than two values."""
     from scipy.special import stdtrit
 
     freedom = np.where(counts > 1, counts - 1.0, np.nan)

@@ -24,9 +24,7 @@ emcee warns at the same).
 """
 EARLY, LATE = 0.1, 0.5
 ENOUGH_SERIES = 10
-"""From so many on, series are compared with each other and not with their
-autocorrelation.
-"""
+"""So many series are compared with each other, not with their autocorrelation."""
 FEWEST_FRAMES = 20
 LARGEST_SHARE = 0.5
 

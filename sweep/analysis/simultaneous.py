@@ -1,6 +1,4 @@
-"""Many intervals or tests at once: how sure each must be for all of them to hold
-together.
-"""
+"""Many intervals or tests at once: how sure each must be for all to hold together."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args

@@ -50,9 +50,7 @@ class SteadyState:
 
     @property
     def stationary(self) -> bool:
-        """Whether nothing speaks against a steady state, and there are values enough to
-        tell.
-        """
+        """Whether there are enough values and nothing speaks against a steady state."""
         return not self.problems
 
 

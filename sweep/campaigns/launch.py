@@ -63,8 +63,8 @@ def launch(
         )
     if share and study.until:
         message = (
-            "what trials follow depends on all that are stored: this study cannot be"
-            " launched in shares"
+            "what trials follow depends on all that are stored:"
+            " this study cannot be launched in shares"
         )
         raise study.document.error(("replicates", "until"), message)
     design, store = expand(study), Store(results / study.name, results)
@@ -123,28 +123,19 @@ class _Launch:
         if not self.retry:
             self.failures.note_stored(failed_among(stored, plan["trial_id"]))
         _publish(self.study, self.store, plan)
-        del (
-            plan,
-            stored,
-        )  # of a million trials they would be a hundred megabytes, all the while
+        # For a million trials they would hold a hundred megabytes all the while.
+        del plan, stored
         pa.default_memory_pool().release_unused()
         if missing:
             self.report(self.progress)
             tables = Tables(self.study, self.origin)
+            failures, note = self.failures, self._note
             run_jobs(
-                self.study,
-                missing,
-                self.store,
-                tables,
-                self.executor,
-                self.failures,
-                self._note,
+                self.study, missing, self.store, tables, self.executor, failures, note
             )
 
     def _missing(self, ids: pa.ChunkedArray, stored: pa.Table) -> Counts:
-        """The places in the plan of the trials to run; takes note of how many are
-        stored.
-        """
+        """The places in the plan of the trials to run; notes how many are stored."""
         kept = _among(ids, stored["trial_id"])
         self.progress.apart = len(stored) - int(kept.sum())
         if self.retry:
@@ -215,9 +206,7 @@ def _publish(study: Study, store: Store, plan: pa.Table) -> None:
 
 
 def _further(until: Until, store: Store, trials: Counts) -> Counts:
-    """How many trials each point gets from now on, all
-    those in the plan being stored.
-    """
+    """How many trials each point gets next, once all in the plan are stored."""
     wanted = store.read_plan()["trial_id"].combine_chunks()
     table = store.read("trials", trial_ids=wanted, columns=["trial_id", until.metric])
     checked_numbers(store.folder, table, [until.metric])

@@ -4,14 +4,21 @@ Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a 
 spec, 130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside
 the commands, so that `sweep --help` answers at once.
 
-    app        the app and its options          engines    where trials run
-    running    launch, search, reproduce        reading    table, plot, compare
-    keeping    verify, diff, gc, export         viewing    the live simulator
-    catalogue  models, maps, metrics            listing    what exists, what came out
-    progress   a launch on stderr               search_progress  and a search
-    counting   other work on stderr             search_report    what a search found
-    showing    files of a replay                comparison_text  a comparison
-    terminal   tables and lines, by rich
+    app              the app and its options
+    engines          where trials run
+    running          launch, search, reproduce
+    reading          table, plot, compare
+    keeping          verify, diff, gc, export
+    viewing          the live simulator
+    catalogue        models, maps, metrics
+    listing          what exists, what came out
+    progress         a launch on stderr
+    search_progress  a search on stderr
+    counting         other work on stderr
+    search_report    what a search found
+    showing          files of a replay
+    comparison_text  a comparison
+    terminal         tables and lines, by rich
 """
 
 import os
@@ -47,8 +54,8 @@ def main() -> None:
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
         stop(
-            "interrupted; what is done is stored, and the same command goes on from"
-            " there",
+            "interrupted; what is done is stored,"
+            " and the same command goes on from there",
             INTERRUPTED,
         )
     except BrokenPipeError:

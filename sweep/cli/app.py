@@ -31,8 +31,8 @@ else:  # typer knows no union of types
             parser=location,
             metavar="FOLDER|S3",
             help=(
-                "Folder that holds the stored studies, or s3://bucket/prefix of an"
-                " object store."
+                "Folder that holds the stored studies,"
+                " or s3://bucket/prefix of an object store."
             ),
         ),
     ]

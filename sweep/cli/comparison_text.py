@@ -22,8 +22,8 @@ SMALLEST_P = 0.001
 
 INTERVALS = {
     "holm": (
-        "the intervals of all {n} hold together (Bonferroni), p is adjusted for all"
-        " (Holm)"
+        "the intervals of all {n} hold together (Bonferroni),"
+        " p is adjusted for all (Holm)"
     ),
     "bonferroni": (
         "the intervals of all {n} hold together and p is adjusted for all (Bonferroni)"
@@ -288,8 +288,8 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             else "all rows are"
         )
         yield (
-            f"{number} paired by seed and replicate, with the random numbers of"
-            f" {streams} in common"
+            f"{number} paired by seed and replicate,"
+            f" with the random numbers of {streams} in common"
         )
     else:
         yield "not paired: the trials of A and B share no random numbers"

@@ -85,8 +85,8 @@ def _dask(
 ) -> "ExecutorFactory":
     if workers:
         stop(
-            "--workers: a dask cluster has the workers that were started for it; leave"
-            " the option out"
+            "--workers: a dask cluster has the workers that were started for it;"
+            " leave the option out"
         )
     if (address is None) == (scheduler_file is None):
         stop(

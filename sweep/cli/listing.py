@@ -160,8 +160,8 @@ def _caption(study: StoredStudy, interval: MeanKind) -> str:
     return (
         f"{rule['metric']}: mean ± half width of the repeated"
         f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
-        f" each point was chosen\nother metrics: {INTERVALS[interval]}, which takes"
-        " that as given"
+        f" each point was chosen\nother metrics: {INTERVALS[interval]},"
+        " which takes that as given"
     )
 
 

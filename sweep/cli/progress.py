@@ -42,7 +42,8 @@ class ProgressBar:
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
-        guard_streams()  # rich has put its own in their place, which print above the bar
+        # rich has put its own streams in their place, which print above the bar.
+        guard_streams()
         return self
 
     def __exit__(
@@ -101,15 +102,15 @@ class ProgressBar:
             else ""
         )
         self._line(
-            f"{settled}{progress.trials:,} trials, {progress.stored:,} of them stored"
-            " already"
+            f"{settled}{progress.trials:,} trials,"
+            f" {progress.stored:,} of them stored already"
         )
         if progress.apart:
             later = ", or are not asked for yet" if rule else ""
             self._line(
                 f"{progress.apart:,} stored trials belong to another version of the"
-                f" spec or of the kernels{later}: they are kept, and stay out of the"
-                " tables"
+                f" spec or of the kernels{later}: they are kept,"
+                " and stay out of the tables"
             )
 
     def _line(self, text: str) -> None:

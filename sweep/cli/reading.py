@@ -59,8 +59,8 @@ def table(
         IntervalKind,
         typer.Option(
             help=(
-                "Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed"
-                " values."
+                "Student's; or a bootstrap: BCa,"
+                " or bootstrap-t for few and skewed values."
             )
         ),
     ] = IntervalKind.t,
@@ -114,8 +114,8 @@ def plot(
         list[str] | None,
         typer.Option(
             help=(
-                "A metric to show; coverage+ is to be high, coverage_cv- low."
-                " Repeatable."
+                "A metric to show; coverage+ is to be high,"
+                " coverage_cv- low. Repeatable."
             )
         ),
     ] = None,

@@ -74,8 +74,8 @@ def search(
         typer.Option(
             min=0,
             help=(
-                "Repeat the search so often with other seeds, and compare it with"
-                " random searches."
+                "Repeat the search so often with other seeds,"
+                " and compare it with random searches."
             ),
         ),
     ] = 0,

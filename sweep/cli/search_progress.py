@@ -22,7 +22,7 @@ class SearchBar(ProgressBar):
     def _first(self, progress: Progress) -> None:
         if not self.begun:
             self._line(
-                f"at most {progress.trials:,} trials; what is stored already does not"
-                " run again"
+                f"at most {progress.trials:,} trials;"
+                " what is stored already does not run again"
             )
         self.begun = True

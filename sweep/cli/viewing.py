@@ -60,13 +60,13 @@ def view(
     """
     if what and (model or preset or map_name):
         stop(
-            f"--model, --preset and --map are for a view without {what}, which has"
-            " its own"
+            f"--model, --preset and --map are for a view without {what},"
+            " which has its own"
         )
     if what and trial and _is_spec(what):
         stop(
-            f"{what} is a spec, and {trial} the trial of a study: sweep view STUDY"
-            f" {trial}"
+            f"{what} is a spec, and {trial} the trial of a study:"
+            f" sweep view STUDY {trial}"
         )
     try:
         from sweep.web.server import PageServer

@@ -1,6 +1,9 @@
 """From a Study to its points and jobs, and what they cost, without running any.
 
-points       columns of settings while they grow   design  the points of a study
-consistency  what settings fulfil together         jobs    a trial's seed, id and settings
-cost         seconds and bytes of a trial          plan    what a launch would run
+points       columns of settings while they grow
+design       the points of a study
+consistency  what settings fulfil together
+jobs         a trial's seed, id and settings
+cost         seconds and bytes of a trial
+plan         what a launch would run
 """

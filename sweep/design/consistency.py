@@ -21,9 +21,7 @@ have about sixty.
 
 
 class Demand(NamedTuple):
-    """A condition on the settings of every point, and what to say where it does not
-    hold.
-    """
+    """A condition on the settings of every point, and what its error says."""
 
     condition: str
     message: str
@@ -32,19 +30,19 @@ class Demand(NamedTuple):
 DEMANDS = (
     Demand(
         f"max(width, height) <= {MOST_SIDE}",
-        f"the world is larger than {MOST_SIDE:g}, where positions have no decimals any"
-        " more",
+        f"the world is larger than {MOST_SIDE:g},"
+        " where positions have no decimals any more",
     ),
     Demand(
         "2 * start_margin < min(width, height)",
-        "start_margin leaves boids no room: it must be less than half of width and of"
-        " height",
+        "start_margin leaves boids no room:"
+        " it must be less than half of width and of height",
     ),
     Demand(
         "map != 'random_obstacles' or n_obstacles == 0 or 2 * obstacle_margin <="
         " min(width, height)",
-        "obstacle_margin leaves obstacles no room: it must be at most half of width and"
-        " of height",
+        "obstacle_margin leaves obstacles no room:"
+        " it must be at most half of width and of height",
     ),
     Demand(
         "start_draws == 'numpy' or start_radius == 0",
@@ -63,8 +61,8 @@ DEMANDS = (
 PIXELS = (
     Demand(
         f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
-        f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of"
-        " them",
+        "coverage is counted by pixels,"
+        f" and the world has more than {MOST_PIXELS:,} of them",
     ),
     Demand(
         "pixel <= min(width, height)",
@@ -106,9 +104,7 @@ CELLS = Demand(
 
 
 def check_consistency(study: Study, points: Points) -> None:
-    """Raise SpecError, naming the first such point, where
-    settings do not go together.
-    """
+    """Raise SpecError for the first point whose settings do not go together."""
     pixels = PIXELS if _covers(study.record) else ()
     goal = [GOAL] if set(GOAL_METRICS) & set(study.record.metrics) else []
     looking = [CELLS, *LOOKING] if MODELS[study.model].occupancy else []

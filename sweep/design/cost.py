@@ -113,24 +113,19 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a field that varies changes the estimate, as far as its ends show at a
-    few points.
-    """
+    """Whether a varied field changes the estimate, by its ends at a few points."""
     column = design.columns[name]
     if column.dtype == object:
         return False
     ends = column.min().item(), column.max().item()
     probes = np.unique(np.linspace(0, design.n_points - 1, PROBES).astype(int)).tolist()
-    return any(
-        len(
-            {
-                trial_seconds(study.model, one | {name: end}, study.record)
-                for end in ends
-            }
+    for one in map(design.settings, probes):
+        low, high = (
+            trial_seconds(study.model, one | {name: end}, study.record) for end in ends
         )
-        > 1
-        for one in map(design.settings, probes)
-    )
+        if low != high:
+            return True
+    return False
 
 
 def study_cost(study: Study, design: Design) -> tuple[float, float]:

@@ -32,9 +32,7 @@ Counts = NDArray[np.int64]
 TRIAL_ID = re.compile("[0-9a-f]{24}")
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points, or trials, whose ids are made at once: for a million, the texts would take a
-gigabyte.
-"""
+"""Points, or trials, whose ids are made at once: a million would take a gigabyte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +102,7 @@ def point_id(
 
 
 def _identity(name: str, value: Value, maps: Mapping[str, OwnMap]) -> Value:
-    """What stands for a value in the hash: for a map of the spec's own, its name and
-    content.
-    """
+    """What stands for a value in the hash: for an own map, its name and content."""
     return (
         f"{value} {maps[str(value)].digest}"
         if name == "map" and value in maps
@@ -147,9 +143,8 @@ class Jobs(Sequence[Job]):
             "metrics": sorted(recorded.metrics),
             "series": sorted(recorded.series),
         }
-        if (
-            not recorded.trajectories
-        ):  # which came later: without them a trial is what it was
+        # Trajectories came later: without them a trial is what it was.
+        if not recorded.trajectories:
             del record["trajectories"]
         content = [kernels_sha, asdict(study.streams), record]
         self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
@@ -209,9 +204,7 @@ class Jobs(Sequence[Job]):
         return _point_ids(self.study, self.design)
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
-        """The ids of some trials, of which these are the places of the points and the
-        replicates.
-        """
+        """The ids of some trials, by the places of their points and replicates."""
         names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
         ids = [
             self._trial_id(name.decode(), self._ending(number))
@@ -320,9 +313,7 @@ def _point_ids_between(
 def _members(
     name: str, values: list[Value], default: Value, maps: Mapping[str, OwnMap]
 ) -> list[str]:
-    """`,"name":value` in JSON for each value, or nothing where it is the default; see
-    `_identity`.
-    """
+    """`,"name":value` in JSON for each value, "" for a default; see `_identity`."""
     distinct = list(dict.fromkeys(values))
     texts = json.dumps(
         [_identity(name, value, maps) for value in distinct], separators=("\n", ":")

@@ -1,15 +1,24 @@
 """Figures from tables, in one house style, for the command line, notebooks and
 published studies.
 
-    kinds        which figures suit a study      selection    which trials a figure shows
-    style        what all figures share          pieces       maps, flocks, intervals
-    scales       axes of settings                aims         which way a metric is better
-    saving       files that say what they show   curves       metrics against time
-    heatmap      a metric over two settings      scatter      a metric against each setting
-    parallel     all settings of the best        pareto       two metrics, and their front
-    coverage     where boids were                trajectories the ways of boids
-    details      what each detail does           sensitivity  which settings matter
-    search       history and front of a search   search_runs  its repetitions
+    kinds         which figures suit a study
+    selection     which trials a figure shows
+    style         what all figures share
+    pieces        maps, flocks, intervals
+    scales        axes of settings
+    aims          which way a metric is better
+    saving        files that say what they show
+    curves        metrics against time
+    heatmap       a metric over two settings
+    scatter       a metric against each setting
+    parallel      all settings of the best
+    pareto        two metrics, and their front
+    coverage      where boids were
+    trajectories  the ways of boids
+    details       what each detail does
+    sensitivity   which settings matter
+    search        history and front of a search
+    search_runs   its repetitions
 """
 
 from sweep.figures.coverage import coverage_figure

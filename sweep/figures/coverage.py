@@ -1,6 +1,4 @@
-"""Where boids were: the mean number of visits of each pixel of the map, a panel a
-point.
-"""
+"""Where boids were: the mean visits of each pixel of the map, a panel a point."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -60,7 +58,7 @@ def coverage_figure(
     its coverage and CV, if recorded.
 
     Obstacles are outlined where all trials of a point have the same; a point none of
-    whose trials is done says so. Raises ChoiceError where no heatmaps are stored and for
+    whose trials is done says so. Raises ChoiceError if no heatmaps are stored, and for
     more than twelve points.
     """
     return draw_coverage(coverage_layout(study, where=where))
@@ -151,8 +149,8 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     }
     if not set(wanted.to_pylist()) <= place.keys():
         raise StoreError(
-            f"study {selection.study.name}: a trial that is done has no heatmap; choose"
-            " with where"
+            f"study {selection.study.name}: a trial that is done has no heatmap;"
+            " choose with where"
         )
     return [
         _mean([_counts(stored, place[trial]) for trial in trials], trials)
@@ -175,9 +173,7 @@ def _mean(visits: list[NDArray[np.int32]], trials: list[str]) -> Visits:
 
 
 def _said(selection: Selection, facet: Facet) -> list[str]:
-    """Coverage and CV of a point with their intervals, in words, as far as they are
-    recorded.
-    """
+    """Coverage and CV of a point with intervals, in words, as far as recorded."""
     trials = among(selection.trials, facet.points)
     lines = []
     for metric in NAMED:

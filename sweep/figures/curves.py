@@ -94,9 +94,7 @@ def curves_layout(
 
 
 def series_metrics(study: StoredStudy) -> list[str]:
-    """The metrics of which every recorded frame is stored. Raises ChoiceError where
-    there are none.
-    """
+    """The metrics stored frame by frame. Raises ChoiceError where there are none."""
     stored = study.store.read(
         "series", trial_ids=pa.array([], pa.string())
     ).column_names

@@ -94,10 +94,8 @@ def effects_figure(
                 factor=factor,
             )
             unit = f" ({study.units[metric]})" if metric in study.units else ""
-            axes.set_title(
-                f"{text}\nunchanged{unit}:\n{_unchanged(study, preset, metric, by, names)}",
-                fontsize=7.5,
-            )
+            before = _unchanged(study, preset, metric, by, names)
+            axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
             axes.set_xlabel(
                 "factor" if factor else f"change{unit}".replace("%", "% points"),
                 fontsize=8,
@@ -109,8 +107,8 @@ def effects_figure(
         note(
             figure,
             f"{study.name}: {span(table['n'])} pairs of trials with the same start a"
-            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni, {len(table)}"
-            " comparisons)",
+            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni,"
+            f" {len(table)} comparisons)",
         )
     return figure
 
@@ -130,23 +128,15 @@ def _panel(
         chosen = table[table[by] == value].set_index("detail").reindex(list(rows))
         places = np.arange(len(rows)) + 0.28 * (number - (len(names) - 1) / 2)
         colour, marker = MARKS[number]
-        draw_values(
-            axes,
-            places,
-            (chosen["value"], chosen["low"], chosen["high"]),
-            colour,
-            marker,
-            name,
-        )
+        values = (chosen["value"], chosen["low"], chosen["high"])
+        draw_values(axes, places, values, colour, marker, name)
     if factor:
         _logarithmic(axes)
     axes.tick_params(axis="both", labelsize=8)
 
 
 def _logarithmic(axes: Axes) -> None:
-    """A logarithmic axis of factors, at least from 1/8 to 8, so that small ones look
-    small.
-    """
+    """A logarithmic axis of factors, from 1/8 to 8 or more: small ones look small."""
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 1.0 / SMALLEST_LOGARITHMIC), max(high, SMALLEST_LOGARITHMIC))

@@ -117,8 +117,8 @@ def heatmap_layout(
     chosen = [*given, *(name for name in free if name not in given)][:2]
     if len(chosen) < 2:
         raise ChoiceError(
-            f"study {study.name}: heatmap needs two settings that vary, and there is"
-            f" {len(chosen)}"
+            f"study {study.name}: heatmap needs two settings that vary,"
+            f" and there is {len(chosen)}"
         )
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
     others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))
@@ -129,15 +129,8 @@ def heatmap_layout(
         if binned
         else []
     )
-    return Heatmap(
-        selection,
-        metric,
-        across,
-        up,
-        facets,
-        binned,
-        mixed or selection.mixed([across, up, *others]),
-    )
+    mixed = mixed or selection.mixed([across, up, *others])
+    return Heatmap(selection, metric, across, up, facets, binned, mixed)
 
 
 def is_binned(selection: Selection, name: str) -> bool:

@@ -77,9 +77,7 @@ class Choices(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """A figure to be drawn: the metric in the name of its file, or "", and how to draw
-    it.
-    """
+    """A figure to be drawn: the metric in its file's name, or "", and how to draw."""
 
     metric: str
     draw: Callable[[], Figure]
@@ -106,9 +104,7 @@ class FigureKind(NamedTuple):
 
 
 def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of all metrics, or one of each where
-    other settings need panels too.
-    """
+    """One figure of all metrics, or one of each where settings need panels too."""
     names = (
         [name.removesuffix("_mean") for name in choices.plain(study)]
         if choices.metrics
@@ -349,8 +345,8 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
             selection.setting(value)
             if names and not set(names) & set(taking):
                 raise ChoiceError(
-                    f"study {study.name}: {choice} is for {', '.join(taking)}, not for"
-                    f" {', '.join(names)}"
+                    f"study {study.name}: {choice} is for {', '.join(taking)},"
+                    f" not for {', '.join(names)}"
                 )
 
 

@@ -37,9 +37,7 @@ class Parallel(NamedTuple):
 
 
 class Upright(NamedTuple):
-    """One upright axis: where the points lie on it from 0 to 1, and its ticks with
-    their names.
-    """
+    """One upright axis: places of the points from 0 to 1, and ticks with names."""
 
     heights: Floats
     ticks: Floats
@@ -118,9 +116,7 @@ def draw_parallel(layout: Parallel) -> Figure:
 
 
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
-    """Draw the points of a panel; returns how many there are, and how many more have no
-    value.
-    """
+    """Draw a panel's points; returns how many have a value, and how many have none."""
     selection, chosen, _ = layout
     known = table[table[chosen.metric].notna()]
     uprights = [_upright(selection, name, known[name]) for name in selection.sampled]

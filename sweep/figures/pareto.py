@@ -79,8 +79,8 @@ def pareto_layout(
     first, second = (aim(study, text) for text in metrics)
     if first.metric == second.metric:
         raise ChoiceError(
-            f"study {study.name}: pareto with {first.metric} twice; allowed: two"
-            " different metrics"
+            f"study {study.name}: pareto with {first.metric} twice;"
+            " allowed: two different metrics"
         )
     if len(selection.points) < 2:
         raise ChoiceError(
@@ -93,9 +93,7 @@ def pareto_layout(
 
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
-    """The first metric of which more is better and the first of which less is, if there
-    are such.
-    """
+    """The first metric of which more is better and the first of which less is."""
     better = [name for name in study.metrics if name not in LOW_IS_BETTER][:1]
     worse = [name for name in study.metrics if name in LOW_IS_BETTER][:1]
     return [*better, *worse] if better and worse else []
@@ -195,8 +193,8 @@ def _legend(figure: Figure, layout: Pareto) -> None:
 
 def _label(selection: Selection, one: Aim) -> str:
     return (
-        f"{quantity(selection.study, one.metric)}, {'more' if one.high else 'less'} is"
-        " better"
+        f"{quantity(selection.study, one.metric)},"
+        f" {'more' if one.high else 'less'} is better"
     )
 
 

@@ -145,9 +145,7 @@ def draw_values(
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Rows 0, 1, ... of `axes` from the top, with their names and a little room around
-    them.
-    """
+    """Rows 0, 1, ... of `axes` from the top, with names and a little room around."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)
@@ -204,9 +202,7 @@ def words(value: object) -> str:
 
 
 def as_text(text: str) -> str:
-    """A text that matplotlib shows as it is: between two $ it would look for
-    mathematics.
-    """
+    """A text that matplotlib shows as it is: it reads mathematics between two $."""
     return re.sub(r"(?<!\\)\$", r"\\$", harmless(text))
 
 
@@ -224,9 +220,7 @@ def span(numbers: Iterable[int]) -> str:
 
 
 def estimated(value: float, low: float, high: float) -> str:
-    """A value with its interval, if that is known, in brackets, to two places: 0.52
-    [0.48, 0.56].
-    """
+    """A value with its interval, if known, to two places: 0.52 [0.48, 0.56]."""
     numbers = [f"{number:.2f}" for number in (value, low, high)]
     first, *bounds = [
         ("0.00" if number == "-0.00" else number).replace("-", "\N{MINUS SIGN}")
@@ -246,9 +240,7 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
 
 
 def without_trials(axes: Axes) -> None:
-    """A panel none of whose trials is done says that, in
-    its middle, and has no axes.
-    """
+    """A panel without done trials says so in its middle, and has no axes."""
     axes.set_axis_off()
     axes.text(
         0.5,

@@ -112,9 +112,7 @@ def _crowded(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=8)
 def _document(spec: str) -> object:
-    """A spec as plain values. Raises SpecError where it is none, as a stored one may
-    be.
-    """
+    """A spec as plain values. Raises SpecError: a stored one may be none."""
     return parse_document(spec, Path("the stored spec")).value
 
 

@@ -1,6 +1,4 @@
-"""A metric against each varied or sampled setting: point means, with intervals where
-they are few.
-"""
+"""A metric against each varied or sampled setting: point means, few with intervals."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -164,9 +162,7 @@ def _size(panels: list[list[Panel]]) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
-    """Draw the points of a panel, and return what stands in its title: their rank
-    correlations.
-    """
+    """Draw a panel's points; returns what its title says: their rank correlations."""
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
@@ -250,8 +246,8 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         f" point{'' if some else ', each the mean'}"
     )
     said = (
-        "\n\N{GREEK SMALL LETTER RHO}: Spearman's rank correlation over the points,"
-        " with 95 % interval"
+        "\n\N{GREEK SMALL LETTER RHO}:"
+        " Spearman's rank correlation over the points, with 95 % interval"
     )
     return selection.about(
         text, table[f"{metric}_n"], drawn, [metric] if some else []

@@ -1,6 +1,4 @@
-"""What a search did and found: the history of its candidates, and the front that it has
-chosen.
-"""
+"""What a search did and found: the history of its candidates, and its front."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -317,10 +315,8 @@ def _crosses(
 
 def _label(study: StoredStudy, objective: Objective) -> str:
     kind = "" if objective.statistic.kind == "mean" else f"{objective.statistic} of "
-    return (
-        f"{kind}{quantity(study, objective.column)}\n{'more' if objective.maximize else 'less'}"
-        " is better"
-    )
+    better = "more" if objective.maximize else "less"
+    return f"{kind}{quantity(study, objective.column)}\n{better} is better"
 
 
 def _history_note(study: StoredStudy, asked: Asked) -> str:
@@ -339,6 +335,6 @@ def _held_out_note(asked: Asked) -> str:
         return "no held-out trials"
     many = "1 block" if blocks == 1 else f"{blocks} blocks"
     return (
-        f"{judged['candidate'].nunique()} held out, {many} each, simultaneous 95 %"
-        " intervals (Bonferroni)"
+        f"{judged['candidate'].nunique()} held out, {many} each,"
+        " simultaneous 95 % intervals (Bonferroni)"
     )

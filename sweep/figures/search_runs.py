@@ -119,9 +119,7 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
 
 
 def with_repetitions(study: StoredStudy) -> Asked:
-    """What a search with repetitions has asked for. Raises ChoiceError where the study
-    is none.
-    """
+    """What a search with repetitions has asked for. Raises ChoiceError without one."""
     asked = read_asked(study)
     if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
         raise ChoiceError(

@@ -59,9 +59,7 @@ class Selection:
 
     @property
     def not_done(self) -> int:
-        """How many trials of the spec have no result: not run, failed, diverged or out
-        of time.
-        """
+        """How many trials have no result: not run, failed, diverged or out of time."""
         return self.planned - int((self.trials["status"] == "done").sum())
 
     @cached_property
@@ -95,9 +93,7 @@ class Selection:
         return self.points.join(means, how="left")
 
     def values(self, name: str) -> list[object]:
-        """The values of a setting, numbers in ascending order, others in that of the
-        spec.
-        """
+        """The values of a setting: numbers ascending, others as in the spec."""
         found = list(dict.fromkeys(self.points[name].tolist()))
         return sorted(found) if is_number(self.points[name]) else found
 
@@ -143,9 +139,7 @@ class Selection:
         ] or mixed
 
     def facets(self, names: Sequence[str]) -> list[Facet]:
-        """The panels of the values of these settings together, in the order of the
-        values.
-        """
+        """The panels of all values of these settings together, in their order."""
         if not names:
             return [Facet("", self.points.index)]
         order = {
@@ -188,9 +182,7 @@ class Selection:
         return by
 
     def panels(self, names: Sequence[str], what: str) -> list[Facet]:
-        """`facets`. Raises ChoiceError for more than twelve,
-        which says what to choose.
-        """
+        """`facets`. Raises ChoiceError, saying what to choose, for more than twelve."""
         facets = self.facets(names)
         self.allow(len(facets), names, what)
         return facets
@@ -198,8 +190,8 @@ class Selection:
     def allow(
         self, panels: int, names: Sequence[str], what: str, remedy: str = ""
     ) -> None:
-        """Raise ChoiceError for more than twelve panels of the values of these settings,
-        which says what to choose.
+        """Raise ChoiceError for more than twelve panels of these settings; it says what
+        to choose.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(
@@ -246,8 +238,8 @@ class Selection:
         ):
             confidence = self.study.rule["confidence"]
             interval += (
-                f"; that of {chosen[0]}, which chose the trials: repeated"
-                f" {100 * confidence:g} %"
+                f"; that of {chosen[0]}, which chose the trials:"
+                f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
         place = f", {named(self.where.items())}" if self.where else ""
@@ -288,8 +280,8 @@ def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Sel
     trials = among(trials, points.index)
     if not (trials["status"] == "done").any():
         raise ChoiceError(
-            f"study {study.name}: no trial is done{' there' if where else ''}, so there"
-            " is nothing to draw"
+            f"study {study.name}: no trial is done{' there' if where else ''},"
+            " so there is nothing to draw"
         )
     points = points.loc[:, points.nunique(dropna=False) > 1]
     sampled, listed = _kinds(study, points)
@@ -326,13 +318,13 @@ def where_of(study: StoredStudy, texts: Sequence[str]) -> dict[str, object]:
         name, equals, value = text.partition("=")
         if not equals:
             raise ChoiceError(
-                f'study {study.name}: where "{text}"; allowed: SETTING=VALUE, for'
-                " example n=50"
+                f'study {study.name}: where "{text}"; allowed: SETTING=VALUE,'
+                " for example n=50"
             )
         if name in found:
             raise ChoiceError(
-                f"study {study.name}: where has {name} twice; allowed: one value of a"
-                " setting"
+                f"study {study.name}: where has {name} twice;"
+                " allowed: one value of a setting"
             )
         found[name] = _value(value)
     return found
@@ -355,9 +347,7 @@ def _value(text: str) -> object:
 def _having(
     study: StoredStudy, points: pd.DataFrame, name: str, value: object
 ) -> NDArray[np.bool_]:
-    """Which points have that value of a setting. Raises
-    ChoiceError where there is none.
-    """
+    """Which points have that value of a setting. Raises ChoiceError if none has."""
     if name not in points:
         raise ChoiceError(
             f"study {study.name}: where {name}:"
@@ -377,8 +367,8 @@ def _having(
             else f"{len(values):,} values"
         )
         raise ChoiceError(
-            f"study {study.name}: where {name}: no point has {_spelled(value)};"
-            f" allowed: {allowed}"
+            f"study {study.name}: where {name}:"
+            f" no point has {_spelled(value)}; allowed: {allowed}"
         )
     return found
 

@@ -66,9 +66,7 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The parts of the table with the same settings of the other axes, and these in
-    words.
-    """
+    """The parts of the table with equal settings of other axes, and these in words."""
     first = "index" if "index" in table else "field"
     others = list(table.columns[: list(table.columns).index(first)])
     if not others:

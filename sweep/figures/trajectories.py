@@ -1,6 +1,4 @@
-"""Flights: the ways of boids, paler the longer ago, and the flock at the end, a panel a
-trial.
-"""
+"""Flights: the ways of boids, paler the longer ago, and the last flock, by trial."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -32,9 +30,7 @@ GOAL_WEIGHTS = ("goal_weight", "seek_weight", "arrival_weight")
 
 
 class Flights(NamedTuple):
-    """What a figure of flights shows: a panel a trial, of a
-    point and with its number.
-    """
+    """What a figure of flights shows: a panel a trial, with its point and number."""
 
     selection: Selection
     trials: list[tuple[Facet, "pd.Series[Any]"]]
@@ -121,8 +117,8 @@ def draw_trajectories(layout: Flights) -> Figure:
             axes.set_axis_off()
         goal = "; cross: goal" if any(_seeks(row) for _, row in trials) else ""
         text = (
-            "one trial a panel, of {n} that are done; frames 0 to"
-            f" {span(frames)}{goal}"
+            "one trial a panel, of {n} that are done;"
+            f" frames 0 to {span(frames)}{goal}"
         )
         note(
             figure,

@@ -145,9 +145,7 @@ def _is_asked(file: Path, only: Collection[str]) -> bool:
 
 
 def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
-    """The publication of a `published.yaml`, its code run
-    if asked. Raises SpecError.
-    """
+    """The publication of a `published.yaml`. Runs its code if asked. SpecError."""
     root = read_document(file)
     root.keys(
         ["title", "source", "specs", "claims", "contradictions"],
@@ -180,22 +178,14 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
 
 
 def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
-    """The study of a spec and its design, at the quick scale with the changes under its
-    name.
-    """
+    """A spec's study and design; at the quick scale with the changes of its name."""
     if not isinstance(entry.value, dict):
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
-        raise entry.error(
-            unknown(
-                "spec",
-                entry.name,
-                sorted(
-                    path.stem for path in folder.glob("*.yaml") if path.name != FILE
-                ),
-            )
-        )
+        files = [path for path in folder.glob("*.yaml") if path.name != FILE]
+        specs = sorted(path.stem for path in files)
+        raise entry.error(unknown("spec", entry.name, specs))
     root = read_document(file)
     study = parse_spec(root.document.text, file)
     if not quick:
@@ -214,9 +204,7 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
 
 
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
-    """Put the value of `entry` into `spec`; what the last
-    key stands in must be there.
-    """
+    """Put the value of `entry` into `spec`; all keys but the last must be there."""
     for key in path[:-1]:
         inner = spec.get(key)
         if not isinstance(inner, dict):
@@ -281,23 +269,16 @@ def _claim(
         "measure" in entry.value
     ) == bool(reason):
         raise entry.error(
-            'a claim needs either "measure" with "expect", or "untestable" with the'
-            " reason"
+            'a claim needs either "measure" with "expect",'
+            ' or "untestable" with the reason'
         )
     if reason:
         return Claim(name, where, says, chosen, shown, untestable=reason.text())
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
     measure = reader.read(entry.child("measure"), chosen)
-    return Claim(
-        name,
-        where,
-        says,
-        chosen,
-        shown,
-        measure,
-        _expectation(entry.child("expect"), measure),
-    )
+    expectation = _expectation(entry.child("expect"), measure)
+    return Claim(name, where, says, chosen, shown, measure, expectation)
 
 
 def _expectation(entry: Entry, measure: Measure) -> Expectation:

@@ -1,6 +1,4 @@
-"""The figures of a publication: drawn when what they depend on has changed, and only
-then.
-"""
+"""The figures of a publication: drawn only when what they depend on has changed."""
 
 import hashlib
 import json
@@ -41,9 +39,8 @@ class FigureFile:
             spec: stored[spec] for spec in self.drawing.specs if spec in stored
         }
         self.results = results
-        self.path = (
-            root / FIGURES / publication.name / name
-        )  # less the endings of its two files
+        # Without the endings of its two files.
+        self.path = root / FIGURES / publication.name / name
         self.watermark = watermark
 
     @property
@@ -70,9 +67,7 @@ class FigureFile:
 
     @cached_property
     def about(self) -> dict[str, str]:
-        """What the files say of themselves; `Inputs` is a hash of all that the figure
-        depends on.
-        """
+        """What the files say of themselves; `Inputs` hashes what they depend on."""
         done = {study.name: _done(study) for study in self.studies.values()}
         specs = [study.spec for study in self.studies.values()]
         sources = [

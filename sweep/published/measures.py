@@ -71,9 +71,7 @@ Measure = Mean | MeanDifference | RankCorrelation | Call
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
-    """The specs whose trials a measure needs: for a function all of the publication,
-    `specs`.
-    """
+    """The specs whose trials a measure needs: for a function all, `specs`."""
     if isinstance(measure, Call):
         return list(specs)
     if isinstance(measure, MeanDifference):
@@ -214,9 +212,7 @@ class MeasureReader:
 
 
 def _recorded(first: int, last: int, steps: int, every: int) -> bool:
-    """Whether frame 0, `every`, 2 `every`, ... or `steps`
-    lies from `first` to `last`.
-    """
+    """Whether a frame, 0, `every`, 2 `every`, ..., `steps`, is in `first` to `last`."""
     next_frame = -(-first // every) * every
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 

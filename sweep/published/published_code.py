@@ -61,9 +61,7 @@ def run_code(file: Path) -> dict[str, Any]:
 def check_drawings(
     module: Mapping[str, Any], studies: Mapping[str, Study]
 ) -> dict[str, Drawing]:
-    """The drawings of a module, whose specs must be among
-    `studies`. Raises SpecError.
-    """
+    """The drawings of a module; their specs must be in `studies`. Raises SpecError."""
     drawings = module.get("FIGURES", {})
     if not isinstance(drawings, dict):
         raise SpecError(
@@ -75,8 +73,8 @@ def check_drawings(
             raise SpecError(f'figures.py: figure "{name}" must be named by a text')
         if not NAME.fullmatch(name):
             raise SpecError(
-                f'figures.py: figure "{name}" is not a name of letters, digits, "_"'
-                ' and "-"'
+                f'figures.py: figure "{name}" is not a name of letters, digits,'
+                ' "_" and "-"'
             )
         if (
             not isinstance(drawing, Drawing)
@@ -84,8 +82,8 @@ def check_drawings(
             or not isinstance(drawing.specs, tuple)
         ):
             raise SpecError(
-                f'figures.py: figure "{name}" must be Drawing(function, (names of'
-                " specs,), text)"
+                f'figures.py: figure "{name}" must be Drawing(function,'
+                " (names of specs,), text)"
             )
         for spec in map(str, drawing.specs):
             if spec not in studies:

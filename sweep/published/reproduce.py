@@ -98,19 +98,13 @@ def reproduce(
     stored = {
         publication.name: _stored(publication, results) for publication in publications
     }
+    watermark = WATERMARK if quick else ""
     files = {
-        publication.name: [
-            FigureFile(
-                publication,
-                name,
-                stored[publication.name],
-                root,
-                WATERMARK if quick else "",
-                results,
-            )
-            for name in publication.drawings
+        one.name: [
+            FigureFile(one, name, stored[one.name], root, watermark, results)
+            for name in one.drawings
         ]
-        for publication in publications
+        for one in publications
     }
     for publication in wanted:
         for file in files[publication.name]:
@@ -145,8 +139,8 @@ def _run(
         if not_done := statuses.total() - statuses["done"]:
             outcome.not_done += not_done
             print(
-                f"{study.name}: {not_done:,} trials are not done: sweep status"
-                f" {study.name}",
+                f"{study.name}: {not_done:,} trials are not done:"
+                f" sweep status {study.name}",
                 file=sys.stderr,
             )
 
@@ -254,6 +248,6 @@ def _write(page: Page, results: Path) -> None:
                 file.write(text.encode())
     except OSError as error:
         raise OutputError(
-            f"{page.root}: cannot write the page ({error}); trials and figures are"
-            " stored"
+            f"{page.root}: cannot write the page ({error});"
+            " trials and figures are stored"
         ) from None

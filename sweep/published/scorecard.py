@@ -1,6 +1,4 @@
-"""What the scorecard says, in words: one row a published claim. Its two forms are made
-of these.
-"""
+"""The rows of the scorecard, one a published claim: HTML and Markdown show them."""
 
 import math
 import os
@@ -83,9 +81,7 @@ class Section(NamedTuple):
 
 
 class Page(NamedTuple):
-    """All sections; links are relative to `root`, `claims` is the number of those
-    tested.
-    """
+    """All sections; links are relative to `root`, `claims` counts those tested."""
 
     root: Path
     sections: Sequence[Section]
@@ -111,9 +107,7 @@ class Page(NamedTuple):
         return Path(os.path.relpath(path, self.root)).as_posix()
 
     def links(self, section: Section, row: Row) -> list[tuple[str, str]]:
-        """Text and address of what a row refers to: its
-        figure, its spec, its trials.
-        """
+        """Text and address of what a row refers to: its figure, spec and trials."""
         claim = row.claim
         picture = section.pictures[claim.figure] if claim.figure else None
         folder = section.folders.get(claim.spec) if claim.spec else None

@@ -1,6 +1,4 @@
-"""The scorecard as one page of HTML that needs nothing but itself and the figures
-beside it.
-"""
+"""The scorecard as one page of HTML that needs only the figures beside it."""
 
 from collections.abc import Iterable, Iterator
 from html import escape
@@ -43,7 +41,8 @@ def _lines(page: Page) -> Iterator[str]:
     yield '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield '<meta name="color-scheme" content="light dark">'
-    yield f"<title>{escape(TITLE)}</title>\n<style>\n{STYLE.read_text(encoding='utf-8')}</style>\n</head>\n<body>"
+    yield f"<title>{escape(TITLE)}</title>"
+    yield f"<style>\n{STYLE.read_text(encoding='utf-8')}</style>\n</head>\n<body>"
     if page.watermark:
         yield (
             f'<div class="watermark" aria-hidden="true">{escape(page.watermark)}</div>'
@@ -108,7 +107,8 @@ def _section(page: Page, section: Section) -> Iterator[str]:
     if publication.contradictions:
         yield "<h3>Where the document contradicts itself or its data</h3>\n<dl>"
         for contradiction in publication.contradictions:
-            yield f"<dt>{escape(contradiction.where)}</dt><dd>{escape(contradiction.says)}</dd>"
+            where, says = escape(contradiction.where), escape(contradiction.says)
+            yield f"<dt>{where}</dt><dd>{says}</dd>"
         yield "</dl>"
     yield from _pictures(page, section.pictures.values())
     yield "</section>"

@@ -95,9 +95,7 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
 def _equal(
     ours: float, low: float, high: float, expectation: Value
 ) -> tuple[Status, str]:
-    """Reproduced where the interval, widened by rounding and tolerance, holds the
-    published value.
-    """
+    """Reproduced if the interval, with rounding and tolerance, holds the value."""
     published, rounding, tolerance = (
         expectation.value,
         expectation.rounding,

@@ -36,9 +36,7 @@ Picture = NDArray[np.uint8]
 
 
 class Scene:
-    """The world of a trial as a figure, into which one
-    frame after the other is drawn.
-    """
+    """The world of a trial as a figure, into which frames are drawn in turn."""
 
     def __init__(self, study: str, job: Job) -> None:
         self.job, self.world, self.model = job, world_of(job), MODELS[job.model]
@@ -124,15 +122,13 @@ def check_frame(job: Job, frame: int) -> None:
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
         raise ChoiceError(
-            f"trial {job.trial_id}: there is no frame {frame:,}; it has frames 0 to"
-            f" {steps:,}"
+            f"trial {job.trial_id}: there is no frame {frame:,};"
+            f" it has frames 0 to {steps:,}"
         )
 
 
 def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) -> None:
-    """Write the picture of one frame as PNG. Raises ChoiceError where the trial ends
-    before it.
-    """
+    """Write one frame as PNG. Raises ChoiceError where the trial ends before it."""
     from PIL import Image
 
     check_frame(job, frame)
@@ -157,9 +153,7 @@ def frames_apart(job: Job) -> int:
 def write_animation(
     study: str, job: Job, path: Path, every: int, report: Report
 ) -> None:
-    """Write the frames of a trial, `every` so many steps, as GIF or MP4 by the ending
-    of `path`.
-    """
+    """Write a frame every `every` steps as GIF or MP4, by the ending of `path`."""
     scene = Scene(study, job)
     pictures = (
         scene.draw(step, bodies) for step, bodies in _bodies(job, every, report)

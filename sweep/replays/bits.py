@@ -123,16 +123,8 @@ def _compared(
     trial: str, table: str, column: str, stored: NDArray[Any], found: NDArray[Any]
 ) -> Iterator[BitDifference]:
     if len(stored) != len(found):
-        yield BitDifference(
-            trial,
-            table,
-            column,
-            abs(len(stored) - len(found)),
-            len(stored),
-            None,
-            len(stored),
-            len(found),
-        )
+        had, has = len(stored), len(found)
+        yield BitDifference(trial, table, column, abs(had - has), had, None, had, has)
         return
     floats = stored.dtype.kind == found.dtype.kind == "f"
     differing = np.flatnonzero(

@@ -1,6 +1,4 @@
-"""One trial at full resolution: its frames one after the other, and all of them in a
-parquet file.
-"""
+"""One trial at full resolution: its frames in turn, and all in a parquet file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -83,9 +83,7 @@ class Verification:
             self.differing[stored.row["trial_id"]] = found
 
     def refuse(self, stored: StoredTrial, why: StoreError) -> None:
-        """Count a trial that cannot run again: it is not what its row says, whatever it
-        gives.
-        """
+        """Count a trial that cannot run again: it differs from its row in any case."""
         self.checked[str(stored.row["status"])] += 1
         self.differing[stored.row["trial_id"]] = [Refused(str(why))]
 
@@ -128,8 +126,8 @@ class Verification:
         checked, differing = self.checked.total(), len(self.differing)
         if checked == self.stored:
             return (
-                f"{differing:,} of all {checked:,} trials differ: none was left to"
-                " chance"
+                f"{differing:,} of all {checked:,} trials differ:"
+                " none was left to chance"
             )
         share = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
@@ -263,8 +261,8 @@ def _origin(provenance: dict[str, Any]) -> str:
         f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")
     )
     return (
-        f"{provenance['cpu'] or 'an unknown processor'}, {provenance['platform']},"
-        f" {named}"
+        f"{provenance['cpu'] or 'an unknown processor'},"
+        f" {provenance['platform']}, {named}"
     )
 
 

@@ -17,9 +17,7 @@ from sweep.tables.outputs import by_path
 FRAMES_A_SECOND = 25
 COLOURS = 64
 LEVELS_APART = 17
-"""Levels of a colour in a GIF's palette: white is not to be taken for a light grey
-beside it.
-"""
+"""Levels of a colour in a GIF's palette: white must differ from light grey."""
 INSTALL = 'pip install ".[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
@@ -36,8 +34,8 @@ def find_ffmpeg() -> str:
 
         return str(get_ffmpeg_exe())
     raise OutputError(
-        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along; a .gif"
-        " needs none"
+        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along;"
+        " a .gif needs none"
     )
 
 
@@ -61,7 +59,7 @@ def write_gif(pictures: Pictures, file: BinaryIO) -> None:
 
 
 def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) of even size as an MP4. Raises OutputError where
+    """Write pictures (rows, columns, 3) of even size as an MP4. Raises OutputError if
     ffmpeg fails.
     """
     by_path(lambda path: _run_ffmpeg(pictures, path), file)
@@ -70,38 +68,12 @@ def write_mp4(pictures: Pictures, file: BinaryIO) -> None:
 def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
     first = next(pictures)
     rows, columns, _ = first.shape
-    shape = [
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{columns}x{rows}",
-        "-r",
-        str(FRAMES_A_SECOND),
-        "-i",
-        "-",
-    ]
-    form = [
-        "-an",
-        "-vcodec",
-        "libx264",
-        "-pix_fmt",
-        "yuv420p",
-        "-movflags",
-        "+faststart",
-    ]
-    command = [
-        find_ffmpeg(),
-        "-y",
-        "-loglevel",
-        "error",
-        *shape,
-        *form,
-        "-f",
-        "mp4",
-        f"file:{path}",
-    ]
+    options = (
+        f"-y -loglevel error -f rawvideo -pix_fmt rgb24 -s {columns}x{rows}"
+        f" -r {FRAMES_A_SECOND} -i - -an -vcodec libx264 -pix_fmt yuv420p"
+        " -movflags +faststart -f mp4"
+    )
+    command = [find_ffmpeg(), *options.split(), f"file:{path}"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:

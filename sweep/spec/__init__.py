@@ -1,19 +1,33 @@
 """From a YAML text to a Study: everything that can be wrong is said here, with its
 line.
 
-strict_yaml     YAML without surprises        document      values that know their line
-study           the Study, and its reader     settings      what can be set, with units
-axes            the ways to write an axis     values        fixed, sweep, derive, require
-sampling        samplers and distributions    blocks        samples that count as blocks
-ablation        an axis between two presets   point_tables  points of a CSV or parquet file
-pages           what parquet unpacks to       limits        how large a study may be
-expressions     checked formulas              evaluation    formulas on whole columns
-maps            shapes, images, ROS maps      images        pixels as few rectangles
-replication     how many trials a point has   policy        what follows a failed trial
-recorded        names of metrics and columns  layout        names of a study and its files
-search          a checked search              search_section  its reader
-search_checks   what its parts must fulfil    search_schema   its JSON Schema
-objectives      what a search asks for        seeds         random streams by purpose
-schema          the JSON Schema of a spec     schema_settings  of the settings in it
-schema_parts    what it is put together from
+strict_yaml      YAML without surprises
+document         values that know their line
+study            the Study, and its reader
+settings         what can be set, with units
+axes             the ways to write an axis
+values           fixed, sweep, derive, require
+sampling         samplers and distributions
+blocks           samples that count as blocks
+ablation         an axis between two presets
+point_tables     points of a CSV or parquet file
+pages            what parquet unpacks to
+limits           how large a study may be
+expressions      checked formulas
+evaluation       formulas on whole columns
+maps             shapes, images, ROS maps
+images           pixels as few rectangles
+replication      how many trials a point has
+policy           what follows a failed trial
+recorded         names of metrics and columns
+layout           names of a study and its files
+search           a checked search
+search_section   its reader
+search_checks    what its parts must fulfil
+search_schema    its JSON Schema
+objectives       what a search asks for
+seeds            random streams by purpose
+schema           the JSON Schema of a spec
+schema_settings  the schema of settings
+schema_parts     what the schema is put together from
 """

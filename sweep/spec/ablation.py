@@ -47,8 +47,8 @@ def read_ablation(
             preset for preset in MODELS[reader.model].presets if preset != other
         )
         raise chosen.error(
-            f"{other} is the preset of the study: ablate needs another one. Allowed:"
-            f" {others}"
+            f"{other} is the preset of the study: ablate needs another one."
+            f" Allowed: {others}"
         )
     details = differing(reader.model, reader.preset, other, given)
     if not details:

@@ -1,14 +1,16 @@
 """The axes of a sweep: each becomes a few columns of equal length, whatever way it is
 written.
 
-    a field     [0.5, 1] | {linspace: [a, b, n]} | {logspace: [a, b, n]} | {values: [...]}
-                {uniform: [a, b], points: n}, or another distribution
-    a free name {zip: {field: list, linspace or logspace, ...}}
-                {sample: random, points: n, field: {uniform: [a, b]}, ...}, or another
-                sampler {sample: saltelli, points: n, second_order: false, ...} |
-                {sample: morris, points: n, levels: 4, ...} {sample: table, file:
-                gains.csv, columns: [...]} {ablate: another preset}, see
-                sweep.spec.ablation
+    a field       [0.5, 1]
+                  {linspace: [a, b, n]}, {logspace: [a, b, n]} or {values: [...]}
+                  {uniform: [a, b], points: n}, or another distribution
+    a free name   {zip: {field: list, linspace or logspace, ...}}
+                  {sample: random, points: n, field: {uniform: [a, b]}, ...}, or
+                  another sampler
+                  {sample: saltelli, points: n, second_order: false, ...}
+                  {sample: morris, points: n, levels: 4, ...}
+                  {sample: table, file: gains.csv, columns: [...]}
+                  {ablate: another preset}, see sweep.spec.ablation
 
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
@@ -216,9 +218,7 @@ class AxisReader:
 
 
 def read_expression(entry: Entry, fields: dict[str, Field], kind: str) -> Expression:
-    """The expression of this `kind` that `entry` writes. Raises SpecError where it is
-    none.
-    """
+    """The expression of this `kind` in `entry`. Raises SpecError where it is none."""
     try:
         expression = parse(entry.text(), fields)
     except ExpressionError as error:
@@ -328,8 +328,8 @@ def _notes(name: str, entry: Entry) -> tuple[str, ...]:
         if points & (points - 1):
             return (
                 (
-                    f"{name}: a Sobol sequence is most even for a power of two, not for"
-                    f" {points} points"
+                    f"{name}: a Sobol sequence is most even for a power of two,"
+                    f" not for {points} points"
                 ),
             )
     return ()

@@ -98,8 +98,8 @@ def _levels(entry: Entry | None) -> int:
 def _check_installed(entry: Entry, sampler: str) -> None:
     if find_spec("SALib") is None:
         raise entry.error(
-            f"sample: {sampler} needs the package SALib, which is not installed:"
-            f" {INSTALL}"
+            f"sample: {sampler} needs the package SALib,"
+            f" which is not installed: {INSTALL}"
         )
 
 
@@ -144,9 +144,7 @@ def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Un
 def _morris(
     blocks: SampleBlocks, levels: int, problem: Problem, rng: Generator
 ) -> list[Unit]:
-    """A block is a trajectory, of which each step changes one field by half of its
-    levels.
-    """
+    """A block is a trajectory: each step changes one field by half of its levels."""
     from SALib.sample import morris
 
     sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)

@@ -49,9 +49,7 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key on the way to this value; of the whole document the name of its
-        file.
-        """
+        """The last key to this value; of the whole document its file's name."""
         return next(
             (part for part in reversed(self.place) if isinstance(part, str)),
             self.document.path.name,
@@ -151,10 +149,6 @@ def _in_words(value: Any) -> str:
         return "a list" if value else "an empty list"
     if isinstance(value, bool):
         return str(value).lower()
-    return (
-        "nothing"
-        if value is None
-        else f'"{shortened(value)}"'
-        if isinstance(value, str)
-        else repr(value)
-    )
+    if value is None:
+        return "nothing"
+    return f'"{shortened(value)}"' if isinstance(value, str) else repr(value)

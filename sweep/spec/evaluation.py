@@ -113,13 +113,9 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
             )
         case ast.UnaryOp(op=operator, operand=operand):
             inner = value(operand)
-            return (
-                ~inner
-                if isinstance(operator, ast.Not)
-                else -inner
-                if isinstance(operator, ast.USub)
-                else inner
-            )
+            if isinstance(operator, ast.Not):
+                return ~inner
+            return -inner if isinstance(operator, ast.USub) else inner
         case ast.BinOp(left=left, op=operator, right=right):
             return _finite(
                 node, ARITHMETIC[type(operator)], [value(left), value(right)], rows

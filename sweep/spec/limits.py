@@ -19,8 +19,8 @@ MOST_OPERATIONS = 2_000_000_000
 def beyond(asked: str, most: int) -> str:
     """The sentence that refuses what is `asked` for, of which `most` are allowed."""
     return (
-        f"{asked}; at most {most:,} are allowed: split the study into several, by seeds"
-        " or by an axis"
+        f"{asked}; at most {most:,} are allowed: split the study into several,"
+        " by seeds or by an axis"
     )
 
 

@@ -1,12 +1,17 @@
 """The maps of a spec: drawn with shapes, or read from an image or from a ROS map.
 
-    room:  {size: [10, 10], shapes: [{disc: {x: 3, y: 4, radius: 0.5}}, {rectangle: {x: 6, y: 5, width: 2, height: 1}}]}
-    lab:   {image: lab.png, resolution: 0.05}      dark pixels are occupied; the length of a pixel
-    floor: {ros: floor.yaml}                       a file of ROS's map_server
+    room:
+      size: [10, 10]
+      shapes:
+        - disc: {x: 3, y: 4, radius: 0.5}
+        - rectangle: {x: 6, y: 5, width: 2, height: 1}
+    lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
+    floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
-Lengths are in the unit of the model; x and y are those of a centre. Files stand
-relative to the spec's folder, and the image of a ROS map relative to that of its own
-file. The origin is the top left corner, and y grows downwards.
+`resolution` is the length of a pixel. Lengths are in the unit of the model; x and y are
+those of a centre. Files stand relative to the spec's folder, and the image of a ROS map
+relative to that of its own file. The origin is the top left corner, and y grows
+downwards.
 """
 
 import hashlib
@@ -122,8 +127,8 @@ def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
 def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
     if not MAP_NAME.fullmatch(name):
         raise entry.error(
-            f'map "{name}" is not allowed: names of small letters, digits and "_", a'
-            " letter first"
+            f'map "{name}" is not allowed: names of small letters, digits and "_",'
+            " a letter first"
         )
     if name in MAPS:
         raise entry.error(
@@ -145,8 +150,8 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
     shapes = entry.child("shapes").items()
     if len(shapes) > MOST_SHAPES:
         raise entry.error(
-            f'"{entry.name}" has {len(shapes):,} shapes; at most {MOST_SHAPES:,} are'
-            " allowed"
+            f'"{entry.name}" has {len(shapes):,} shapes;'
+            f" at most {MOST_SHAPES:,} are allowed"
         )
     return OwnMap(
         (width, height), tuple(_shape(shape, width, height) for shape in shapes)
@@ -264,8 +269,8 @@ def _of_pixels(entry: Entry, occupied: NDArray[np.bool_], resolution: float) -> 
     obstacles = obstacles_of(occupied, resolution)
     if len(obstacles) > MOST_SHAPES:
         message = (
-            f"needs {len(obstacles):,} rectangles; at most {MOST_SHAPES:,} are allowed:"
-            " make it coarser"
+            f"needs {len(obstacles):,} rectangles;"
+            f" at most {MOST_SHAPES:,} are allowed: make it coarser"
         )
         raise entry.error(f'the image "{entry.value}" {message}')
     rows, columns = occupied.shape

@@ -190,8 +190,8 @@ def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
             or pa.types.is_boolean(kind)
         ):
             raise file.error(
-                f'"{file.value}", column "{name}" holds {kind}; allowed are numbers,'
-                " texts, true and false"
+                f'"{file.value}", column "{name}" holds {kind};'
+                " allowed are numbers, texts, true and false"
             )
     return texts
 

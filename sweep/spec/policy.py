@@ -98,8 +98,8 @@ def read_policy(root: Entry) -> Policy:
     )
     if retries and on_error != "retry":
         raise retries.error(
-            f'"retries" is for "on_error: retry", and on_error is {on_error}: change it'
-            " or leave it out"
+            f'"retries" is for "on_error: retry", and on_error is {on_error}:'
+            " change it or leave it out"
         )
     if budget and on_error == "stop":
         raise budget.error(
@@ -145,8 +145,8 @@ def _memory(entry: Entry) -> int:
     if size < LEAST_MEMORY:
         raise entry.error(
             f'"memory_limit" is {entry.value}, and must be at least'
-            f" {LEAST_MEMORY // 2**20} MiB: a worker holds about half of that before"
-            " its first trial"
+            f" {LEAST_MEMORY // 2**20} MiB:"
+            " a worker holds about half of that before its first trial"
         )
     if size > MOST_MEMORY:
         raise entry.error(f'"memory_limit" is {entry.value}, more than any machine has')
@@ -181,15 +181,15 @@ def policy_schema() -> dict[str, Any]:
             "type": "integer",
             "minimum": 1,
             "description": (
-                f"how often more a failed trial is tried, by default {RETRIES}; only"
-                " with on_error: retry"
+                f"how often more a failed trial is tried, by default {RETRIES};"
+                " only with on_error: retry"
             ),
         },
         "failure_budget": {
             "anyOf": [{"type": "integer", "minimum": 0}, share],
             "description": (
-                "the launch ends when more trials have failed: a number, or a share of"
-                " all as 5%"
+                "the launch ends when more trials have failed: a number,"
+                " or a share of all as 5%"
             ),
         },
         "memory_limit": {

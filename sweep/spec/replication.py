@@ -33,8 +33,8 @@ def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
     replicates, seeds = root.get("replicates"), root.get("seeds")
     if (replicates is None) == (seeds is None):
         raise (seeds or root).error(
-            'needs either "replicates" (trials a point) or "seeds" (a list), and not'
-            " both"
+            'needs either "replicates" (trials a point) or "seeds" (a list),'
+            " and not both"
         )
     if seeds:
         return Replication(seeds=_seeds(seeds))
@@ -43,8 +43,8 @@ def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
         return Replication(replicates=replicates.whole(1, MOST_TRIALS))
     if "search" in root.value:
         raise replicates.error(
-            'a search races its candidates itself: "replicates" must be a whole number'
-            " there"
+            "a search races its candidates itself:"
+            ' "replicates" must be a whole number there'
         )
     return Replication(until=_until(replicates, recorded))
 

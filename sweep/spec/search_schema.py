@@ -94,8 +94,8 @@ def _racing() -> Schema:
     return {
         "anyOf": [{"type": "boolean"}, mapping({"level": level}, ["level"])],
         "description": (
-            "whether candidates that are clearly worse get no more trials; true is"
-            f" {{level: {LEVEL:g}}}"
+            "whether candidates that are clearly worse get no more trials;"
+            f" true is {{level: {LEVEL:g}}}"
         ),
     }
 

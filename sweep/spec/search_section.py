@@ -83,8 +83,8 @@ def _parameter(name: str, entry: Entry, fields: dict[str, Field]) -> Parameter:
         raise entry.error(unknown("field", name, fields))
     if isinstance(entry.value, dict) and "normal" in entry.value:
         raise entry.error(
-            f'"{name}" cannot be normal: a search needs bounds, as {", ".join(FORMS)}'
-            " have"
+            f'"{name}" cannot be normal: a search needs bounds,'
+            f" as {', '.join(FORMS)} have"
         )
     entry.keys(FORMS)
     if len(entry.value) > 1:

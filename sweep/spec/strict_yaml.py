@@ -31,8 +31,8 @@ def read_document(path: Path) -> Entry:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise SpecError(
-                f"{path}: is larger than {MOST_BYTES:,} bytes: put long lists into a"
-                " table"
+                f"{path}: is larger than {MOST_BYTES:,} bytes:"
+                " put long lists into a table"
             )
         text = content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:

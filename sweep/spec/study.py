@@ -42,18 +42,8 @@ CHECKPOINT_SECONDS = 60.0
 KEPT = ("heatmaps", "trajectories")
 KEYS = (
     *REQUIRED,
-    *(
-        "maps",
-        "fixed",
-        "sweep",
-        "search",
-        "derive",
-        "require",
-        "replicates",
-        "seeds",
-        "streams",
-        "record",
-    ),
+    *("maps", "fixed", "sweep", "search", "derive", "require"),
+    *("replicates", "seeds", "streams", "record"),
     *("time_limit", "checkpoint", *POLICY_KEYS),
 )
 
@@ -150,9 +140,7 @@ class Study:
         return (*conditions, *self.derive.values(), *self.require)
 
     def place_of(self, field: str) -> Place | None:
-        """Where in the spec a field gets its value, or None
-        where the preset gives it.
-        """
+        """Where in the spec a field gets its value; None where the preset gives it."""
         if field in self.fixed:
             return ("fixed", field)
         if field in self.derive:

@@ -64,8 +64,8 @@ def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expre
             raise child.error(unknown("field", name, known))
         if name == "map":
             raise child.error(
-                "map cannot be derived, as other fields depend on it: sweep it with zip"
-                " or a table"
+                "map cannot be derived, as other fields depend on it:"
+                " sweep it with zip or a table"
             )
         unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
     ordered: dict[str, Expression] = {}
@@ -124,14 +124,12 @@ def check_conditions(
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError where a condition could take points out of a sample that counts
-    only whole.
-    """
+    """Raise SpecError where a condition could split a sample that counts only whole."""
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
         message = (
-            f'"{sampled[0].name}" is such a sample already: a study has one of saltelli'
-            " or morris"
+            f'"{sampled[0].name}" is such a sample already:'
+            " a study has one of saltelli or morris"
         )
         raise root.document.error(("sweep", other.name), message)
     for whole in sampled:

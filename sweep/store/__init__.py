@@ -1,14 +1,25 @@
 """Studies as parquet files, in a folder or an object store, each part whole or absent.
 
-store       the store of one study         writer      results held, then stored together
-rows        results as tables              parquet     checksummed files of rows
-manifest    what a part consists of        merging     many small parts as few large ones
-locations   a folder or a bucket           places      what a store asks of either
-folders     a study in a folder            buckets     a study in an object store
-lock        one launch at a time           lock_files  the files of its claims
-custody     a store in one launch's hands  shares      one study on several machines
-provenance  where results come from        origin      the same, read from anyone's file
-new_files   how a file comes to be         durable     what outlives a loss of power
-regular     how a stored file is read      bounds      how much a table may unpack to
-processes   who this process is            plan_about  what a plan says of its study
+store       the store of one study
+writer      results held, then stored together
+rows        results as tables
+parquet     checksummed files of rows
+manifest    what a part consists of
+merging     many small parts as few large ones
+locations   a folder or a bucket
+places      what a store asks of either
+folders     a study in a folder
+buckets     a study in an object store
+lock        one launch at a time
+lock_files  the files of its claims
+custody     a store in one launch's hands
+shares      one study on several machines
+provenance  where results come from
+origin      the same, read from anyone's file
+plan_about  what a plan says of its study
+new_files   how a file comes to be
+durable     what outlives a loss of power
+regular     how a stored file is read
+bounds      how much a table may unpack to
+processes   who this process is
 """

@@ -3,8 +3,9 @@
 A parquet file of a megabyte can hold billions of equal rows. Plans, and the trials of a
 part, have an id in each row, of 24 hexadecimal digits of a hash. No compression brings
 those below 12 bytes. So the size of the file bounds the number of its rows, whatever
-the size of the study. Series, heatmaps and trajectories of quiet swarms may be small by
-right: they are bounded by the memory of this machine, which could not hold more anyway.
+the size of the study. Series, heatmaps and trajectories of quiet swarms compress well,
+so their files may be small. They are bounded by the memory of this machine, which could
+not hold more anyway.
 """
 
 import os
@@ -13,16 +14,18 @@ from typing import Any
 from sweep.spec.layout import ASKED, PLAN
 
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
-"""The least bytes of a row of files with ids; in the last a trial may stand often."""
+"""The least bytes of a row in files with ids. In the last of them one trial may have
+several rows.
+"""
 FREE_ROWS = 100_000
 """Rows that a file of any size may have."""
 CELL_BYTES = 8
 
 
 def excess_rows(name: str, metadata: Any, size: int) -> str:
-    """Why nobody has stored a table so, in a few words; empty where a launch may have.
+    """Why no launch can have stored this table, in a few words; empty if one can.
 
-    It lies in a file of this name and size in bytes; `metadata` is that in its footer.
+    Its file has this name and size in bytes; `metadata` is that of the file's footer.
     """
     rows = _rows(metadata)
     if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
@@ -31,7 +34,7 @@ def excess_rows(name: str, metadata: Any, size: int) -> str:
 
 
 def excess_bytes(metadata: Any) -> str:
-    """Why this machine cannot hold a table, in a few words; empty where it can."""
+    """Why this machine cannot hold a table, in a few words; empty if it can."""
     groups, rows = _groups(metadata), _rows(metadata)
     packed = sum(group.total_byte_size for group in groups)
     unpacked, room = max(packed, CELL_BYTES * rows * metadata.num_columns), _memory()

@@ -1,24 +1,23 @@
 """A study in an object store: nothing is renamed there, so a part is there when its
 manifest is.
 
-    <study>/parts/<part id>/trials.parquet, ...   uploaded first, in any state
-    <study>/parts/<part id>/manifest.json         uploaded last: without it there is no part
-    <study>/damaged/<part id>/                    copies of a part that could not be read
+    parts/<part id>/trials.parquet, ...  uploaded first, in any state
+    parts/<part id>/manifest.json        uploaded last: without it there is no part
+    damaged/<part id>/                   copies of a part that could not be read
 
-What is asked of the server: an upload replaces an object whole or not at all, and who
-reads or lists after it has ended sees it (Amazon since 2020, MinIO, Ceph). Then a crash
-between any two requests costs nothing. Before the manifest is there, the tables are
-nobody's, and their trials count as not run. A merged part comes to be with its
-manifest, and with the list of those that it replaces, uploaded before that; from then
-on these are ignored, so it is all one whether they are deleted. To delete a part, its
-manifest goes first: what remains is nobody's again. A part set aside is copied first
-and deleted then. A manifest whose upload was not confirmed may be there all the same:
-then its trials are stored twice, and the later part counts. Tables that are nobody's
-are deleted by whoever has the whole study, an hour after they were uploaded by the
-clock of the server: nobody can be about to upload their manifest.
+The server must promise two things: an upload replaces an object whole or not at all,
+and whoever reads or lists after the upload has ended sees it (Amazon since 2020, MinIO,
+Ceph). Then a crash between any two requests costs nothing. Tables without a manifest
+belong to nobody, and their trials count as not run. A merged part exists once its
+manifest does; the list of the parts that it replaces is uploaded before. From then on
+these parts are ignored, whether they are deleted or not. To delete a part, its manifest
+is deleted first: its tables then belong to nobody. A part that is set aside is copied
+first and deleted then. A manifest may exist although its upload was not confirmed: then
+its trials are stored twice, and the later part counts. Tables that belong to nobody are
+deleted by a launch of the whole study, an hour after they were uploaded by the clock of
+the server: by then nobody can be about to upload their manifest.
 
-Parts are made up in a folder of this machine's own, and small things are replaced whole
-by one upload.
+Parts are made in a local folder. Small files are replaced whole by one upload.
 """
 
 import tempfile
@@ -52,9 +51,7 @@ class Bucket:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder on this machine that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new local folder, deleted afterwards. StoreError if writing fails."""
         try:
             with tempfile.TemporaryDirectory(
                 prefix=f"boidsweep-{name}-", ignore_cleanup_errors=True
@@ -78,9 +75,7 @@ class Bucket:
         return [*sorted(parts, key=lambda part: part.name)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Upload a folder in staging as a part, its manifest last, and return its
-        place.
-        """
+        """Upload a staged folder as a part, its manifest last. Returns its place."""
         files = sorted(
             staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name)
         )
@@ -91,7 +86,7 @@ class Bucket:
         return ObjectPath(self.root.server, f"{self._parts.key}/{name}", found)
 
     def put(self, staged: Path) -> None:
-        """Make a file in staging that of the same name in the study, by one upload."""
+        """Upload a staged file as that of the same name in the study, at once."""
         _upload(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
@@ -109,16 +104,14 @@ class Bucket:
             yield [folder / part.name for part in parts]
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once, with its
-        manifest, and its tables follow.
-        """
+        """Delete a part: first the manifest, so it is gone at once, then its tables."""
         place = self._parts / part.name
         _delete(place / MANIFEST)
         _delete_below(place)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Copy a part below damaged/, delete it, and say where it is now; None where it
-        has gone meanwhile.
+        """Copy a part below damaged/, then delete it. Returns its new place; None if
+        the part is gone.
         """
         place = self.root / DAMAGED / part.name
         sources: list[Location] = [*part.iterdir()]
@@ -133,8 +126,8 @@ class Bucket:
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete tables without a manifest, and the graves of claims, that are old; not
-        while others write some too.
+        """Delete old tables without a manifest and old graves of claims; only while
+        nobody else writes to the study.
         """
         if not whole:
             return
@@ -151,11 +144,11 @@ class Bucket:
 
 
 class LockObjects:
-    """Claims as objects. Nothing can be changed there only if it exists, so who takes
-    one away leaves a grave first.
+    """Claims as objects. An object store cannot change an object only if it still
+    exists. So whoever deletes a claim first uploads a mark, its grave.
 
-    A claim with a grave is void for everybody, however it came back; its owner looks
-    after each change of its own.
+    A claim with a grave is void for everybody, even if a late upload brings it back.
+    Its owner looks for a grave after each change of its own.
     """
 
     def __init__(self, folder: ObjectPath) -> None:
@@ -187,33 +180,35 @@ class LockObjects:
         return claim_text(self._folder / f"{token}.json")
 
     def update(self, token: str, text: str) -> bool:
-        """Written first, looked for a grave then: who dug one before that will not go
-        on without our knowing.
+        """Write first, then look for a grave: so a grave that was left before our write
+        is always seen.
         """
         self.create(token, text)
         return token not in self._listed()[1]
 
     def touch(self, token: str) -> bool:
-        """By writing it again, unless it is gone."""
+        """Write it again, unless it is gone."""
         if token not in self.tokens():
             return False
         _write(self._folder / f"{token}.json", self._said.encode())
         return True
 
     def touched(self, token: str) -> int | None:
-        """When it was last written, as the server has it."""
+        """When it was last written, by the server's clock."""
         try:
             return (self._folder / f"{token}.json").stat().st_mtime_ns
         except FileNotFoundError:
             return None
 
     def evict(self, token: str) -> None:
-        """A grave first, which holds even if the owner writes its claim once more."""
+        """Leave a grave first: it holds even if the owner writes its claim again."""
         _write(self._folder / f"{token}{GRAVE}", b"")
         _delete(self._folder / f"{token}.json")
 
     def withdraw(self, token: str) -> None:
-        """A server that is away will see it as that of a dead process, or as silent."""
+        """If the server is away the claim stays there; others see that its process is
+        dead, or that it is no longer touched.
+        """
         with suppress(StoreError, FileNotFoundError):
             path = self._folder / f"{token}.json"
             path.server.ask(path, lambda files: files.delete_file(path.key))
@@ -250,16 +245,16 @@ def _download(path: ObjectPath | Path, file: Path) -> None:
     )
     if len(content) != size:
         raise StoreError(
-            f"{path}: not the object of {size:,} bytes that was listed; nothing of it"
-            " is used"
+            f"{path}: not the object of {size:,} bytes that was listed;"
+            " nothing of it is used"
         )
     with create(file) as new:
         new.write(content)
 
 
 def _read(stream: Any, most: int) -> bytes:
-    """What comes, and no more than `most` bytes of it; memory is taken as they come,
-    whatever was promised.
+    """The bytes that arrive, at most `most` of them. Memory is taken as they arrive,
+    not for the size that was announced.
     """
     content = bytearray()
     while block := stream.read(min(BLOCK_BYTES, most - len(content))):

@@ -21,11 +21,11 @@ def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
     """Inside, this process alone launches the study of `store`, or its `share` of it,
     and its parts are sound.
 
-    With a share others write the same study: then the store merges only parts of its
-    own, and deletes nothing that may be somebody's. A lock taken over, and each part
-    set aside, are said on the log, which goes to stderr. SIGTERM and SIGHUP end what is
-    inside like Ctrl-C. Raises StoreError where somebody else is launching the study, or
-    the share, and where the store cannot be written.
+    With a share, others write the same study at the same time. Then the store merges
+    only its own parts and deletes nothing that may belong to others. The log, which
+    goes to stderr, tells of a lock that was taken over and of each part set aside.
+    SIGTERM and SIGHUP end what is inside like Ctrl-C. Raises StoreError where somebody
+    else is launching the study, or the share, and where the store cannot be written.
     """
     with ended_like_ctrl_c(), Lock(store.place, share) as lock:
         store.shared = share is not None
@@ -35,10 +35,9 @@ def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
 
 
 def set_aside_damaged(store: Store) -> None:
-    """Move the parts that are damaged below damaged, so that what they held counts as
-    not run.
+    """Move damaged parts below damaged/, so that their trials count as not run.
 
-    One that has gone meanwhile was merged, or set aside, by a launch of another share.
+    A part that has gone meanwhile was merged or set aside by a launch of another share.
     """
     parts = store.all_parts()
     for part, what in zip(parts, each(parts, damage), strict=True):

@@ -1,7 +1,8 @@
 """What the disk holds when the power fails: the content and names that were flushed.
 
-Flushing a file saves its content, and flushing a folder the names in it. So what is new
-is safe when its content was flushed, and then its name in each folder on the way to it.
+Flushing a file saves its content; flushing a folder saves the names in it. So a new
+file is safe when first its content is flushed, and then its name in each folder on the
+way to it.
 """
 
 import os
@@ -10,7 +11,7 @@ from pathlib import Path
 
 
 def flush_to_disk(path: Path) -> None:
-    """Have the disk hold a file's content, or the names in a folder. Raises OSError."""
+    """Flush a file's content, or the names in a folder, to the disk. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -19,7 +20,7 @@ def flush_to_disk(path: Path) -> None:
 
 
 def move_durably(source: Path, target: Path) -> None:
-    """Rename what the disk holds already; afterwards it holds the new name too.
+    """Rename a file or folder that was flushed; afterwards its new name is flushed too.
 
     Raises OSError.
     """
@@ -42,7 +43,7 @@ def make_folder(path: Path) -> None:
 def make_folders(path: Path) -> None:
     """Make a folder, and those above it; afterwards the disk holds their names.
 
-    Where the folder is there, nothing is flushed. Raises OSError.
+    If the folder exists, nothing is flushed. Raises OSError.
     """
     if not path.is_dir():
         _hold(path.parent)

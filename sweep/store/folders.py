@@ -5,10 +5,11 @@ flushed to the disk and renamed.
     <study>/writing/<here>~<pid>~<name>/    what a process is writing, or left behind
     <study>/damaged/<part id>/              a part that could not be read
 
-A rename within a file system happens or does not, whatever crashes; flushed before and
-after, it holds when the power fails. Below the results, the folder that the user has
-named, nothing is written through symbolic links. That is looked at before each write:
-it does not help against somebody who may change these folders at the same moment.
+A rename within a file system happens whole or not at all, whatever crashes. With a
+flush before and after, it also survives a loss of power. Below the results, the folder
+that the user has named, nothing is written through symbolic links. This is checked
+before each write, so it does not help against somebody who changes these folders at the
+same moment.
 """
 
 import os
@@ -28,8 +29,7 @@ from sweep.store.processes import here, started
 
 STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
 LEFTOVER_SECONDS = 3600.0
-"""After this time, by the clock of the place, nobody can be about to go on with what is
-unfinished.
+"""After this time, by the clock of the place, nobody goes on with an unfinished file.
 """
 
 
@@ -47,9 +47,7 @@ class Folder:
 
     @contextmanager
     def staging(self, name: str) -> Iterator[Path]:
-        """A new folder under writing/ that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new folder in writing/, deleted afterwards. StoreError if writing fails."""
         staging = self._writing / f"{here()}~{os.getpid()}~{name}"
         refuse_links(self.root, self._results)
         try:
@@ -74,19 +72,17 @@ class Folder:
         )
 
     def parts(self) -> list[Location]:
-        """The folders of all parts, oldest first. Raises StoreError where a link leads
-        to them.
-        """
+        """The folders of all parts, oldest first. Raises StoreError for a link."""
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Make a folder in staging a part, at once and whole, and return its place."""
+        """Turn a staged folder into a part, in one step, and return its place."""
         part = self._parts / name
         move_durably(staged, part)
         return part
 
     def put(self, staged: Path) -> None:
-        """Make a file in staging that of the same name in the study, in one step."""
+        """Turn a staged file into that of the same name in the study, in one step."""
         move_durably(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
@@ -100,11 +96,11 @@ class Folder:
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
-        """The parts where they can be read often and fast: here."""
+        """The parts where they can be read often and fast: where they are."""
         yield parts
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once and whole."""
+        """Delete a part, in one step."""
         with (
             self.staging(f"{part.name}-discarded") as staging,
             suppress(FileNotFoundError),
@@ -112,9 +108,7 @@ class Folder:
             (self._parts / part.name).rename(staging / part.name)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged/, and say where it is now; None where it has gone
-        meanwhile.
-        """
+        """Move a part below damaged/. Returns its new place; None if it is gone."""
         refuse_links(self.root, self._results)
         source, place = self._parts / part.name, self.root / DAMAGED / part.name
         try:
@@ -130,13 +124,12 @@ class Folder:
         return place
 
     def tidy(self, *, whole: bool) -> None:
-        """Delete what dead processes were writing, and make sure of what they had
-        stored.
+        """Delete what dead processes were writing, and flush what they had stored.
 
-        On this machine the process decides. What another machine left, or this one
-        before it was started again, goes after LEFTOVER_SECONDS, and only while nobody
-        else is at work on the study. A process may have died before it flushed the last
-        part that it had stored: that is done now.
+        On this machine a process that has ended is dead. Files of another machine, or
+        of this one before it was restarted, are deleted after LEFTOVER_SECONDS, and
+        only while nobody else works on the study. A process may have died before it
+        flushed the last part that it stored: this part is flushed now.
         """
         if self._parts.is_dir():
             self._flush(self._parts)
@@ -177,17 +170,17 @@ def refuse_links(folder: Path, results: Path) -> None:
 
 def _not_followed(path: Path) -> StoreError:
     way_out = (
-        "put the folder itself there, or link the whole results folder and name that by"
-        " --results"
+        "put the folder itself there,"
+        " or link the whole results folder and name that by --results"
     )
     return StoreError(
-        f"{path}: is a symbolic link; nothing is read or written outside of the"
-        f" results: {way_out}"
+        f"{path}: is a symbolic link;"
+        f" nothing is read or written outside of the results: {way_out}"
     )
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Our own sub-folders, by name; whatever else lies there is left alone. Raises
+    """Our own sub-folders, by name; anything else in the folder is left alone. Raises
     StoreError for a link.
     """
     if folder.is_symlink():

@@ -34,9 +34,9 @@ ALLOWED = (
 )
 URL = re.compile(r"(?P<scheme>[A-Za-z][A-Za-z0-9+.-]+):/+(?P<rest>.*)", re.DOTALL)
 AWAY = re.compile(
-    r"AWS Error"
-    r" (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN|THROTTLING|REQUEST_TIMEOUT"
-    r"|REQUEST_EXPIRED|UNKNOWN \(HTTP status (5\d\d|429)\))"
+    "AWS Error (NETWORK_CONNECTION|SERVICE_UNAVAILABLE|INTERNAL_FAILURE|SLOW_DOWN"
+    "|THROTTLING|REQUEST_TIMEOUT|REQUEST_EXPIRED"
+    r"|UNKNOWN \(HTTP status (5\d\d|429)\))"
 )
 GONE = re.compile("AWS Error (NO_SUCH_KEY|RESOURCE_NOT_FOUND)")
 SAID = re.compile(
@@ -60,8 +60,8 @@ class ListedObject(NamedTuple):
 
 
 class ObjectServer:
-    """An object store; `known` where it has answered, so that one which is away may be
-    waited for.
+    """An object store. It is `known` once it has answered: only then is it waited for
+    while it is away.
     """
 
     def __init__(self, **options: str) -> None:
@@ -94,8 +94,8 @@ class ObjectServer:
         )
 
     def ask(self, path: "ObjectPath", call: Callable[[Any], T]) -> T:
-        """What `call` of the file system says, once it is known that the bucket is
-        there.
+        """The result of `call` on the file system, after a check that the bucket
+        exists.
 
         Raises FileNotFoundError where there is no such object, UnreachableError where
         the server does not answer, and StoreError where it refuses.
@@ -108,9 +108,8 @@ class ObjectServer:
         except FileNotFoundError:
             raise
         except OSError as error:
-            if GONE.search(
-                str(error)
-            ):  # deleted between two requests that pyarrow makes
+            # The object was deleted between two requests that pyarrow makes.
+            if GONE.search(str(error)):
                 raise FileNotFoundError(str(path)) from error
             raise self.trouble(path, error) from error
 
@@ -120,8 +119,8 @@ class ObjectServer:
         bucket = path.key.partition("/")[0]
         if self.files.get_file_info(bucket).type == fs.FileType.NotFound:
             raise StoreError(
-                f"s3://{bucket}: there is no such bucket; make it first, or mend the"
-                " name or the region"
+                f"s3://{bucket}: there is no such bucket; make it first,"
+                " or mend the name or the region"
             )
 
     def trouble(self, path: "ObjectPath", error: OSError) -> StoreError:
@@ -134,8 +133,8 @@ class ObjectServer:
         )
         if AWAY.search(str(error)):
             message = (
-                f"{path}: the object store does not answer ({words}); what was stored"
-                " is intact"
+                f"{path}: the object store does not answer ({words});"
+                " what was stored is intact"
             )
             return UnreachableError(message, self)
         variables = "are AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION right?"
@@ -144,12 +143,12 @@ class ObjectServer:
 
 @dataclass(frozen=True)
 class ObjectPath:
-    """An object, or a prefix, of an object store: what of pathlib.Path the reader of a
-    store needs.
+    """An object, or a prefix, of an object store, with those methods of pathlib.Path
+    that the reader of a store needs.
 
-    `key` begins with the bucket. `found` are the objects below it by the rest of their
-    keys, where they have been listed already: then nothing is asked again. It is for
-    what never changes once it is there, as a part.
+    `key` begins with the bucket. `found` are the objects below it, by the rest of their
+    keys, if they have been listed already: then the server is not asked again. This is
+    for what never changes, such as a part.
     """
 
     server: ObjectServer = field(compare=False, repr=False)
@@ -172,12 +171,12 @@ class ObjectPath:
 
     @property
     def parent(self) -> "ObjectPath":
-        """What it lies below."""
+        """The prefix above it."""
         return ObjectPath(self.server, self.key.rpartition("/")[0])
 
     @property
     def stem(self) -> str:
-        """That without its ending."""
+        """The last name without its ending."""
         return Path(self.name).stem
 
     def stat(self) -> ListedObject:
@@ -200,9 +199,7 @@ class ObjectPath:
         return True
 
     def listed(self) -> "ObjectPath":
-        """The same with all objects below it, asked for now by one request for each
-        thousand.
-        """
+        """The same with all objects below it, listed now: a request for each 1000."""
         from pyarrow import fs
 
         selector = fs.FileSelector(self.key, recursive=True, allow_not_found=True)
@@ -227,7 +224,7 @@ class ObjectPath:
         )
 
     def glob(self, pattern: str) -> Iterator["ObjectPath"]:
-        """Those whose name matches."""
+        """The entries whose name matches."""
         return (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
 
     def open(self, _mode: str = "rb") -> Any:
@@ -237,9 +234,7 @@ class ObjectPath:
         return self.server.ask(self, lambda files: files.open_input_file(self.key))
 
     def head(self, size: int) -> bytes:
-        """The first `size` bytes. Raises FileNotFoundError where there is no such
-        object.
-        """
+        """The first `size` bytes. Raises FileNotFoundError without such an object."""
 
         def read(files: Any) -> bytes:
             content: bytes = files.open_input_stream(self.key).read(size)
@@ -249,9 +244,7 @@ class ObjectPath:
 
 
 def _below(found: Mapping[str, ListedObject]) -> dict[str, dict[str, ListedObject]]:
-    """What was found, by the first name in its key; "" is the object of that name
-    itself.
-    """
+    """What was found, by the first name in its key; "" is the object itself."""
     names = defaultdict[str, dict[str, ListedObject]](dict)
     for key, one in found.items():
         name, _, rest = key.partition("/")
@@ -285,8 +278,8 @@ def location(given: Location | str) -> Location:
     if not key or "@" in key.partition("/")[0]:
         place = key.rpartition("@")[2]
         raise StoreError(
-            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables, never"
-            " here"
+            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables,"
+            " never here"
         )
     return ObjectPath(ObjectServer(**options), key)
 
@@ -305,9 +298,7 @@ def in_unicode(path: Path) -> Path:
 
 
 def local_folder(place: Location, what: str) -> Path:
-    """The place, where it is a folder. Raises StoreError where it is none, as `what`
-    needs one.
-    """
+    """The place as a folder. Raises StoreError if it is none, which `what` needs."""
     if isinstance(place, Path):
         return place
     raise StoreError(f"{place}: {what} a folder on this machine, not an object store")
@@ -317,9 +308,9 @@ def patiently(call: Callable[[], T]) -> T:
     """What `call` returns, tried again with growing pauses for PATIENCE_SECONDS while
     the object store is away.
 
-    Only one that has answered before is waited for. Raises UnreachableError in the end,
-    after which it counts as one that has not: so what is still to be stored does not
-    wait once more.
+    Only a server that has answered before is waited for. In the end UnreachableError is
+    raised, and the server counts as one that has never answered: so the next write does
+    not wait again.
     """
     end, pause, said = time.monotonic() + PATIENCE_SECONDS, FIRST_PAUSE, False
     while True:

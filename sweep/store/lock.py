@@ -1,7 +1,8 @@
-"""One launch of a study at a time, or one for each share of it: claims that say whose
-they are, not trusted for ever.
+"""One launch of a study at a time, or one for each share of it, by claims that name
+their owner and expire.
 
-    <study>/lock/<token>.json     the owner, the share, and whether it asks or holds; touched as a sign of life
+    <study>/lock/<token>.json   the owner, the share, and whether it asks or holds;
+                                touched as a sign of life
 
 Whoever wants a study, or a share of it, writes a claim that asks, and then lists all
 claims. The whole excludes everything; a share excludes itself and the shares of any
@@ -9,18 +10,17 @@ other division. If a claim that is in the way holds, one withdraws and is refuse
 asks too, the one with the larger token withdraws, and tries again later; the smaller
 waits until the other is gone or holds. With nothing in the way the claim holds.
 
-Of two that exclude each other at most one comes to hold: each is written before its
-owner lists, so the later one to be written is listed by an owner who sees the other,
-and who goes on only when that is gone. And one does: that with the smallest token waits
-for nobody who waits for it. All that is asked of the place is that a listing shows what
+Of two claims that exclude each other at most one comes to hold: each owner writes its
+claim before it lists, so the owner of the later claim sees the earlier one, and goes on
+only when that is gone. One of them does come to hold: the owner of the smallest token
+waits for nobody who waits for it. The place must promise only that a listing shows what
 was written before it began.
 
-Who is dead is out of the way: its claim is taken away by its own name. On one machine
-the process decides whether an owner lives. Elsewhere it does while the time of its
-claim moves on, or is at most STALE_SECONDS old by the clock of the place. A clock that
-jumps is no death: a claim that looks too old, or comes from the future, is watched for
-a while before it is believed. An owner who has slept through all that finds its claim
-gone, and stops.
+The claim of a dead owner is deleted by its own name. An owner on this machine lives as
+long as its process. An owner elsewhere lives while the time of its claim moves on, or
+is at most STALE_SECONDS old by the clock of the place. A clock may jump, so a claim
+that looks too old, or comes from the future, is watched for a while before its owner
+counts as dead. An owner who was suspended meanwhile finds its claim gone, and stops.
 """
 
 import getpass
@@ -53,13 +53,15 @@ SILENCE = (
 )
 LOG = logging.getLogger("sweep")
 GIVEN_BACK: set[str] = set()
-"""Claims of this process that it holds no more, although a place that did not answer
-may have kept one.
+"""Claims that this process has given up. One may still be there, if the place did not
+answer when it was to be deleted.
 """
 
 
 class LockClaim(NamedTuple):
-    """What a claim says; one of version 0.3.0 says less, and holds the whole."""
+    """The content of a claim; one of version 0.3.0 has fewer fields, and holds the
+    whole.
+    """
 
     token: str
     who: str = "somebody"
@@ -70,7 +72,7 @@ class LockClaim(NamedTuple):
     started: str = ""
 
     def excludes(self, share: str) -> bool:
-        """Whether who has this cannot let others have `share`; "" is the whole."""
+        """Whether this claim excludes one of `share`; "" is the whole."""
         if not self.share or not share:
             return True
         return (
@@ -82,8 +84,8 @@ class LockClaim(NamedTuple):
 class Lock:
     """Holds the study in a place, or one share of it, while the context lasts.
 
-    Entering raises StoreError where somebody else holds what is asked for. That it was
-    taken over from somebody dead is said on the log.
+    Entering raises StoreError if somebody else holds what is asked for. The log tells
+    when it was taken over from a dead owner.
     """
 
     def __init__(self, place: StudyPlace, share: Share | None = None) -> None:
@@ -127,12 +129,12 @@ class Lock:
         """
         if self.lost:
             raise StoreError(
-                f"{self.path}: another launch has taken this study over; what is done"
-                " is stored"
+                f"{self.path}: another launch has taken this study over;"
+                " what is done is stored"
             )
 
     def _ask(self) -> None:
-        """With a new token, as the old one may have been taken away."""
+        """A new token for each claim, as others may have deleted the old claim."""
         self.token = secrets.token_hex(8)
         self._claims.create(self.token, self._text(ASKING))
 
@@ -141,14 +143,14 @@ class Lock:
         GIVEN_BACK.add(self.token)
 
     def _text(self, state: str) -> str:
-        """The claim in always as many bytes."""
+        """The claim as bytes, always of the same number."""
         return json.dumps(_owner() | {"share": self.share, "state": state}).ljust(
             CLAIM_BYTES
         )
 
     def _granted(self) -> bool:
-        """Whether nobody is in the way, and so the claim holds. Raises StoreError where
-        somebody is, and holds.
+        """Whether nobody is in the way, so that the claim holds. Raises StoreError if
+        somebody is in the way and holds.
         """
         rivals = self._rivals()
         for rival in rivals:
@@ -177,8 +179,8 @@ class Lock:
         return False
 
     def _rivals(self) -> list[LockClaim]:
-        """The claims of the living that are in the way, by token; those of the dead
-        that are, are taken away.
+        """The claims in the way whose owners live, by token. Those of dead owners are
+        deleted.
         """
         rivals = []
         for token in self._claims.tokens():
@@ -196,8 +198,8 @@ class Lock:
         return rivals
 
     def _read(self, token: str) -> LockClaim | None:
-        """A claim, None where it is gone; what the disk has lost after a power cut is
-        nobody's.
+        """A claim; None if it is gone. A file that lost its content in a power cut is a
+        claim of nobody.
         """
         text = self._claims.text(token)
         if text is None:
@@ -215,8 +217,8 @@ class Lock:
         return LockClaim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
-        """Wait until those who go first hold, or are gone; not for ever, as they may
-        die of it.
+        """Wait until those who go first hold or are gone; not for ever, since they may
+        die while they ask.
         """
         end = time.monotonic() + YIELD_SECONDS
         while time.monotonic() < end:
@@ -226,7 +228,7 @@ class Lock:
             time.sleep(POLL_SECONDS)
 
     def _death(self, claim: LockClaim) -> str:
-        """How it is known that the owner is dead; empty where it may live."""
+        """How we know that the owner is dead; empty if it may live."""
         if claim.token in GIVEN_BACK:
             return "that launch is over"
         if claim.machine == machine():
@@ -252,11 +254,8 @@ class Lock:
         while not self.lost and not self._over.wait(BEAT_SECONDS):
             try:
                 self.lost = not self._claims.touch(self.token)
-            except (
-                OSError,
-                StoreError,
-            ):  # a server that does not answer now may do so at the next beat
-                continue
+            except (OSError, StoreError):
+                continue  # the server may answer at the next beat
 
 
 def _owner() -> dict[str, object]:
@@ -272,7 +271,7 @@ def _owner() -> dict[str, object]:
 
 
 def _is_touched(claims: Claims, token: str) -> bool:
-    """Whether somebody touches a claim, or takes it away, while we watch."""
+    """Whether somebody touches or deletes a claim while we watch."""
     before, end = claims.touched(token), time.monotonic() + WATCH_SECONDS
     while time.monotonic() < end:
         time.sleep(min(0.5, WATCH_SECONDS / 10))

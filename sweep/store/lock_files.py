@@ -1,4 +1,4 @@
-"""Where claims on a study stand: each in a file that its owner alone writes, and
+"""Where claims on a study are kept: each in a file that only its owner writes, and
 touches as a sign of life.
 """
 
@@ -13,7 +13,7 @@ from sweep.store.new_files import create
 from sweep.store.regular import open_regular, read_whole
 
 MOST_CLAIM = 100_000
-"""Bytes of a claim that are read; one of ours has a hundredth of it."""
+"""At most so many bytes of a claim are read; one of ours has a hundredth of that."""
 
 
 class Claims(Protocol):
@@ -22,7 +22,7 @@ class Claims(Protocol):
     """
 
     def create(self, token: str, text: str) -> None:
-        """Put a claim there, whole; whoever lists the claims from now on sees it."""
+        """Write a claim, whole; whoever lists the claims from now on sees it."""
 
     def tokens(self) -> list[str]:
         """All claims."""
@@ -36,14 +36,10 @@ class Claims(Protocol):
         """
 
     def touch(self, token: str) -> bool:
-        """Give one's own claim the time of now; False where
-        somebody has taken it away.
-        """
+        """Give the own claim the present time; False where somebody has deleted it."""
 
     def touched(self, token: str) -> int | None:
-        """When a claim was last touched, in ns by the clock of the place; None where it
-        is gone.
-        """
+        """When a claim was last touched, in ns by the place's clock; None if gone."""
 
     def evict(self, token: str) -> None:
         """Take a dead owner's claim away."""
@@ -53,7 +49,7 @@ class Claims(Protocol):
 
 
 def claim_text(path: Location) -> str | None:
-    """What a claim says; None where it is gone, "" where it is none of ours."""
+    """The text of a claim; None if it is gone, "" if it is no file of ours."""
     try:
         return read_whole(path, MOST_CLAIM).decode(errors="replace")
     except FileNotFoundError:
@@ -63,7 +59,7 @@ def claim_text(path: Location) -> str | None:
 
 
 class LockFiles:
-    """Claims as files of a folder. One is never made again by its owner once it was
+    """Claims as files of a folder. An owner never creates its claim again after it was
     deleted.
     """
 
@@ -77,16 +73,17 @@ class LockFiles:
         return self._folder / f"{token}.json"
 
     def create(self, token: str, text: str) -> None:
-        """By a rename, so that it is never seen half written."""
+        """Write the claim under another name and rename it, so that it is never seen
+        half written.
+        """
         with self._staging(f"lock-{token}") as staging:
             new = staging / self._file(token).name
             with create(new) as file:
                 file.write(text.encode())
             while new.exists():
                 self._folder.mkdir(exist_ok=True)
-                with suppress(
-                    FileNotFoundError
-                ):  # whoever was the last to leave has just removed the folder
+                # Whoever was the last to leave may just have removed the folder.
+                with suppress(FileNotFoundError):
                     new.rename(self._file(token))
 
     def tokens(self) -> list[str]:
@@ -103,9 +100,7 @@ class LockFiles:
         return claim_text(self._file(token))
 
     def update(self, token: str, text: str) -> bool:
-        """Written into the file as it is: a rename could bring back one that has been
-        deleted.
-        """
+        """Write into the existing file: a rename could bring back a deleted one."""
         try:
             with open_regular(self._file(token), os.O_RDWR) as file:
                 file.write(text.encode())
@@ -114,7 +109,7 @@ class LockFiles:
         return self._file(token).exists()
 
     def touch(self, token: str) -> bool:
-        """Whoever has deleted the file has taken the study over."""
+        """False if the file is gone: who deleted it has taken the study over."""
         try:
             os.utime(self._file(token))
         except FileNotFoundError:
@@ -122,8 +117,8 @@ class LockFiles:
         return True
 
     def touched(self, token: str) -> int | None:
-        """The file is opened for that, as network file
-        systems remember old times else.
+        """Open the file first, as network file systems otherwise answer with an old
+        time.
         """
         try:
             with open_regular(self._file(token)) as file:
@@ -136,7 +131,9 @@ class LockFiles:
             return None
 
     def evict(self, token: str) -> None:
-        """By its own name, and so never the claim of somebody who was quicker."""
+        """Delete it by its own name, and so never the claim of somebody who was
+        quicker.
+        """
         self._file(token).unlink(missing_ok=True)
 
     def withdraw(self, token: str) -> None:

@@ -1,15 +1,18 @@
-"""What a part consists of, written with it: a part that lost a file, or a bit of one,
-is known by its manifest.
+"""What a part consists of. Its manifest is written with it, and shows when the part has
+lost a file, or a bit of one.
 
-    manifest.json     {"trials": 12, "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}}
+    {
+      "trials": 12,
+      "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}
+    }
 
-Parquet's own checksums cover the pages of a file and not its footer; those here cover
-every byte, and are checked ten times as fast as the file is decoded. Parts of version
-0.2.0 have none: they are decoded.
+Parquet's own checksums cover the pages of a file but not its footer. Those of a
+manifest cover every byte, and checking them is ten times as fast as decoding the file.
+Parts of version 0.2.0 have no manifest: they are decoded.
 
-An object store keeps what it was given, with checksums of its own, so there only sizes
-are compared, as they are listed; the bytes of an object are fetched and compared where
-it was written over after its manifest.
+An object store has its own checksums. So there only the listed sizes are compared; the
+bytes of an object are fetched and compared only if it was overwritten after its
+manifest was written.
 """
 
 import errno
@@ -37,7 +40,7 @@ BLOCK_BYTES = 2**20
 
 
 class FileAbout(TypedDict):
-    """What a file was when it was written."""
+    """Size and checksum of a file when it was written."""
 
     bytes: int
     crc32: int
@@ -60,10 +63,10 @@ def seal(folder: Path) -> None:
 
 
 def damage(part: Location) -> str:
-    """What is wrong with a part, in a few words; empty where every byte is as it was
+    """What is wrong with a part, in a few words; empty if every byte is as it was
     written.
 
-    Raises StoreError where it cannot be read here and now, which is no damage.
+    Raises StoreError if it cannot be read now, which is no damage.
     """
     try:
         manifest, sealed = _read(part), (part / MANIFEST).stat().st_mtime_ns
@@ -88,8 +91,8 @@ def damage(part: Location) -> str:
 
 
 def _what_damages(file: Location, error: OSError) -> str:
-    """In a few words what is wrong with a file, where it is the file. Raises StoreError
-    where it is not.
+    """What is wrong with a file, in a few words, if the error is about the file itself;
+    otherwise raises StoreError.
     """
     if isinstance(error, ForeignError) or error.errno == errno.EIO:
         return f"{file.name} cannot be read ({error})"
@@ -113,7 +116,7 @@ def trials_of(part: Location) -> int | None:
 
 
 def table_names(part: Location) -> list[str]:
-    """The tables of a part, by its manifest: whatever else lies there is none.
+    """The tables of a part, by its manifest; other files in its folder are not tables.
 
     Raises StoreError where the manifest cannot be read.
     """
@@ -140,7 +143,7 @@ def _listed(part: Location) -> list[str]:
 def replaced_by(part: Location) -> list[str]:
     """The names of the parts that a merged one replaces.
 
-    Raises FileNotFoundError where it does not say, StoreError where nobody can read it.
+    Raises FileNotFoundError if there is no such list, StoreError if it cannot be read.
     """
     try:
         names: list[str] = read_json(part / REPLACES, MOST_REPLACES, [str])
@@ -162,9 +165,11 @@ def _read(part: Location) -> Manifest:
 
 
 def _now(file: Location, about: FileAbout, sealed: int) -> FileAbout:
-    """What a file is now. Its bytes are read only where their number is right.
+    """Size and checksum of a file now. Its bytes are read only if their number is
+    right.
 
-    Those of an object as old as the manifest, of the time `sealed`, are as they were.
+    The bytes of an object that is not younger than the manifest, written at `sealed`,
+    are taken as unchanged.
     """
     found = file.stat()
     whole = found.st_size == about["bytes"]
@@ -182,7 +187,7 @@ def _about(file: Location) -> FileAbout:
 
 
 def _made_up(part: Path, manifest: Manifest) -> str:
-    """What is wrong with a part whose files are as its manifest says: one made up."""
+    """What is wrong with a part whose files match its manifest: it was forged."""
     try:
         with opened(part / "trials.parquet") as file:
             rows, schema = file.metadata.num_rows, file.schema_arrow
@@ -205,7 +210,7 @@ def _made_up(part: Path, manifest: Manifest) -> str:
 
 
 def _undecodable(part: Location) -> str:
-    """The same for a part without a manifest, as far as decoding shows."""
+    """What is wrong with a part without a manifest, as far as decoding shows."""
     present, missing = {*table_names(part)}, set[str]()
     for name in sorted({"trials"} | present):
         try:
@@ -220,7 +225,7 @@ def _undecodable(part: Location) -> str:
 
 
 def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
-    """The tables beside trials that a launch of the spec in `schema` has stored."""
+    """The tables, besides trials, that a launch of the spec in `schema` stores."""
     from sweep.errors import SpecError
     from sweep.spec.strict_yaml import parse_document
 

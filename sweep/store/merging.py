@@ -1,11 +1,10 @@
 """Which small parts are merged into larger ones, and which rows of a part do not count
 any more.
 
-At the end of a launch all small parts are looked at. While it runs, those that it
-appends are gathered by how often they have been merged: MOST_GATHERED of one level, or
-100,000 trials, become one part of the next. So a trial is written again once a level,
-however many there are, and a launch of a million leaves a few hundred parts at any
-time.
+At the end of a launch all small parts are considered. While it runs, its own parts are
+gathered by level, that is, how often they have been merged: MOST_GATHERED parts of one
+level, or 100,000 trials, become one part of the next. So each trial is written again
+only once a level, and a launch of a million trials has a few hundred parts at any time.
 """
 
 from collections import defaultdict
@@ -60,12 +59,12 @@ class Gathering:
         return None
 
     def replace(self, level: int, merged: Gathered) -> None:
-        """A level has been merged into one part, of the next."""
+        """Note that a level has been merged into one part of the next."""
         del self.levels[level]
         self.add(merged, level + 1)
 
     def parts(self) -> list[Location]:
-        """All that are held, oldest first."""
+        """All gathered parts, oldest first."""
         return sorted(
             (one.part for held in self.levels.values() for one in held),
             key=lambda part: part.name,
@@ -77,8 +76,8 @@ def _ids(part: Location) -> pa.ChunkedArray:
 
 
 def _are_distinct(parts: Sequence[Location]) -> bool:
-    """Whether certainly no trial is in two parts, as nearly always: 8 bytes a trial
-    tell, where a join takes 200.
+    """Whether certainly no trial is in two parts, which is the usual case. This takes 8
+    bytes a trial, while a join takes 200.
     """
 
     def hashes(part: Location) -> NDArray[np.int64]:
@@ -94,7 +93,9 @@ def _are_distinct(parts: Sequence[Location]) -> bool:
 
 
 def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
-    """For each part with such, the ids of its trials that a later part has too."""
+    """For each part, the ids of its trials that a later part also has; only parts with
+    such trials.
+    """
     if _are_distinct(parts):
         return {}
     ids = each(parts, _ids)
@@ -116,7 +117,7 @@ def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
 
 
 def without(table: pa.Table, trial_ids: pa.Array | None) -> pa.Table:
-    """The rows of all other trials."""
+    """The rows of `table` without those trials."""
     if trial_ids is None:
         return table
     return table.filter(pc.invert(pc.is_in(table["trial_id"], value_set=trial_ids)))
@@ -140,9 +141,7 @@ def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
 
 
 def _kind(part: Location) -> tuple[bytes, int, int]:
-    """What tells apart parts that cannot be merged, the number of trials, and the
-    bytes.
-    """
+    """A key that only mergeable parts share, the number of trials, and the bytes."""
     files = [part / f"{name}.parquet" for name in table_names(part)]
     with opened(part / "trials.parquet") as file:
         rows = file.metadata.num_rows

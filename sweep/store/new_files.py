@@ -1,9 +1,9 @@
-"""How every file comes to be: made under a name that nobody foresees, then renamed.
+"""How every file is written: under a name that nobody can foresee, then renamed.
 
-It is flushed to the disk before that. So a file is there whole or not at all. Where a
+It is flushed to the disk before the rename. So a file exists whole or not at all. If a
 stranger's folder has a link in its place, the rename replaces the link, and nothing is
-written through it. All of it is done in the folder that was opened at first, so that it
-does not matter who swaps a folder for a link meanwhile.
+written through it. Everything happens relative to the descriptor of the folder that was
+opened first, so it does no harm if somebody swaps a folder for a link meanwhile.
 """
 
 import os

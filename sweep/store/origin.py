@@ -1,8 +1,9 @@
-"""What stored tables say of where they come from, read as what anyone may have written.
+"""What stored tables say of their origin. It is checked, as anyone may have written it.
 
-Each table has it in its metadata, as JSON. What is missing there, or is of another kind
-than we write, is a StoreError that names the file. Further entries are left alone. Some
-of plans came with later versions: those of LATER together, those of ALONE one by one.
+Each table has it in its metadata, as JSON. An entry that is missing, or of another kind
+than we write, raises a StoreError that names the file. Further entries are left alone.
+Some of plans came with later versions: those of LATER together, those of ALONE one by
+one.
 """
 
 from typing import Any
@@ -47,9 +48,7 @@ def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
-    """Where a plan comes from. It has the columns that it
-    speaks of. Raises StoreError.
-    """
+    """Where a plan comes from; it has the columns that it names. Raises StoreError."""
     about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
     later = LATER if LATER.keys() & about.keys() else {}
     alone = {name: shape for name, shape in ALONE.items() if name in about}
@@ -67,9 +66,7 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
 def metadata(
     schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
 ) -> dict[str, Any]:
-    """What the metadata of a table say under `key`, of
-    that shape. Raises StoreError.
-    """
+    """What a table's metadata say under `key`, of that shape. Raises StoreError."""
     try:
         about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:

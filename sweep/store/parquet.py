@@ -30,12 +30,12 @@ def remedy_for(part: Location) -> str:
         )
     if isinstance(part, Path):
         return (
-            f"launch the study again: that sets {part.name} aside, below damaged, and"
-            " runs its trials again"
+            f"launch the study again: that sets {part.name} aside, below damaged,"
+            " and runs its trials again"
         )
     return (
-        f"delete {part}/manifest.json and launch the study again: that runs its trials"
-        " again"
+        f"delete {part}/manifest.json and launch the study again:"
+        " that runs its trials again"
     )
 
 
@@ -69,8 +69,8 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
 
 
 def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
-    """What `look` sees in each part, in their order; where each look is a request or
-    two, some at once.
+    """The result of `look` for each part, in their order. If each look is a request or
+    two, several run at once.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [look(part) for part in parts]
@@ -99,9 +99,7 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
 
 
 def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
-    """A table of a part, or some of its columns. Raises
-    StoreError for a damaged file.
-    """
+    """A part's table, or some of its columns. Raises StoreError for a damaged file."""
     with opened(part / f"{name}.parquet") as file:
         return file.read(columns=columns)
 
@@ -118,8 +116,8 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 def load_trials(
     part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
 ) -> pa.Table:
-    """The rows of some trials (None: of all) in a table of a part, whose content is not
-    read where it has none of them.
+    """The rows of some trials (None: of all) in a table of a part. If it has none of
+    them, its content is not read.
 
     Raises StoreError for a damaged file.
     """

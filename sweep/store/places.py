@@ -1,8 +1,7 @@
-"""What a store asks of the place where a study lives, be it a folder or below a prefix
-of an object store.
+"""What a store asks of the place of a study: a folder, or a prefix of an object store.
 
-Either keeps the same promises: a part is there whole or not at all, a small file is the
-old one or the new one, and whoever is killed between any two steps has lost and doubled
+Both keep the same promises: a part exists whole or not at all, a small file is the old
+one or the new one, and a process that is killed between any two steps loses and doubles
 nothing. `folders.py` and `buckets.py` say how.
 """
 
@@ -21,25 +20,23 @@ class StudyPlace(Protocol):
 
     @property
     def root(self) -> Location:
-        """All of it is below this."""
+        """Everything of the study is below this."""
 
     @property
     def lock(self) -> Claims:
-        """Who is launching the study."""
+        """The claims of those who are launching the study."""
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder on this machine, gone afterwards, in which a part or a file is
-        made up.
-        """
+        """A new local folder for making a part or a file; deleted afterwards."""
 
     def parts(self) -> list[Location]:
         """All parts, oldest first."""
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Make a folder in staging a part, at once and whole, and return its place."""
+        """Turn a staged folder into a part, in one step, and return its place."""
 
     def put(self, staged: Path) -> None:
-        """Make a file in staging that of the same name in the study, in one step."""
+        """Turn a staged file into that of the same name in the study, in one step."""
 
     def remove(self, name: str) -> None:
         """Delete a file of the study, if it is there."""
@@ -48,12 +45,10 @@ class StudyPlace(Protocol):
         """The parts where they can be read often and fast."""
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once and whole."""
+        """Delete a part, in one step."""
 
     def set_aside(self, part: Location) -> Location | None:
-        """Move a part below damaged, and say where it is now; None where it has gone
-        meanwhile.
-        """
+        """Move a part below damaged/. Returns its new place; None if it is gone."""
 
     def tidy(self, *, whole: bool) -> None:
         """Delete what dead processes were writing; with `whole`, nobody else is at work

@@ -1,4 +1,4 @@
-"""Which machine this is, and whether a process is still the one it was."""
+"""Which machine this is, and whether a process id still means the same process."""
 
 import socket
 import sys
@@ -13,8 +13,8 @@ def host() -> str:
 
 
 def machine() -> str:
-    """What tells apart those places in which a process id means the same: on Linux the
-    boot and the id namespace.
+    """The scope in which a process id means one process: on Linux the boot and the id
+    namespace.
     """
     if sys.platform != "linux":
         return host()
@@ -37,8 +37,8 @@ def started(process: int) -> str | None:
     """When a process here began, as text that no jump of the clock changes on Linux;
     None where there is none.
 
-    Together with its id this names a process for good. One that has ended and waits to
-    be noticed is none.
+    Together with its id this names a process for ever. A process that has ended, but
+    whose parent has not noticed, counts as none.
     """
     if sys.platform == "linux":
         try:

@@ -1,6 +1,6 @@
-"""How stored files are read: ordinary ones only, not through links, and to a bound.
+"""How stored files are read: only ordinary ones, not through links, up to a size.
 
-A store may come from anyone. A pipe in the place of a file would be waited for, a
+A store may come from anyone. In the place of a file, a pipe would make us wait, a
 device has no end, and a link leads out of the study.
 """
 
@@ -18,7 +18,7 @@ QUIETLY = os.O_NOFOLLOW | os.O_NONBLOCK
 
 
 class ForeignError(OSError):
-    """What lies there is nothing that we write: no ordinary file, or one too large."""
+    """What lies there was not written by us: it is no ordinary file, or too large."""
 
 
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:

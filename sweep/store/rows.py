@@ -64,8 +64,8 @@ ABOUT_TRIAL = (
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: what it is, every setting by name, every metric at the last
-    frame and as `<metric>_mean`.
+    """One row a trial: its identity, every setting by name, and every metric at the
+    last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
     columns += [_setting(field) for field in fields(study.model).values()]
@@ -135,9 +135,7 @@ class Tables:
         self.trajectories = trajectories_schema(study.model, provenance)
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """`trials`, and `series`, `heatmaps` and `trajectories` where the study records
-        them.
-        """
+        """`trials`; if recorded also `series`, `heatmaps` and `trajectories`."""
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
             tables["series"] = self._series(

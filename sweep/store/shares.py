@@ -17,11 +17,11 @@ DIGITS = 8
 
 @dataclass(frozen=True)
 class Share:
-    """Part `number` of `of`, counted from 1. Which trials are in it follows from their
-    ids and nothing else.
+    """Share `number` of `of`, counted from 1. Which trials are in it follows only from
+    their ids.
 
-    So every launch with the same `of` divides them alike, and a trial added to the
-    study changes no other's share.
+    So every launch with the same `of` divides the trials alike, and a trial that is
+    added to the study changes the share of no other.
     """
 
     number: int

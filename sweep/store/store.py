@@ -1,18 +1,19 @@
-"""The parquet store of one study: results appear whole or not at all, and what is
-present is the ledger.
+"""The parquet store of one study. Results appear whole or not at all, and the stored
+trials are the record of what has been run.
 
-    <study>/parts/<part id>/trials.parquet, series.parquet, ...   the tables of the same trials
-    <study>/plan.parquet                                          the trials of the spec as last launched
-    <study>/asked.parquet                                         of a search: which candidate had which of them
-    <study>/lock/, damaged/                                       who is launching it; parts that cannot be read
+    parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
+    plan.parquet       the trials of the spec as last launched
+    asked.parquet      of a search: which candidate had which of them
+    lock/              who is launching it
+    damaged/           parts that cannot be read
 
 A study lives in a folder or below a prefix of an object store: how a part comes to be
 there at once is told in `places.py`. Part ids sort by age, and a trial stored in
-several parts counts from the latest one only, in every table. A merged part names in a
-file the parts it replaces; as soon as it is there they are ignored, so that being
-killed before they are deleted loses and doubles nothing. Schemas, with their metadata,
-are the caller's and are kept as given. Launches of different shares may append to one
-study at the same time: their trials are different ones.
+several parts counts from the latest one only, in every table. A merged part has a file
+that names the parts it replaces. As soon as the merged part exists they are ignored, so
+a process that is killed before it deletes them loses and doubles nothing. Schemas, with
+their metadata, come from the caller and are kept as given. Launches of different shares
+may append to one study at the same time: their trials are different ones.
 """
 
 import json
@@ -96,9 +97,7 @@ class Store:
         return part
 
     def gather(self) -> None:
-        """Merge what this store has appended, where many small parts have come
-        together.
-        """
+        """Merge what this store has appended, once there are many small parts."""
         while due := self._gathering.due():
             level, held = due
             parts = [one.part for one in held]
@@ -168,11 +167,11 @@ class Store:
         self._gathering = Gathering()
 
     def tidy(self) -> None:
-        """Delete the parts that a merged part names, and what dead processes left
-        behind unfinished.
+        """Delete the parts that a merged part names, and the unfinished files of dead
+        processes.
 
-        Only a name is a reason to delete: what one listing lacks may have been stored
-        since it was made.
+        Only a part that is named is deleted: a part that a listing lacks may have been
+        stored since.
         """
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
@@ -234,8 +233,8 @@ class Store:
         return self.place.parts()
 
     def steadily(self, look: Callable[[list[Location]], T]) -> T:
-        """What `look` sees in the current parts; again if parts were merged, or taken
-        away, elsewhere meanwhile.
+        """The result of `look` on the current parts; it looks again if parts were
+        merged, or deleted, elsewhere meanwhile.
         """
         while True:
             parts = self.current_parts()
@@ -249,9 +248,7 @@ class Store:
                 return seen
 
     def _next_id(self) -> str:
-        """An id that sorts after every present one, even if the clock has been set
-        back.
-        """
+        """An id that sorts after all present ones, even if the clock was set back."""
         if self._newest < 0:
             self._newest = max(
                 (int(part.name[:20]) for part in self.all_parts()), default=0
@@ -265,9 +262,7 @@ class Store:
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """A new folder of this machine that is gone afterwards; failing to write is a
-        StoreError.
-        """
+        """A new local folder, deleted afterwards. StoreError if writing fails."""
         return self.place.staging(name)
 
     def merge(
@@ -316,9 +311,8 @@ class Store:
         if part.name not in self._replaced:
             try:
                 self._replaced[part.name] = replaced_by(part)
-            except (
-                FileNotFoundError
-            ):  # being deleted elsewhere, so all that it replaced is gone already
+            except FileNotFoundError:
+                # The part is being deleted elsewhere: what it replaced is gone already.
                 return []
         return self._replaced[part.name]
 
@@ -336,8 +330,8 @@ def _read_if_there(path: Location, remedy: str) -> pa.Table | None:
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:
-    """Whether parts seen before are still there, and no merged one is new: a listing
-    may have missed what it has.
+    """Whether parts seen before still exist, and no merged part is new: its trials may
+    be in none of the parts that were listed before.
     """
     before, names = {part.name for part in parts}, {part.name for part in now}
     return before <= names and not any(MERGED_MARK in name for name in names - before)

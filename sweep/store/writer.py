@@ -1,6 +1,4 @@
-"""Between the drive loop and the store: results are held for a moment, then stored
-together.
-"""
+"""Between the drive loop and the store: results are collected, then stored together."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -23,10 +21,10 @@ class Writer(Generic[R]):
 
     A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are
     held, when `seconds` have passed since the last one, and on leaving the context, for
-    whatever reason. Results stay held until their part is stored; how many could not be
-    is said with the error. Where many small parts have come together they are merged.
-    `build` makes the tables of a non-empty list of results; `stored` is told of those
-    whose part the disk holds.
+    whatever reason. Results stay held until their part is stored; an error says how
+    many could not be stored. Small parts are merged once there are many. `build` makes
+    the tables of a non-empty list of results; `stored` is told of those whose part the
+    disk holds.
     """
 
     def __init__(
@@ -79,8 +77,8 @@ class Writer(Generic[R]):
                 self._store.append(self._build(self._held))
             except StoreError as error:
                 lost = (
-                    f"results that could not be stored: {len(self._held):,}; launch"
-                    " again to run them"
+                    f"results that could not be stored: {len(self._held):,};"
+                    " launch again to run them"
                 )
                 raise StoreError(f"{error}; {lost}") from error
             self._stored(self._held)

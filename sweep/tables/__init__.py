@@ -1,12 +1,19 @@
 """What is stored, as tables: read, chosen, compared, exported and cleaned.
 
-stored_study   a study by name          stored_trials  trials with all their rows
-stored_plan    a plan, checked          stored_tables  tables, checked
-stored_spec    a row read as a spec     stored_jobs    the job and world of a row
+stored_study   a study by name
+stored_trials  trials with all their rows
+stored_plan    a plan, checked
+stored_tables  tables, checked
+stored_spec    a row read as a spec
+stored_jobs    the job and world of a row
 sides          trials as a command names them
-matching       points that belong together     comparison  what differs between sides
-difference     what a change of a spec does    cleaning    room given back
-exporting      a table for other programs      netcdf      the same as arrays
-formulas       CSV that starts no formula      outputs     files for the user, whole or not
+matching       points that belong together
+comparison     what differs between sides
+difference     what a change of a spec does
+cleaning       room given back
+exporting      a table for other programs
+netcdf         the same as arrays
+formulas       CSV that starts no formula
+outputs        files for the user, whole or not
 sensitivity/   which settings a metric depends on
 """

@@ -67,8 +67,8 @@ class Waste:
             )
         if self.repeated:
             lines.append(
-                f"go         {self.repeated:,} repeated rows, of trials that were run"
-                " again since"
+                f"go         {self.repeated:,} repeated rows,"
+                " of trials that were run again since"
             )
         if self.checkpoints:
             count = len(self.checkpoints)
@@ -105,9 +105,7 @@ def find_waste(study: StoredStudy) -> Waste:
 
 
 def _idle(study: StoredStudy) -> set[str]:
-    """Trials with a checkpoint that are stored, or that no
-    launch of the plan asks for.
-    """
+    """Trials with a checkpoint that are stored, or not asked for by the plan."""
     there = Checkpoints.of(study.store.folder).trials()
     if not there:
         return there
@@ -163,8 +161,8 @@ def clean(study: StoredStudy, waste: Waste) -> int:
         before = sum(map(_bytes, store.current_parts())) + checkpoints.size()
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(
-                f"study {study.name} was launched meanwhile: nothing was removed; look"
-                " again"
+                f"study {study.name} was launched meanwhile: nothing was removed;"
+                " look again"
             )
         checkpoints.keep_only(checkpoints.trials() - _idle(study))
         for part, trial_ids in waste.rows.items():

@@ -211,20 +211,18 @@ def _check(method: Method, metrics: Sequence[str]) -> None:
         return
     if not 0.0 < method.margin < np.inf:
         raise ChoiceError(
-            f"margin: {method.margin:g}; allowed: a number above 0, in the unit of the"
-            " metric"
+            f"margin: {method.margin:g}; allowed: a number above 0,"
+            " in the unit of the metric"
         )
     if len(metrics) > 1:
         raise ChoiceError(
-            "a margin is in the unit of one metric: name it, one of"
-            f" {', '.join(metrics)}"
+            "a margin is in the unit of one metric: name it,"
+            f" one of {', '.join(metrics)}"
         )
 
 
 def _streams(one: Side, other: Side) -> tuple[str, ...]:
-    """The random streams that both sides take in common; that of worlds where worlds
-    are drawn.
-    """
+    """The random streams in common; that of worlds only where worlds are drawn."""
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
         any(name in MAPS and MAPS[name].random for name in side.trials["map"].unique())
@@ -271,9 +269,7 @@ def _places(one: Side, other: Side, matching: Matching, sharing: bool) -> list[_
 def _codes(
     first: pd.DataFrame, second: pd.DataFrame
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """A number for each trial of two tables, the same where the random numbers in
-    common are.
-    """
+    """A number for each trial of two tables; equal for equal random numbers."""
     codes, _ = replicates(first).append(replicates(second)).factorize(sort=True)
     return codes[: len(first)], codes[len(first) :]
 
@@ -303,19 +299,17 @@ def _contrasts(
 
 
 def _family(contrasts: Sequence[Contrast], method: Method) -> Family:
-    """The contrasts with simultaneous intervals. Raises ChoiceError where max_t cannot
-    have them.
-    """
+    """The contrasts with simultaneous intervals. ChoiceError if max_t has none."""
     if method.together == "max_t":
         if not all(contrast.paired for contrast in contrasts):
             raise ChoiceError(
-                "max_t resamples pairs of trials, and not all trials share random"
-                " numbers; use holm"
+                "max_t resamples pairs of trials,"
+                " and not all trials share random numbers; use holm"
             )
         if len(contrasts) > MOST_RESAMPLED:
             raise ChoiceError(
-                f"max_t: {len(contrasts):,} comparisons; allowed: {MOST_RESAMPLED:,};"
-                " use holm"
+                f"max_t: {len(contrasts):,} comparisons;"
+                f" allowed: {MOST_RESAMPLED:,}; use holm"
             )
     try:
         return jointly(contrasts, method.confidence, method.together)

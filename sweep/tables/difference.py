@@ -89,8 +89,8 @@ class SpecDifference:
                 f" {overlap.dropped:,} dropped"
             )
         lines.append(
-            f"stored     {self.stored:,} of the trials it would have, {self.to_run:,}"
-            " to run"
+            f"stored     {self.stored:,} of the trials it would have,"
+            f" {self.to_run:,} to run"
         )
         lines += [
             f"changed    {one.key}: {_brief(one.before)} -> {_brief(one.after)}"
@@ -139,8 +139,8 @@ def _side(one: Study | StoredStudy) -> SpecVersion:
         )
     if one.search:
         message = (
-            "a search asks for its trials as it goes: what it would add is not known"
-            " before"
+            "a search asks for its trials as it goes:"
+            " what it would add is not known before"
         )
         raise one.document.error(("search",), message)
     table = Jobs(one, expand(one), KERNELS_SHA).table()
@@ -205,8 +205,8 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
         and _among(after.trials, before.trials) < len(after.trials)
     ):
         yield (
-            "the specs are the same: a table or an image has changed, or the first was"
-            " not run to its end"
+            "the specs are the same: a table or an image has changed,"
+            " or the first was not run to its end"
         )
 
 

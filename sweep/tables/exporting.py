@@ -30,9 +30,7 @@ BESIDE = ".json"
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the rows of the table, the sha256
-    of the file, and all files.
-    """
+    """What was written: rows of the table, the sha256 of the file, and all files."""
 
     rows: int
     sha256: str
@@ -47,10 +45,10 @@ def export(
 
     Parquet and Arrow files have the table as it is stored; CSV files have one row a
     boid or pixel where a stored row has many; netCDF files have arrays by trial, see
-    sweep.tables.netcdf. Values come back with the same bits from all. The checksum
-    stands in `<path>.sha256`. Raises ChoiceError, before any work where it can be known,
-    for an unknown table or ending, for a file that exists without `force`, and where
-    there is nothing to export.
+    sweep.tables.netcdf. Values come back with the same bits from all. The checksum is
+    in `<path>.sha256`. Raises ChoiceError, before any work where it can be known, for
+    an unknown table or ending, for a file that exists without `force`, and where there
+    is nothing to export.
     """
     if table not in TABLES:
         raise ChoiceError(f"study {study.name}: {unknown('table', table, TABLES)}")
@@ -153,9 +151,7 @@ def _flat(table: pa.Table) -> pa.Table:
 
 
 def _long(table: pa.Table) -> pa.Table:
-    """The table without lists: one row a boid of
-    trajectories, one a pixel of heatmaps.
-    """
+    """The table without lists: a row a boid of trajectories, a pixel of heatmaps."""
     lists = [field.name for field in table.schema if pa.types.is_list(field.type)]
     if not lists:
         return table

@@ -13,8 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 FORMULA = "^(['\" \\t\\r\\n]*[=+\\-@\uff1d\uff0b\uff0d\uff20]|['\\t\\r\\n])"
-"""How a text begins that needs an apostrophe; the wide signs count in some languages.
-"""
+"""How a text begins that needs an apostrophe; some languages read wide signs so."""
 
 
 def without_formulas(table: pa.Table) -> pa.Table:

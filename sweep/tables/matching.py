@@ -1,6 +1,4 @@
-"""Which points of the two sides of a comparison belong together, and in what else they
-differ.
-"""
+"""Which points of two sides of a comparison belong together, and how they differ."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -111,9 +109,7 @@ def telling(settings: pd.DataFrame) -> list[str]:
 
 
 def _settings(one: Side, other: Side) -> list[str]:
-    """The settings that both sides have, those first that vary, in the order of the
-    specs.
-    """
+    """The settings of both sides, varied ones first, in the order of the specs."""
     names = dict.fromkeys([*one.study.varied, *other.study.varied, *fields(one.model)])
     known = [set(fields(side.model)) & set(side.trials) for side in (one, other)]
     return [name for name in names if name in known[0] & known[1]]
@@ -138,9 +134,7 @@ def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool
 
 
 def _values(column: "pd.Series[Any]") -> list[Any]:
-    """The values of a column, numbers that differ in their
-    last digits only made equal.
-    """
+    """A column's values; numbers that differ only in their last digits become equal."""
     values = column.tolist()
     return (
         [float(f"{value:.{DIGITS}g}") for value in values]
@@ -162,9 +156,7 @@ def _keys(table: pd.DataFrame) -> list[str]:
 def _check_single(
     side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
 ) -> None:
-    """Raise ChoiceError where a point has several partners,
-    saying in what these differ.
-    """
+    """Raise ChoiceError where a point has several partners, with their differences."""
     several = table[
         table.index.isin(partner.index) & table.index.duplicated(keep=False)
     ]
@@ -177,11 +169,12 @@ def _check_single(
         if name in group and group[name].nunique() > 1
     ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
+    mark = "," if ":" in side.text else ":"
+    example = f"{side.text}{mark}{free[0]}={group[free[0]].iloc[0]}"
     raise ChoiceError(
         f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could"
-        " be compared with one point of "
-        f"the other side; they differ in {', '.join(free)}: choose one, as in "
-        f"{side.text}{',' if ':' in side.text else ':'}{free[0]}={group[free[0]].iloc[0]}"
+        " be compared with one point of the other side; they differ in"
+        f" {', '.join(free)}: choose one, as in {example}"
     )
 
 
@@ -205,9 +198,7 @@ def _shared_points(one: Side, other: Side) -> set[str]:
 def _differences(
     first: pd.DataFrame, second: pd.DataFrame, names: Sequence[str]
 ) -> dict[str, tuple[list[Any], list[Any]]]:
-    """Of those of `names` in which two rows of the same place differ the values in
-    either table.
-    """
+    """The values of those `names` in which two rows of the same place differ."""
     apart = [name for name in names if _values(first[name]) != _values(second[name])]
     return {
         name: (list(dict.fromkeys(first[name])), list(dict.fromkeys(second[name])))

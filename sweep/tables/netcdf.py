@@ -2,9 +2,12 @@
 whatever reads netCDF 4.
 
     trials        every column by `trial`
-    series        every metric by `trial` and `frame`, NaN where a trial has no such frame
-    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`, NaN where a trial has no such frame or boid
-    heatmaps      visits by `trial`, `row` and `column`, -1 in obstacles and -2 outside of a smaller map
+    series        every metric by `trial` and `frame`; NaN where a trial has no such
+                  frame
+    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`; NaN where a trial has
+                  no such frame or boid
+    heatmaps      visits by `trial`, `row` and `column`; -1 in obstacles, -2 outside of
+                  a smaller map
 
 `trial` is the trial's id; its replicate, its seed and the settings that vary stand
 beside as coordinates.
@@ -38,8 +41,8 @@ def check_netcdf() -> None:
     """Raise ChoiceError where the packages that write netCDF are not installed."""
     if not (find_spec("xarray") and find_spec("netCDF4")):
         raise ChoiceError(
-            "netCDF files are written by xarray and netCDF4, which are not installed:"
-            f" {INSTALL}"
+            "netCDF files are written by xarray and netCDF4,"
+            f" which are not installed: {INSTALL}"
         )
 
 
@@ -153,9 +156,7 @@ def _maps(table: pa.Table) -> Variables:
 
 
 def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
-    """An array that has `value` everywhere. Raises ChoiceError where it would have too
-    many places.
-    """
+    """An array full of `value`. Raises ChoiceError for too many places."""
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise ChoiceError(

@@ -17,8 +17,8 @@ from sweep.text import unknown
 
 
 def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> None:
-    """Raise OutputError unless `path` ends as one of `endings`, lies in a folder, and is
-    free or may be replaced.
+    """Raise OutputError unless `path` ends in one of `endings`, lies in a folder, and
+    is free or may be replaced.
     """
     in_unicode(path)
     if path.suffix not in endings:
@@ -65,9 +65,7 @@ def sha256(path: Path) -> str:
 
 
 def write_checksum(path: Path) -> str:
-    """Write the sha256 of a file to `<path>.sha256`, as `sha256sum -c` reads it, and
-    return it.
-    """
+    """Write a file's sha256 to `<path>.sha256`, for `sha256sum -c`, and return it."""
     digest = sha256(path)
     with unfinished(path.with_name(path.name + ".sha256")) as file:
         file.write(f"{digest}  {path.name}\n".encode())

@@ -150,9 +150,7 @@ def _with_setting(
 
 
 def _parsed(text: str, field: Field) -> Value:
-    """The value of a setting from its text. Raises NotAllowedError where it cannot be
-    one.
-    """
+    """The value of a setting from its text. Raises NotAllowedError."""
     given: Any = text
     if field.kind == "bool":
         given = BOOLEANS.get(text.lower(), text)
@@ -171,9 +169,7 @@ def _varied(study: StoredStudy) -> str:
 
 
 def _with_preset(study: StoredStudy, preset: str) -> tuple["pd.Series[bool]", set[str]]:
-    """Which trials have the settings of a preset, and the names of all that the study
-    ablates.
-    """
+    """Which trials have a preset's settings, and the names of all ablated ones."""
     own, ablated = (
         str(study.trials["preset"].iloc[0]),
         study.about.ablated,

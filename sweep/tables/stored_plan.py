@@ -22,9 +22,7 @@ MOST_BEFORE = 10**9
 
 
 def check_plan(study: str, about: dict[str, Any]) -> None:
-    """Raise StoreError where `about`, the provenance of a plan, is not what a launch
-    writes.
-    """
+    """Raise StoreError where a plan's provenance is not what a launch writes."""
     try:
         _check(about)
     except ValueError as error:
@@ -56,9 +54,7 @@ def _check(about: dict[str, Any]) -> None:
 
 
 def _settings(about: dict[str, Any]) -> set[str]:
-    """The names of all settings of the model, where a plan
-    does not say which, of any.
-    """
+    """The names of the model's settings; of any model's if a plan names none."""
     if "model" not in about:
         return {name for model in MODELS for name in fields(model)}
     if (
@@ -80,9 +76,7 @@ def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:
-    """A saltelli or morris sample is read in blocks, of which `rows` says where each
-    point is.
-    """
+    """A saltelli or morris sample is read in blocks; `rows` places each point."""
     count, size, levels = len(axis["fields"]), axis.get("size", 0), axis.get("levels")
     sizes = (count + 1,) if axis["sampler"] == "morris" else (count + 2, 2 * count + 2)
     rows = axis.get("rows", [])

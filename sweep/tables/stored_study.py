@@ -41,8 +41,8 @@ class StoredStudy:
     def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
             raise ChoiceError(
-                f'study "{name}" is not allowed: a name of folders below the results,'
-                ' joined by "/"'
+                f'study "{name}" is not allowed:'
+                ' a name of folders below the results, joined by "/"'
             )
         self.name = name
         place = location(results)
@@ -183,9 +183,7 @@ class StoredStudy:
 
     @cached_property
     def series(self) -> pd.DataFrame:
-        """One row a recorded frame of a trial: trial_id,
-        frame and the series metrics.
-        """
+        """A row a recorded frame of a trial: trial_id, frame and the series metrics."""
         return self._in_order(self._table("series"))
 
     @cached_property
@@ -215,7 +213,7 @@ class StoredStudy:
         """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
         them, shape (F, 4, N).
 
-        Raises ChoiceError where there is no such trial, and where none are stored of it.
+        Raises ChoiceError if there is no such trial, or none are stored of it.
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
@@ -233,9 +231,7 @@ class StoredStudy:
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """A stored trial with its rows of all tables. Raises ChoiceError where there is
-        none.
-        """
+        """A stored trial with its rows of all tables. Raises ChoiceError."""
         found = stored_trials(self.store, [trial])
         if not found:
             known = self.plan["trial_id"].to_pylist()

@@ -46,8 +46,8 @@ def checked(
     for column in (*FULL[name], *columns):
         if column not in table.column_names:
             raise StoreError(
-                f"study {study}: its stored {name} have no column {column}; launch it"
-                " again"
+                f"study {study}: its stored {name} have no column {column};"
+                " launch it again"
             )
     try:
         _check_names(table)

@@ -53,9 +53,7 @@ class StoredTrial(NamedTuple):
 
 
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
-    """Those of the trials that are stored, part by part. Raises StoreError for a
-    damaged part.
-    """
+    """The stored ones of the trials, part by part. StoreError for a damaged part."""
 
     def read(parts: list[Location]) -> list[StoredTrial]:
         return [
@@ -96,9 +94,7 @@ def origins(store: Store, trial_ids: Sequence[str]) -> list[tuple[dict[str, Any]
 def _holders(
     parts: list[Location], trial_ids: Sequence[str]
 ) -> dict[Location, list[str]]:
-    """The trials that each part holds, of those asked for; the latest part of a trial
-    counts.
-    """
+    """The trials asked for in each part; the latest part of a trial counts."""
     wanted, latest = pa.array(trial_ids, pa.string()), dict[str, Location]()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, table in zip(parts, tables, strict=True):

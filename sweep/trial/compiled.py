@@ -1,15 +1,16 @@
-"""Where compiled kernels are kept: in a folder into which nobody else can put anything.
+"""Where compiled kernels are kept: in a folder that nobody else can write.
 
 numba's cache is pickles: whoever can write there, or rename a folder on the way there,
 runs code as the user. So the folder, and every folder and link on the way, belongs to
 the user or to root, and nobody else can write it. ssh asks that of a home folder. As
 Debian's ssh does, we allow a group that is the user's private one: with such groups a
-umask of 002 is common. On the way a sticky folder such as /tmp will do, in which each
-entry is its owner's. Root is whoever owns `/`; in a container that may be another user.
+umask of 002 is common. A folder on the way may also be sticky, as /tmp is: there only
+its owner can change an entry. Root is whoever owns `/`; in a container that may be
+another user.
 
-Where that does not hold, or nothing can be written, kernels are compiled into a
-temporary folder. Worker processes share it, as they have the environment of the process
-that started them, and it goes when that process ends.
+If that does not hold, or nothing can be written, kernels are compiled into a temporary
+folder. Worker processes share it, as they have the environment of the process that
+started them. It is deleted when that process ends.
 """
 
 import atexit
@@ -33,8 +34,8 @@ LOG = logging.getLogger("sweep")
 class BeforeKernels:
     """Calls `settle` just before `kernels`, which reads NUMBA_CACHE_DIR, is imported.
 
-    It is a finder for `sys.meta_path` that finds nothing. So `sweep --help` looks at no
-    folder.
+    It is a finder for `sys.meta_path` that never finds a module. So the folder is
+    looked at only when kernels are needed, and `sweep --help` looks at none.
     """
 
     def find_spec(self, name: str, *_: Any) -> None:
@@ -44,7 +45,8 @@ class BeforeKernels:
 
 
 def settle() -> None:
-    """Make the usual folder private; else let NUMBA_CACHE_DIR name a temporary one.
+    """Make the usual folder private; if that fails, set NUMBA_CACHE_DIR to a temporary
+    one.
 
     Raises CacheError where no temporary folder can be made either.
     """
@@ -72,10 +74,9 @@ def usual() -> Path:
 
 
 def make_private(folder: Path) -> None:
-    """Make `folder` unless it is there, and close it to others for good.
+    """Make `folder` unless it exists, and take away others' permission to write it.
 
-    Raises CacheError where others can put something into it, or have been able to, and
-    where nobody can.
+    Raises CacheError if others can write it, or could until now, and if nobody can.
     """
     import tempfile
 

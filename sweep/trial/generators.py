@@ -1,9 +1,9 @@
 """Random numbers for kernels, from one generator a thread.
 
-A kernel is compiled without reference counts (`kernels/jit.py`), and so never lets go
-of a generator that it was given: new ones for every trial would stay in memory for
-ever, 6 kB a trial. So what belongs to a trial is a state, with which the generator of
-the thread is lent for a call. What is left is 50 bytes a call.
+A kernel is compiled without reference counts (`kernels/jit.py`), so a generator that
+was given to it is never freed: a new one for every trial would leave 6 kB a trial in
+memory for ever. So a trial has only a state. For a call the generator of the thread
+gets this state and is lent to the kernel. This leaves 50 bytes a call.
 """
 
 import threading
@@ -44,8 +44,8 @@ class Randomness:
 
     @contextmanager
     def lent(self) -> Iterator[Generator]:
-        """A generator that goes on with the stream, for use inside only, and for one
-        stream at a time.
+        """The thread's generator, set to go on with this stream. Use it only inside,
+        and for one stream at a time.
         """
         bits = _OWN.generator.bit_generator
         bits.state = cast(Any, self._state)

@@ -1,5 +1,5 @@
-"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, all of which end it
-alike, and none of them at once.
+"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP. All have the same effect,
+and none stops it immediately.
 """
 
 import signal
@@ -13,7 +13,7 @@ SIGNALS = [
     for name in ("SIGINT", "SIGTERM", "SIGHUP")
     if hasattr(signal, name)
 ]
-"""What asks a launch to stop; Windows has no SIGHUP."""
+"""The signals that ask a launch to stop; Windows has no SIGHUP."""
 
 
 class HeldInterrupt:
@@ -57,10 +57,9 @@ class HeldInterrupt:
 
 @contextmanager
 def ended_by_ctrl_c() -> Iterator[None]:
-    """Inside, Ctrl-C ends the process itself, where it would have raised
-    KeyboardInterrupt.
+    """Inside, Ctrl-C ends the process at once instead of raising KeyboardInterrupt.
 
-    Python only sees it between two kernel calls, and one of an allowed row may take for
+    Python sees a signal only between two kernel calls, and a single call may take for
     ever.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
@@ -78,10 +77,11 @@ def ended_by_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def ended_like_ctrl_c() -> Iterator[None]:
-    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt where they would have ended
-    the process without a word.
+    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt; without this they would end
+    the process silently.
 
-    Where they are ignored, as under nohup, or handled by someone else, they stay so.
+    If they are ignored, as under nohup, or handled by someone else, this does not
+    change.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     changed = [

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from sweep.design.jobs import Job
 
 FAILED = ("failed", "timeout")
-"""The statuses of trials that did not get to an end; a diverged one did, and that is
-what the model gives.
+"""The statuses of trials that did not end by themselves. A diverged trial did:
+divergence is what the model gives.
 """
 
 
@@ -60,9 +60,7 @@ def overdue(job: Job, error: str) -> Result:
 
 
 def after(attempts: int, result: Result) -> Result:
-    """The result of a trial that was tried so often; the error of one that failed again
-    says so.
-    """
+    """The result of a trial tried so often; if it failed again its error says so."""
     if attempts == 1 or not result.has_failed:
         return result
     return replace(result, error=f"after {attempts} attempts: {result.error}")

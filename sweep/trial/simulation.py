@@ -1,8 +1,7 @@
-"""One trial, from a job to its numbers: the only place where the machine meets the
-kernels.
+"""One trial, from a job to its numbers. Kernels are called only here.
 
-Pure: the result depends on the job alone, reads and writes nothing, and takes one
-process and one thread.
+A trial is pure: its result depends only on the job, it reads and writes nothing, and it
+takes one process and one thread.
 """
 
 import time
@@ -52,8 +51,8 @@ from sweep.trial.result import ENDINGS, Result
 from sweep.trial.state import State, Taken, changing, check, joined
 
 BOID_STEPS_A_CALL = 200_000
-"""About 30 ms. A kernel call cannot be interrupted: between calls we look at the clock
-and at the room in the grid.
+"""So many boid-steps a call take about 30 ms. A kernel call cannot be interrupted, so
+we look at the clock, and at the room in the grid, between calls.
 """
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
@@ -66,9 +65,7 @@ def run(job: Job) -> Result:
 
 
 def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
-    """The result that `simulate` gives of `job`, or the failed one that an exception
-    becomes.
-    """
+    """The result of `simulate(job)`; an exception becomes a failed result."""
     began = time.perf_counter()
     try:
         return simulate(job)
@@ -131,8 +128,8 @@ class Simulation:
         return self.schedule.steps - self.step
 
     def advance(self, steps: int) -> bool:
-        """Take up to `steps` steps, no more than there is room for frames; False where
-        the state is not finite.
+        """Take up to `steps` steps, but no more than frames have room for. False if the
+        state is not finite.
 
         Frames stay recorded until `take_frames`.
         """
@@ -149,7 +146,7 @@ class Simulation:
         return going
 
     def rebuild_grid(self, room: int) -> None:
-        """Enter the flock, which may be anywhere, into a grid with this `room`, see
+        """Enter the whole flock into a new grid with this `room`, see
         kernels.neighbours.build_grid.
         """
         reach = self.model.interaction_range(self.params)
@@ -158,9 +155,7 @@ class Simulation:
         )
 
     def _room(self) -> int:
-        """The steps for which there is room to record frames, the one of the last step
-        included.
-        """
+        """The steps for which frames have room, that of the last step included."""
         free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
         return max(0, free * self.record.every)
 
@@ -178,8 +173,8 @@ class Simulation:
         return Taken(self.record.frames.step[:filled].copy(), values, bodies.copy())
 
     def state(self) -> State:
-        """The state between two calls, all frames being taken; its arrays are those in
-        use.
+        """The state between two calls, after all frames were taken. Its arrays are not
+        copies.
         """
         parts = {"flock": self.flock, "work": self.work, "record": self.record}
         fixed = (
@@ -372,8 +367,8 @@ def _record(
 
 
 def note_start(flock: Flock, world: World, watch: Watch) -> None:
-    """Take note of where boids start: what they are in from the beginning has not
-    begun, but is where they arrived.
+    """Note where boids start. Being outside, in an obstacle or in contact at the start
+    is not counted; being at the goal counts as an arrival.
     """
     count(flock, world, watch, 0)
     watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
@@ -391,16 +386,12 @@ def _ground(
 
 
 def _frames(bodies: int) -> Frames:
-    """Room for as many frames as FRAME_BYTES hold, and for at least two: one on time
-    and the last.
-    """
+    """Room for FRAME_BYTES of frames, and for two at least: one on time, the last."""
     return build_frames(
         max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies
     )
 
 
 def warm(job: Job) -> None:
-    """Compile what trials like `job` need, or load it from the cache, by taking one
-    step of it.
-    """
+    """Compile what trials like `job` need, or load it from the cache: take one step."""
     run(replace(job, settings=job.settings | {"steps": 1}))

@@ -20,12 +20,11 @@ class Taken(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a trial needs to go on, but for its frames and for what follows from its
-    job.
+    """All that a trial needs to go on, except its frames and what follows from its job.
 
     `arrays` are by name, as "flock.x"; `generator` is the state of the noise. `room` is
-    that of a list in the grid of neighbours, which is made anew: it follows from the
-    positions, and no bit depends on it.
+    that of a list in the grid of neighbours. The grid itself is made anew: it follows
+    from the positions, and no bit depends on it.
     """
 
     arrays: dict[str, NDArray[Any]]
@@ -40,11 +39,11 @@ def joined(taken: Sequence[Taken]) -> Taken:
 
 
 def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[Any]]:
-    """The arrays in the named tuples `parts`, and in those within them, less those that
-    are in `fixed` too.
+    """The arrays in the named tuples `parts`, and in tuples within them, without those
+    that are also in `fixed`.
 
-    They are found by walking, so that a new one needs to be entered nowhere; they are
-    those in use, not copies.
+    They are found by walking through the tuples, so a new array needs no entry
+    anywhere. They are the arrays in use, not copies.
     """
     left_out = {id(array) for _, array in _arrays("", fixed)}
     found = (named for part, value in parts.items() for named in _arrays(part, value))
@@ -62,11 +61,11 @@ def _arrays(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def check(state: State, n: int, steps: int) -> None:
-    """Raise ValueError for a state in which no trial of `n` boids ever is before the
-    last of its steps.
+    """Raise ValueError for a state that no trial of `n` boids can have before its last
+    step.
 
-    Kernels check no index, so that a number of frames or an order that cannot be would
-    be written anywhere.
+    Kernels check no index: with an impossible number of frames, or an impossible order,
+    they would write anywhere in memory.
     """
     step, filled = state.arrays["record.progress"].tolist()
     finite = all(

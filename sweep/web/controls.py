@@ -178,9 +178,7 @@ def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]
 
 
 def _fixed(file: Path, model: str, preset: str) -> dict[str, Any] | None:
-    """What a spec fixes, None where there is no such spec or it is of another model or
-    preset.
-    """
+    """What a spec fixes; None without a spec or for another model or preset."""
     if not file.exists():
         return None
     spec = _content(file)

@@ -62,9 +62,7 @@ def padded(content: bytes) -> bytes:
 
 
 def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:
-    """The section of flocks; `labels` (N,) has the same number for all boids of a
-    flock.
-    """
+    """The section of flocks; `labels` (N,) has one number for all boids of a flock."""
     _, first, members, sizes = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )

@@ -36,9 +36,7 @@ WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {
     "mp4": write_mp4,
 }
 DRAWING = Lock()
-"""Held while a picture is drawn: the style of a figure is a setting of the whole
-process.
-"""
+"""Held while a picture is drawn: a figure's style is global in the process."""
 
 
 class File(NamedTuple):
@@ -49,9 +47,7 @@ class File(NamedTuple):
     content: bytes
 
     def save(self, path: Path, *, force: bool = False) -> None:
-        """Write it to `path`, whole or not at all. Raises ChoiceError where that cannot
-        be.
-        """
+        """Write it to `path`, whole or not at all. Raises ChoiceError."""
         check_output(path, [Path(self.name).suffix], force=force)
         with unfinished(path) as file:
             file.write(self.content)
@@ -69,9 +65,7 @@ def about(study: str, job: Job) -> dict[str, str]:
 
 
 def file_name(study: str, job: Job, kind: str, step: int | None = None) -> str:
-    """What a file of a trial is called, e.g.
-    nguyen2024-separation-05d7a1b2-step-250.png.
-    """
+    """A trial's file name, e.g. nguyen2024-separation-05d7a1b2-step-250.png."""
     frame = "" if step is None else f"-step-{step}"
     return f"{study.replace('/', '-')}-{job.trial_id[:8]}{frame}.{kind}"
 
@@ -117,8 +111,8 @@ def _svg(
 
 
 def animate(flight: Flight, kind: str) -> File:
-    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError for
-    an MP4 without ffmpeg.
+    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError
+    for MP4 without ffmpeg.
     """
     if kind == "mp4":
         find_ffmpeg()

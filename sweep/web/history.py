@@ -1,6 +1,4 @@
-"""Metrics by step since the start of a run, thinned where there are too many of them
-for a plot.
-"""
+"""Metrics by step since a run's start, thinned where a plot would have too many."""
 
 import math
 from typing import NamedTuple
@@ -12,9 +10,7 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """What somebody has been told: in which era of the
-    history, and up to which step.
-    """
+    """What somebody has been told: in which era of the history, up to which step."""
 
     era: int = 0
     step: int = -1

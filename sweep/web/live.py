@@ -24,9 +24,7 @@ class Live(Session):
     covered = 0.0
 
     def greeting(self) -> list[Reply]:
-        """Controls, scene and, as whoever sees it must have
-        both, the state at the end.
-        """
+        """Controls, scene, and last the state: whoever sees it must have both."""
         own = (str(self.state.settings["map"]),) if self.state.own else ()
         return [
             controls(self.state.model, self.state.preset, own),

@@ -51,9 +51,7 @@ class Outbox:
         await self._room.wait()
 
     async def send(self) -> None:
-        """Send whatever comes, for ever. Raises
-        ConnectionError when the line is gone.
-        """
+        """Send what comes, for ever. Raises ConnectionError when the line is gone."""
         while True:
             item = await self._items.get()
             if self._items.qsize() < MOST_WAITING:

@@ -88,9 +88,7 @@ def _nearest_image(d: Floats, period: float) -> Floats:
 
 
 def flocks(simulation: Simulation) -> NDArray[np.int64]:
-    """For every boid the label of its flock, as the metric flock_count finds them;
-    shape (N,).
-    """
+    """Each boid's flock as a label (N,), as the metric flock_count finds flocks."""
     flock = simulation.flock
     return labels(flock.x, flock.y, simulation.observation.flock_range)
 
@@ -154,9 +152,7 @@ def accelerations(simulation: Simulation) -> Floats:
 
 
 def _tried(simulation: Simulation, weights: dict[str, float]) -> Floats:
-    """The velocities (2, N) after one step with these
-    weights, of a copy of the flock.
-    """
+    """The velocities (2, N) of a copy of the flock, after a step with these weights."""
     flock, work = _copied(simulation.flock), _copied(simulation.work)
     record, params = _lean(simulation.record), simulation.params._replace(**weights)
     with copy.copy(simulation.noise).lent() as rng:

@@ -87,9 +87,7 @@ class Player:
         self.left = time.monotonic()
 
     async def play(self, line: Line) -> bool:
-        """Play to this line until it is gone, or another one takes over; whether that
-        was so.
-        """
+        """Play to this line until it is gone or another takes over; whether one did."""
         if self.task:
             self.task.cancel()
         task = self.task = asyncio.create_task(self._play(line))
@@ -259,6 +257,6 @@ def _reason(error: Exception) -> str:
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)
     return (
-        f"the simulator failed: {type(error).__name__}; it goes on, and its terminal"
-        " says more"
+        f"the simulator failed: {type(error).__name__}; it goes on,"
+        " and its terminal says more"
     )

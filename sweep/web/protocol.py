@@ -5,40 +5,51 @@ From the page, each with its `type` and the keys of its class below; the state t
 answers any but hello and ready, and the error that refuses it, has its `id` under
 `answers`: so a page knows which state is older than what it asked:
 
-    hello page                      first; answered by controls, scene, state, metrics and a frame
-    set name value                  a setting, or `seed`; an infinite number is the text "inf"
-    model model preset              another model, from its first step
-    run, pause, reset, continue     continue makes a run that has ended twice as long
+    hello page                   first; answered by controls, scene, state, metrics and
+                                 a frame
+    set name value               a setting, or `seed`; an infinite number is the text
+                                 "inf"
+    model model preset           another model, from its first step
+    run, pause, reset, continue  continue makes a run that has ended twice as long
     step count
-    speed steps_per_second          0 is as fast as it goes
-    shapes shapes                   replaces all obstacles, as a spec writes them; [] is an empty world
+    speed steps_per_second       0 is as fast as it goes
+    shapes shapes                replaces all obstacles, as a spec writes them; [] is an
+                                 empty world
     goal x y
-    select boid                     null for none
-    overlays names                  of flocks, coverage, accelerations
-    metrics names                   which are plotted
-    sweep name low high points      a setting that the copied spec sweeps; with off: true no longer
-    spec                            answered by spec: yaml, exact, note
-    export kind                     png, svg, gif, mp4 or html, answered by file: name, mime, data (base64)
-    ready                           the last frame is drawn and another one may come
-    seek frame                      of a stored trial
+    select boid                  null for none
+    overlays names               of flocks, coverage, accelerations
+    metrics names                which are plotted
+    sweep name low high points   a setting that the copied spec sweeps; with off: true
+                                 no longer
+    spec                         answered by spec: yaml, exact, note
+    export kind                  png, svg, gif, mp4 or html; answered by file: name,
+                                 mime, data (base64)
+    ready                        the last frame is drawn and another one may come
+    seek frame                   of a stored trial
 
 To the page:
 
-    controls model models groups maps metrics overlays, see sweep.web.controls state
-    model preset settings changed shapes seed running speed step steps exact note sweeps
-    selected overlays plots
-          replay answers; settings that are infinite are the text "inf", replay is null
-          or {study, trial, frames, equal}
+    controls model models groups maps metrics overlays
+          see sweep.web.controls
+    state model preset settings changed shapes seed running speed step steps exact note
+          sweeps selected overlays plots replay answers
+          settings that are infinite are the text "inf"; replay is null or {study,
+          trial, frames, equal}
     scene width height borders length time downwards obstacles goal
           obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in
-          maps too; goal [x, y, radius]
-    metrics steps values reset      batches, thinned where they are long; with reset: true they begin anew; null is NaN
+          maps too; goal is [x, y, radius]
+    metrics steps values reset
+          batches, thinned where they are long; with reset: true they begin anew; null
+          is NaN
     selection boid x y range fov heading neighbours
           heading in radians from +x towards +y, null where the boid sees all round;
           boid null where none is selected
-    rules names                     of the accelerations in the frames that follow
-    spec, file                      as above
-    error message answers, info message
+    rules names
+          of the accelerations in the frames that follow
+    spec, file
+          as above
+    error message answers
+    info message
 
 A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1,
 y1, the box that 16 bits span: the world, enlarged where boids are outside, on each side
@@ -46,10 +57,12 @@ by at most its own size; those beyond stand on its border. Then u16 x[n], u16 y[
 heading[n] (256 a full turn, 0 along +x, towards +y), and padding to 4 bytes. What
 follows is said by flags, in this order, each padded to 4 bytes:
 
-    1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo 65535; 65535 for one alone
+    1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
+                     65535; 65535 for one alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
-    4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle, 254 as many or more; at most
-                     a few times a second: where a frame has none, the last one stays
+    4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle,
+                     254 as many or more; at most a few times a second: where a frame
+                     has none, the last one stays
 """
 
 import json

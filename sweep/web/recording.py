@@ -78,8 +78,8 @@ def _room(job: Job, frames: int) -> int:
     if room < min(FEWEST_FRAMES, frames):
         raise ChoiceError(
             f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
-            f" {MOST_BYTES:,}, which are {room} frames: it would jump; export an"
-            " animation instead"
+            f" {MOST_BYTES:,}, which are {room} frames: it would jump;"
+            " export an animation instead"
         )
     return room
 
@@ -126,6 +126,7 @@ def _document(recording: Message) -> str:
         "<", "\\u003c"
     )
     where = "; ".join(f"{key}: {value}" for key, value in said.items())
+    need = "The recording needs JavaScript to play."
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -139,7 +140,7 @@ def _document(recording: Message) -> str:
 </head>
 <body class="boidsweep-page">
 <main></main>
-<noscript>{escape(title)}: {escape(where)}. The recording needs JavaScript to play.</noscript>
+<noscript>{escape(title)}: {escape(where)}. {need}</noscript>
 <script type="application/json" id="recording">{data}</script>
 <script type="module">{program}</script>
 </body>

@@ -46,8 +46,8 @@ class Replay(Live):
     """The replay of a stored trial, at step 0; `differences` are those to what is
     stored of it.
 
-    Raises ChoiceError where there is no such trial, StoreError where its map is not known any more,
-    and where it fails, and SpecError where it has more boids than can be shown.
+    Raises ChoiceError if there is no such trial, StoreError if its map is not known any
+    more or it fails, and SpecError if it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
@@ -111,9 +111,7 @@ class Replay(Live):
         self.running = True
 
     def take_steps(self, count: int) -> None:
-        """Let so many more steps be taken than were asked
-        for, as far as there are any.
-        """
+        """Ask for so many more steps, as far as there are any."""
         self.running, self.aim = (
             False,
             min(max(self.aim, self.step) + count, self.track.last),
@@ -136,9 +134,7 @@ class Replay(Live):
         self.version += 1
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, of what a replay can. Raises SpecError for what would
-        change it.
-        """
+        """Do what the page asks. Raises SpecError for what would change the replay."""
         match message:
             case messages.Seek(frame):
                 self.pause()
@@ -165,9 +161,7 @@ class Replay(Live):
         return filed(order, kind, self.greeting(), self.spec())
 
     def spec(self) -> str:
-        """The YAML that launches this trial, and those before it where it is one of
-        several.
-        """
+        """The YAML that launches this trial and the replicates before it."""
         number = self.state.replicate + 1
         which = (
             f"the last of {number:,} trials that this launches"

@@ -1,6 +1,4 @@
-"""Simulations for looking at: made so that any metric can be plotted, and changed while
-they run.
-"""
+"""Simulations to look at: any metric can be plotted, settings change while they run."""
 
 from dataclasses import replace
 from functools import cache
@@ -47,9 +45,7 @@ def simulation_of(job: Job) -> Simulation:
 
 @cache
 def _compile(model: str, preset: str) -> None:
-    """Compile what runs of a model need, so that none of it
-    is left for the first step.
-    """
+    """Compile what runs of a model need, so that the first step need not."""
     settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
     warm(
         Job(

@@ -33,8 +33,8 @@ NAMES = ("127.0.0.1", "localhost", "[::1]")
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';"
-        " img-src 'self' blob: data:; base-uri 'none'; form-action 'none';"
-        " frame-ancestors 'none'"
+        " img-src 'self' blob: data:; base-uri 'none';"
+        " form-action 'none'; frame-ancestors 'none'"
     ),
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -80,9 +80,7 @@ class Socket:
 
 
 class Rooms:
-    """The sessions by the name of their page. Those whose page is gone are kept for
-    some minutes.
-    """
+    """The sessions by page. Those whose page is gone are kept for some minutes."""
 
     def __init__(self, begin: Callable[[], Show]) -> None:
         self.begin = begin

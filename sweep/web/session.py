@@ -87,9 +87,7 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """Whether steps are to be taken: because it runs, or because some were asked
-        for.
-        """
+        """Whether steps are to be taken: it runs, or some were asked for."""
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
@@ -103,8 +101,8 @@ class Session:
         if not self.simulation.advance(min(steps, most)):
             self.diverged = True
             self.note = (
-                f"diverged at step {self.step:,}: a position or velocity was not a"
-                " finite number"
+                f"diverged at step {self.step:,}:"
+                " a position or velocity was not a finite number"
             )
         if self.diverged or self.simulation.steps_left <= 0:
             self.pause()
@@ -185,8 +183,8 @@ class Session:
             self.altered |= names
             what = ", ".join(sorted(self.altered))
             self.note = (
-                f"{what} changed, last at step {self.step:,}; reset shows what the spec"
-                " gives"
+                f"{what} changed, last at step {self.step:,};"
+                " reset shows what the spec gives"
             )
 
     def follow(self, metrics: tuple[str, ...]) -> None:
@@ -214,8 +212,8 @@ class Session:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
         if "coverage" in overlays and not self.simulation.record.covering:
             raise SpecError(
-                "visits are not counted in a world of so many pixels: plot coverage"
-                " first, or change pixel"
+                "visits are not counted in a world of so many pixels:"
+                " plot coverage first, or change pixel"
             )
         self.overlays = overlays
         self.version += 1

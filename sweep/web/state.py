@@ -75,16 +75,14 @@ class ViewState:
 
     @cached_property
     def job(self) -> Job:
-        """The trial that is on the screen: the first of the copied spec without its
-        sweep.
-        """
+        """The trial on the screen: the first of the copied spec without its sweep."""
         plain = replace(self, sweeps={}) if self.sweeps else self
         study = _study(plain)
         job = Jobs(study, expand(study), KERNELS_SHA)[self.replicate]
         if int(job.settings["n"]) > MOST_BOIDS:
             raise SpecError(
-                f"n: {job.settings['n']:,} boids are more than can be shown; at most"
-                f" {MOST_BOIDS:,} can"
+                f"n: {job.settings['n']:,} boids are more than can be shown;"
+                f" at most {MOST_BOIDS:,} can"
             )
         return job
 
@@ -103,9 +101,7 @@ class ViewState:
         )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings, or of `seed`; another map brings its
-        own size.
-        """
+        """The state with other values of settings or `seed`; a map brings its size."""
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
         if not isinstance(seed, int) or isinstance(seed, bool):
@@ -143,8 +139,8 @@ class ViewState:
         """The state with a setting that is swept, or for None is not."""
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
             raise SpecError(
-                f"{name}: {range_.points} points are not allowed; a sweep has 2 to"
-                f" {MOST_POINTS:,}"
+                f"{name}: {range_.points} points are not allowed;"
+                f" a sweep has 2 to {MOST_POINTS:,}"
             )
         if name not in fields(self.model):
             raise SpecError(unknown("setting", name, fields(self.model)))
@@ -167,9 +163,7 @@ class ViewState:
         return self
 
     def as_spec(self) -> dict[str, Any]:
-        """The spec that launches what is on the screen, or the sweep that is marked on
-        it.
-        """
+        """The spec that launches what is on the screen, or the sweep marked on it."""
         spec: dict[str, Any] = {"model": self.model, "preset": self.preset}
         if self.own:
             spec["maps"] = {
@@ -212,8 +206,8 @@ class ViewState:
         text = dump(self.as_spec())
         if len(text) > MOST_BYTES:
             raise SpecError(
-                f"the spec would be larger than {MOST_BYTES:,} bytes: the map has too"
-                " many shapes"
+                f"the spec would be larger than {MOST_BYTES:,} bytes:"
+                " the map has too many shapes"
             )
         return text
 
@@ -280,9 +274,7 @@ class ViewState:
 
 
 def begin(model: str, preset: str, seed: int = 1) -> ViewState:
-    """The state that shows a preset as it is, with the first of the model's metrics
-    followed.
-    """
+    """The state that shows a preset as it is, and follows the model's first metric."""
     if model not in MODELS:
         raise SpecError(unknown("model", model, MODELS))
     if preset not in MODELS[model].presets:
@@ -298,9 +290,7 @@ def from_study(study: Study) -> ViewState:
 
 
 def from_job(job: Job) -> ViewState:
-    """The state that shows a trial, with its random numbers, and follows the first of
-    its metrics.
-    """
+    """The state of a stored trial, with its random numbers and its first metric."""
     preset = preset_settings(job.model, job.preset)
     name, width, height = (
         str(job.settings["map"]),
@@ -369,9 +359,7 @@ def _shape(
 
 
 def _axis(kind: str, range_: Range) -> dict[str, Any]:
-    """What stands under `sweep`: of whole numbers those nearest to equal distances,
-    each once.
-    """
+    """What stands under `sweep`; whole numbers at about equal distances, each once."""
     if kind == "float":
         return {"linspace": list(range_)}
     gap = (range_.high - range_.low) / (range_.points - 1)

@@ -16,9 +16,7 @@ from sweep.trial.state import State, joined
 from sweep.web.running import simulation_of
 
 BOID_STEPS_APART = 20_000
-"""Between two states that are kept: some milliseconds, so that a run can be scrubbed
-through.
-"""
+"""Steps between kept states: some milliseconds, so that a run can be scrubbed."""
 MOST_BYTES = 256 * 2**20
 """Of the states that are kept. More of them lie further apart, and a step is then
 further from one.

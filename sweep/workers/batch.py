@@ -1,8 +1,8 @@
-"""Run a batch of trials in workers and store what comes back; those that fail are tried
+"""Run a batch of trials in workers and store their results. Trials that fail are tried
 again if the spec says so.
 
 Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here
-when its trial is stored, and when one that took too long is tried again.
+when its trial is stored, and when its trial took too long and is tried again.
 """
 
 import logging
@@ -27,8 +27,8 @@ from sweep.workers.watch import Limits
 LOG = logging.getLogger("sweep")
 
 GRACE_SECONDS = 10.0
-"""How much longer than its time limit a trial may take before it is ended from outside:
-it looks at the clock itself, between kernel calls, unless it hangs in one.
+"""How much longer than its time limit a trial may take before it is ended from outside.
+A trial looks at the clock itself between kernel calls, unless it hangs in one.
 """
 
 
@@ -44,10 +44,10 @@ def run_jobs(
     """Run `jobs`, trials of `study`, and store their results; `noted` is told of each
     batch as it is stored.
 
-    Trials that fail run again, where the spec says so, after all others; only what
-    became of them at last is stored. Raises FailedTrialsError where more trials of the
-    study have failed than may, by what `failures` knows from before or as soon as it is
-    known, and KeyboardInterrupt after Ctrl-C, both with all finished trials stored.
+    Trials that fail run again after all others, if the spec says so; only their last
+    outcome is stored. Raises FailedTrialsError as soon as more trials of the study have
+    failed than are allowed, counting those that `failures` knows from before, and
+    KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
     """
     failures.check()
     # Compiled here once, or four cold workers would each compile the same.
@@ -76,8 +76,8 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """The last outcome of every job, batch by batch: round after round those that have
-    failed are tried again.
+    """The last outcome of every job, batch by batch. In each further round the failed
+    jobs are tried again.
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
@@ -105,7 +105,7 @@ def _driven(
     checkpoints: Checkpoints,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[Result]]:
-    """What becomes of each job in one attempt, from its checkpoint if there is one."""
+    """The outcome of one attempt at each job, from its checkpoint if there is one."""
     folder, every = checkpoints.folder, study.checkpoint
     trial = Checkpointed(run, folder, every) if folder and every else run
     limit = study.time_limit

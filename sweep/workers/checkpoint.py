@@ -1,20 +1,21 @@
-"""Long trials write down where they are, and go on from there to the same bits after
-whatever ended them.
+"""Long trials write checkpoints. Whatever ends a trial, it goes on from its checkpoint
+and gives the same bits.
 
-    <study>/checkpoints/<trial_id>.state     as it was last written, or .tried-1, .tried-2 while it is on trial
-    <study>/checkpoints/<trial_id>.frames    the frames so far, each written once
+    checkpoints/<trial_id>.state   the state as it was last written; named .tried-1 or
+                                   .tried-2 while it is on trial
+    checkpoints/<trial_id>.frames  the frames so far, each written once
 
-A trial of one kernel call knows nothing of this. Any other looks for its checkpoint
-when it begins. It writes one when it has run for a while since the last, and so seldom
-that writing takes about a hundredth of its time; frames that many boids leave at every
-step may take more, but each is written only once, and they all are in memory too.
+A trial of one kernel call has no checkpoint. Any other looks for its checkpoint when it
+begins. It writes one when it has run for a while since the last, and so seldom that
+writing takes about a hundredth of its time. Frames of many boids at every step may take
+more time, but each is written only once, and all of them are in memory too.
 
-A trial that dies on going on from its checkpoint must not do so for ever. So the file
-is renamed before it is read, and renamed back when the first kernel call is over: what
-has been tried and never came back is tried once more, and then the trial begins anew.
-The workers write, and whoever stores the results deletes (`checkpoint_folder.py`).
-Where a worker cannot write, or does not see the study's folder, it says so once, and
-runs the trial without.
+A trial that dies when it goes on from its checkpoint must not do so for ever. So the
+file is renamed before it is read, and renamed back when the first kernel call is over.
+A file that still has the name of a try is tried once more; then the trial begins anew.
+The workers write checkpoints, and whoever stores the results deletes them
+(`checkpoint_folder.py`). A worker that cannot write, or does not see the study's
+folder, says so once and runs the trial without checkpoints.
 """
 
 import logging
@@ -44,8 +45,8 @@ from sweep.workers.checkpoint_key import own_key
 LOG = logging.getLogger("sweep")
 
 TIMES_LONGER = 100.0
-"""How many times longer than it took to write the last checkpoint a trial runs before
-the next, at least.
+"""Between two checkpoints a trial runs at least so many times longer than it took to
+write the last one.
 """
 
 
@@ -63,7 +64,7 @@ class Checkpointed:
     key: bytes = field(default_factory=own_key, repr=False)
 
     def __call__(self, job: Job) -> Result:
-        """The result of `job`, whose `seconds`, like its time limit, count those of all
+        """The result of `job`. Its `seconds`, and its time limit, include those of all
         attempts that it goes on from.
 
         A trial that raises begins anew the next time.
@@ -82,9 +83,7 @@ class Checkpointed:
 
 
 class _Checkpoint:
-    """The checkpoint of one trial, in the hands of the worker that runs it as
-    `simulation`.
-    """
+    """The checkpoint of one trial, used by the worker that runs it as `simulation`."""
 
     def __init__(
         self, folder: Path, simulation: Simulation, every: float, key: bytes
@@ -108,8 +107,8 @@ class _Checkpoint:
         self._due = every
 
     def resume(self) -> float:
-        """Go on from the checkpoint, if there is a good one; the seconds that the trial
-        had taken until then.
+        """Go on from the checkpoint, if there is a good one. Returns the seconds that
+        the trial had taken until then.
         """
         found = self._set_aside()
         if found is None:
@@ -165,8 +164,8 @@ class _Checkpoint:
                 path.unlink()
 
     def _set_aside(self) -> Path | None:
-        """The checkpoint under the name for the next try; None where there is none, or
-        no try left.
+        """The checkpoint, renamed for the next try; None if there is none, or no try is
+        left.
         """
         for place, aside in pairwise(self._places):
             with suppress(OSError):

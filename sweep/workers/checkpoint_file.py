@@ -1,17 +1,17 @@
 """The two files of a checkpoint: the state of a trial, replaced each time, and its
 frames, to which new ones are added.
 
-    boidsweep checkpoint 2 8f3a02c1...                       the format, and the seal of all that follows
-    {"trial_id": ..., "step": 120000, "arrays": ..., ...}    a header in JSON
-    ...                                                      the bytes of the arrays, one after the other
+    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
+    {"trial_id": ..., "step": 120000, "arrays": ..., ...}   a header in JSON
+    ...                                  the bytes of the arrays, one after the other
 
-The frames lie in records of one size, in a file of which the header says how many
-count, and their CRC: what a writer added and did not live to declare is cut off by the
-next. Nothing read decides about a type or a size in memory: the arrays must be those
-that the trial at hand has. The seal (HMAC-SHA256) is made with the user's own key, as
-indices and counts are handed to kernels, which check none, and numbers become results.
-The same bits are promised for the same code, libraries and processor, so that a
-checkpoint of others is refused.
+The file of frames has records of one size. The header says how many of them count, and
+their CRC: records that a writer added, but died before it could declare, are cut off by
+the next writer. No type and no size in memory is taken from the file: its arrays must
+have those of the trial at hand. The seal (HMAC-SHA256) is made with the user's own key,
+because kernels take indices and counts without a check, and numbers become results. The
+same bits are promised only for the same code, libraries and processor, so a checkpoint
+of others is refused.
 """
 
 import hmac
@@ -50,9 +50,7 @@ class Saved(NamedTuple):
 
 
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
-    """Replace a checkpoint in one step; afterwards the
-    disk holds it. Raises OSError.
-    """
+    """Replace a checkpoint at once; afterwards the disk holds it. Raises OSError."""
     state = saved.state
     header = {
         "trial_id": trial_id,
@@ -76,8 +74,8 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     """The checkpoint of a trial whose state at its start is `own`.
 
-    Raises ValueError with what is wrong where it cannot be used, as one that another
-    key has sealed, and OSError where it cannot be read.
+    Raises ValueError, saying what is wrong, if it cannot be used, for instance if it
+    was sealed with another key, and OSError if it cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
     first, _, content = read_whole(path, most).partition(b"\n")
@@ -101,9 +99,7 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
 
 
 def frame_type(metrics: int, bodies: int) -> FrameType:
-    """The record of one frame: its step, its metrics, and x, y, vx and vy of `bodies`
-    boids.
-    """
+    """The record of a frame: its step, metrics, and x, y, vx, vy of `bodies` boids."""
     return np.dtype(
         [("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))]
     )
@@ -112,10 +108,10 @@ def frame_type(metrics: int, bodies: int) -> FrameType:
 def add_frames(
     path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int
 ) -> tuple[int, int]:
-    """Write frames behind the first `frames` that lie in a file, whose CRC is `crc`;
-    both for all of them.
+    """Write frames behind the first `frames` of a file, whose CRC is `crc`. Returns the
+    number and the CRC of all of them.
 
-    Afterwards the disk holds them. Raises OSError, also where the file is a link.
+    Afterwards the disk holds them. Raises OSError, also if the file is a link.
     """
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
@@ -135,14 +131,14 @@ def add_frames(
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
-    """Leave only the first `frames`, where the rest could not be written. Raises
+    """Cut the file after the first `frames`, if the rest could not be written. Raises
     OSError, also for a link.
     """
     _cut(path, frames * kind.itemsize).close()
 
 
 def _cut(path: Path, size: int) -> BinaryIO:
-    """The file, open for writing, which has no more than `size` bytes."""
+    """The file, open for writing, cut to at most `size` bytes."""
     file = open_regular(path, os.O_RDWR | os.O_CREAT)
     file.truncate(size)
     return file
@@ -171,7 +167,8 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
 
 
 def _first_line(content: bytes, key: bytes) -> bytes:
-    return f"boidsweep checkpoint {FORMAT} {hmac.digest(key, content, 'sha256').hex()}\n".encode()
+    seal = hmac.digest(key, content, "sha256").hex()
+    return f"boidsweep checkpoint {FORMAT} {seal}\n".encode()
 
 
 def _check_first_line(line: bytes, content: bytes, key: bytes) -> None:
@@ -197,9 +194,7 @@ def _shapes(state: State) -> dict[str, Any]:
 
 
 def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
-    """The arrays that lie in `values` one after the other, of the types and shapes of
-    `own`.
-    """
+    """The arrays in `values`, one after the other, with types and shapes of `own`."""
     if len(values) != sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is damaged")
     found, start = {}, 0

@@ -1,13 +1,14 @@
-"""Which checkpoints a study has, and which go: those that no trial will go on from.
+"""Which checkpoints a study has, and which are deleted: those that no trial will go on
+from.
 
-A checkpoint goes when its trial is stored. Whoever stored it may be killed between the
-two, and a worker that has lost its coordinator may write one later. So each launch
-begins by deleting those that it will not ask for, and deletes all when it comes to its
-end, whether or not it had anything to run.
+A checkpoint is deleted when its trial is stored. Whoever stored the trial may be killed
+between the two, and a worker that has lost its coordinator may write one later. So each
+launch begins by deleting those that it will not need, and deletes all when it comes to
+its end, even if it had nothing to run.
 
 A launch answers for its own trials, those of its share. A trial of another share may be
-running now, whatever is known of it here, so its files are never touched. What is not
-named like a file of a checkpoint is left alone.
+running now, so its files are never touched. Files without the name of a checkpoint are
+left alone.
 """
 
 import os
@@ -45,7 +46,7 @@ class Checkpoints:
 
     @classmethod
     def of(cls, study: Location, share: Share | None = None) -> "Checkpoints":
-        """Those of the study that lives there."""
+        """The checkpoints of the study in this place."""
         folder = study.absolute() / CHECKPOINTS if isinstance(study, Path) else None
         return cls(folder, share)
 
@@ -54,7 +55,7 @@ class Checkpoints:
         return {file.trial for file in self._files()}
 
     def size(self) -> int:
-        """The bytes of all of them."""
+        """The bytes of all these checkpoints."""
         total = 0
         for file in self._files():
             with suppress(OSError):

@@ -1,11 +1,10 @@
-"""The key of a user's checkpoints: nobody goes on from one that somebody else has made
-up.
+"""The key of a user's checkpoints, so that no trial goes on from a forged one.
 
-A checkpoint says where boids are and how often they have collided. A sum that anyone
-can compute finds damage; only a key finds a stranger's lie, which would become a result
-of ours. The key is a file that its user alone can read. The coordinator reads it and
-hands it to its workers, so that they need no home folder. Whoever has another key, on
-another machine, begins such a trial anew.
+A checkpoint says where boids are and how often they have collided. A checksum that
+anyone can compute finds damage; only a key finds a forgery, which would become a result
+of ours. The key is a file that only its user can read. The coordinator reads it and
+hands it to its workers, so that they need no home folder. On another machine, with
+another key, such a trial begins anew.
 """
 
 import logging
@@ -37,9 +36,7 @@ def own_key() -> bytes:
 
 
 def _state_folder() -> Path:
-    """Where programs keep what must outlive them (XDG). Raises RuntimeError without a
-    home.
-    """
+    """Where programs keep lasting data (XDG). Raises RuntimeError without a home."""
     given = Path(os.environ.get("XDG_STATE_HOME", ""))
     return given if given.is_absolute() else Path.home() / ".local" / "state"
 
@@ -63,9 +60,7 @@ def _made(path: Path) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """The key in a file. Raises OSError where others could
-    have put or read it there.
-    """
+    """The key in a file. Raises OSError if others could have written or read it."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         about = os.fstat(descriptor)

@@ -9,20 +9,18 @@ if TYPE_CHECKING:
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
 MOST_A_SECOND = 50
-"""Chunks that come back, from all workers together: a scheduler of dask on a busy core
-manages 90.
-"""
+"""Chunks that come back, from all workers. Dask's scheduler on a busy core takes 90."""
 
 
 class Chunks:
-    """Deals out job indices in chunks, longest jobs first, each about `seconds` of
-    work.
+    """Deals out job indices in chunks of about `seconds` of work each, longest jobs
+    first.
 
     Jobs go singly until a first chunk has been timed; from then on the estimates are
     scaled by the measured pace. No chunk is more than a third of one worker's share of
-    what is left, so that the workers finish together; how many there are may change.
-    Many workers get longer ones, so that no more than MOST_A_SECOND come back.
-    Estimates are clipped to COST_RANGE, in seconds.
+    the remaining work, so that the workers finish together. The number of workers may
+    change. Many workers get longer chunks, so that at most MOST_A_SECOND come back in a
+    second. Estimates are clipped to COST_RANGE, in seconds.
     """
 
     def __init__(self, costs: "ArrayLike", *, seconds: float) -> None:

@@ -1,22 +1,21 @@
 """A dask.distributed cluster as an engine: workers anywhere run the chunks, this
 process alone drives and stores.
 
-A chunk is a task of the cluster. What it is goes there as bytes, so that the scheduler
-needs nothing of this package, and a worker looks at its own code and libraries before
-it unpacks them (`remote.py`). Workers that join late get work, those that leave lose
-none; while there are none, or while the scheduler is away, the launch waits and says
-so. The cluster belongs to somebody: it is never shut down, only our tasks are
-cancelled.
+A chunk is a task of the cluster. Its content is sent as bytes, so that the scheduler
+needs nothing of this package, and a worker compares its own code and libraries before
+it unpacks them (`remote.py`). Workers that join late get work. Workers that leave lose
+none. While there are no workers, or while the scheduler is away, the launch waits and
+says so. The cluster belongs to somebody else: we never shut it down, and cancel only
+our tasks.
 
-A wrong address is told from a scheduler that is away by its first answer: one that has
-never answered is tried for CONNECT_SECONDS, closed and refused connections alike, one
-that has may be away for AWAY_SECONDS.
+A scheduler that has never answered may have a wrong address: it is tried for
+CONNECT_SECONDS, also if it closes or refuses connections. One that has answered before
+may be away for AWAY_SECONDS.
 
-Trials hold Python's lock, so that a worker of several threads is refused: two trials in
-two threads took 1.14 times as long as one after the other. A task that is cancelled
-while it runs goes on to its end, and its result is dropped. Limits of trials hold as
-`sweep.workers.warden` keeps them: a worker without a nanny that is ended is not
-replaced.
+Trials hold Python's lock, so a worker of several threads is refused: two trials in two
+threads took 1.14 times as long as one after the other. A task that is cancelled while
+it runs goes on to its end, and its result is dropped. `sweep.workers.warden` keeps the
+limits of trials: it ends a worker, and without a nanny the worker is not replaced.
 """
 
 import logging
@@ -36,7 +35,7 @@ CONNECT_SECONDS = 10.0
 """How long a scheduler may take to answer for the first time."""
 AGAIN_SECONDS = 5.0
 AWAY_SECONDS = 600.0
-"""How long one that has answered may be away."""
+"""How long a scheduler that has answered may be away."""
 PAUSE_SECONDS = 0.2
 PLAIN = (
     "%s: not encrypted, and open to whoever reaches it: such a one can run code on its"
@@ -71,9 +70,7 @@ class Dask:
         return self._pool.threads() if self._pool else 0
 
     def connect(self) -> None:
-        """Make sure that a scheduler answers, and that the workers it has now can run
-        our trials.
-        """
+        """Check that a scheduler answers and its present workers can run our trials."""
         with suppress(NotYetError):
             self.start()
 
@@ -92,7 +89,7 @@ class Dask:
         return self._pool
 
     def stop(self) -> None:
-        """Cancel our tasks and take leave."""
+        """Cancel our tasks and close the connection."""
         if self._pool is not None:
             pool, self._pool, self._lost = (
                 self._pool,
@@ -102,8 +99,8 @@ class Dask:
             pool.end()
 
     def check(self) -> None:
-        """Give up what is in flight once the connection is gone: dask waits for a
-        scheduler's answer for ever.
+        """Give up what is in flight once the connection is gone, because dask waits for
+        ever for a scheduler's answer.
         """
         if self._pool is None:
             return
@@ -123,7 +120,9 @@ class Dask:
         return self.address or f"the scheduler of {self.scheduler_file}"
 
     def _connection(self) -> Connection:
-        """A new one; raises OSError where one that has answered before does not."""
+        """A new connection. Raises OSError if a scheduler that has answered before does
+        not answer.
+        """
         seconds = CONNECT_SECONDS if self._lost is None else AGAIN_SECONDS
         end = time.monotonic() + seconds
         while True:
@@ -143,8 +142,8 @@ class Dask:
                         f"no dask scheduler answers at {self._where}: {error}"
                     ) from error
                 self._waiting(
-                    f"{self._where} does not answer yet; trying for"
-                    f" {CONNECT_SECONDS:.0f} s"
+                    f"{self._where} does not answer yet;"
+                    f" trying for {CONNECT_SECONDS:.0f} s"
                 )
             time.sleep(PAUSE_SECONDS)
         if not self._warned and exposed(made.address):
@@ -153,7 +152,7 @@ class Dask:
         return made
 
     def _away(self, error: OSError) -> Exception:
-        """What a scheduler that is lost means by now."""
+        """The error for a lost scheduler, by how long it has been away."""
         assert self._lost is not None
         minutes = f"{AWAY_SECONDS / 60:.0f} minutes"
         if time.monotonic() - self._lost > AWAY_SECONDS:
@@ -165,8 +164,8 @@ class Dask:
                 f"{away}; what is done is stored, and the same command goes on"
             )
         return self._waiting(
-            f"the connection to {self._where} is lost; waiting up to {minutes} for it"
-            " to come back"
+            f"the connection to {self._where} is lost;"
+            f" waiting up to {minutes} for it to come back"
         )
 
     def _waiting(self, words: str) -> NotYetError:

@@ -1,10 +1,10 @@
-"""A connection to the scheduler of a dask cluster: made within a time, and never mended
-behind our back.
+"""A connection to the scheduler of a dask cluster, made within a time limit and never
+renewed without our knowing.
 
-dask itself sets no bound to the greeting, so that a port at which something else
-listens would hold a launch for ever, and a client whose connection was cut makes a new
-one that has forgotten what it had subscribed to. A connection here is one stream: when
-it is cut it is over, and whoever wants to go on makes another.
+dask itself has no time limit for the greeting, so a launch would wait for ever at a
+port where something else listens. And dask's client renews a cut connection, which has
+then lost its subscriptions. A connection here is one stream: when it is cut it is over,
+and whoever wants to go on makes another.
 
 Who reaches a scheduler can run code on its workers, and here: messages of dask are
 pickles. With `tls://` each side proves by a certificate that it belongs here; without,
@@ -34,8 +34,8 @@ class ConnectionImpossibleError(Exception):
 class Connection:
     """An open connection to the scheduler at `address`, or to that of `scheduler_file`.
 
-    Raises OSError where none is made within about `seconds`, which another attempt may
-    mend, and ConnectionImpossibleError where none can be made.
+    Raises OSError if none is made within about `seconds`: another attempt may succeed.
+    Raises ConnectionImpossibleError if none can be made.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Connection:
         return same and self.client.status == "running"
 
     def close(self) -> None:
-        """Take leave, by which what was asked of the scheduler is cancelled."""
+        """Close the connection; the scheduler then cancels what we asked of it."""
         with suppress(Exception):  # a client may just be failing to connect anew
             self.client.close(timeout=CLOSE_SECONDS)
         self.client.status = "closed"  # or it tried once more when it is collected
@@ -86,7 +86,7 @@ class _EventLoop:
         _close_streams()
 
     def do(self, work: "Coroutine[Any, Any, Any]") -> Any:
-        """What a coroutine returns that runs there."""
+        """The result of a coroutine that runs on the connection's loop."""
         return asyncio.run_coroutine_threadsafe(work, self._loop).result()
 
     def end(self) -> None:
@@ -97,7 +97,9 @@ class _EventLoop:
 
 
 def _close_streams() -> None:
-    """Close what dask forgets: connections that are given up while they greet."""
+    """Close connections that dask forgets: those that were given up during the
+    greeting.
+    """
     from tornado.ioloop import IOLoop
 
     watched: Any = IOLoop.current()
@@ -136,8 +138,9 @@ async def _opened(
 
 
 def _reason(error: BaseException) -> str:
-    """What dask says, in one line; lengths that are words of another protocol are no
-    lack of memory."""
+    """An error of dask in one line. dask may read words of another protocol as a
+    length: this is no lack of memory.
+    """
     if isinstance(error, MemoryError):
         return "something else than a scheduler of dask answers there"
     said, cause = " ".join(str(error).split()), str(error.__cause__ or "")

@@ -42,14 +42,14 @@ class NotYetError(Exception):
 
 
 class ConnectionLostError(BrokenExecutor):
-    """What became of a chunk is not known, as the way to its worker was cut: no job is
-    to blame.
+    """The fate of a chunk is not known, as the connection to its worker was cut. No job
+    is to blame.
     """
 
 
 class WorkerDiedError(Exception):
-    """A chunk is lost, and others are not: `times` worker processes ended while they
-    were at it, perhaps none.
+    """One chunk is lost, and no other: `times` worker processes (perhaps none) ended
+    while they ran it.
     """
 
     def __init__(self, times: int, words: str) -> None:
@@ -58,7 +58,7 @@ class WorkerDiedError(Exception):
 
 
 class JobEndedError(Exception):
-    """A chunk is lost, and others are not: its worker was ended, as one of its jobs was
+    """One chunk is lost, and no other: its worker was ended because one of its jobs was
     beyond a limit.
     """
 
@@ -77,8 +77,8 @@ class ExecutorFactory(Protocol):
     not noticed that it is broken. `watch` keeps limits of jobs. All may be called
     repeatedly.
 
-    A future fails with a BrokenExecutor where its executor and all that is in flight
-    are lost, with anything else where only its chunk is.
+    A future fails with a BrokenExecutor if its executor and everything in flight are
+    lost, and with any other error if only its chunk is lost.
     """
 
     @property
@@ -104,9 +104,7 @@ class _InProcess(Executor):
 
 @dataclass(frozen=True)
 class Serial:
-    """Runs every job in this process, for debugging and tests: a job that crashes takes
-    us along.
-    """
+    """Runs jobs in this process, for debugging and tests; a crashing job ends it."""
 
     workers: int = 1
 
@@ -155,12 +153,11 @@ class Loky:
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
                     initargs=(os.getpid(), self.initializer),
-                    env=ONE_THREAD
-                    | {SAFE_PATH: "1"},  # those that start later have it, too
+                    # Processes that start later have it, too.
+                    env=ONE_THREAD | {SAFE_PATH: "1"},
                 )
-                signal.pthread_sigmask(
-                    signal.SIG_BLOCK, SIGNALS
-                )  # its tracker has lifted the mask
+                # The pool's tracker has lifted the mask.
+                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
                 pool.submit(int)
             self._pool = _Pool(pool)
         running: Executor = self._pool.pool
@@ -172,14 +169,16 @@ class Loky:
         try:
             self._pool.pool.shutdown(wait=False, kill_workers=True)
             self._pool.manager.join(PATIENCE_SECONDS)
-        finally:  # an interrupt, or a pool that waits for a result in vain, leaves no process either
+        finally:
+            # An interrupt leaves no process either, nor does a pool that waits for a
+            # result in vain.
             self._pool.end()
             self._pool.manager.join()
         self._pool = None
 
     def check(self) -> None:
-        """End a pool that waits for the rest of a result whose sender was killed: it
-        would wait for ever.
+        """End a pool that waits for the rest of a result whose sender was killed;
+        without this it would wait for ever.
         """
         if self._pool is None or not self._pool.lacks_a_process():
             self._missed = None
@@ -196,9 +195,7 @@ class Loky:
 
 
 class _Pool:
-    """A running pool of loky's, and those of its parts that outlive its own references
-    to them.
-    """
+    """A running loky pool, and its parts that outlive its own references to them."""
 
     def __init__(self, pool: Any) -> None:
         self.pool = pool
@@ -213,9 +210,7 @@ class _Pool:
         )
 
     def end(self) -> None:
-        """Kill the processes, and let the pool's reader know
-        that nothing will follow.
-        """
+        """Kill the processes, and tell the pool's reader that nothing follows."""
         for process in list(self._processes.values()):
             if process.exitcode is None:
                 with suppress(ProcessLookupError):
@@ -226,12 +221,13 @@ class _Pool:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Processes started inside are deaf to what stops a launch from their first
-    instruction on.
+    """Processes that are started inside ignore the signals that stop a launch, from
+    their first instruction on.
     """
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
-        resource_tracker.ensure_running()  # starting it later, between the workers, would lift the mask
+        # Starting it later, between the workers, would lift the mask.
+        resource_tracker.ensure_running()
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
@@ -249,8 +245,8 @@ def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) ->
 
 
 def _end_with(coordinator: int) -> None:
-    """See to it that this worker ends when the coordinator does, even by SIGKILL and
-    within a call that hangs.
+    """Make sure that this worker ends with the coordinator, even if the coordinator is
+    ended by SIGKILL, or the worker hangs in a call.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

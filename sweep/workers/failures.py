@@ -1,6 +1,4 @@
-"""How many trials of a study have failed, and whether its
-spec lets the launch go on.
-"""
+"""How many trials of a study have failed, and whether its spec lets a launch go on."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -19,8 +17,8 @@ class Failures:
     """The failed trials of a study that a launch knows of, of `most` trials that it can
     have.
 
-    Those stored as failed by earlier launches, which this one does not run again, count
-    from the beginning, so that the budget is one of the study and not of each launch.
+    Trials that earlier launches stored as failed, and this one does not run again,
+    count from the beginning: the allowed number is for the study, not for each launch.
     """
 
     study: Study
@@ -79,7 +77,7 @@ class Failures:
 
 
 def last_line(error: str) -> str:
-    """The end of an error, which in a traceback says what it was."""
+    """The last line of an error, which in a traceback says what it was."""
     return error.strip().splitlines()[-1] if error.strip() else "no word about why"
 
 

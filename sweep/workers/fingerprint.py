@@ -2,11 +2,11 @@
 that its bits depend on.
 
 A process takes its fingerprint once, after it has imported what it runs: the versions,
-the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So a
-file that is edited afterwards, or between its import and the fingerprint, differs from
-that of a process that came before. Whoever runs trials for another process compares,
-and refuses where something differs that it has imported itself. A fingerprint travels
-as text, which any version of this module can read.
+the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So
+after an edit of a file, the fingerprints of older and newer processes differ. A process
+that runs trials for another one compares both fingerprints, and refuses if something
+differs that it has imported itself. A fingerprint travels as text, which any version of
+this module can read.
 """
 
 import hashlib
@@ -24,9 +24,7 @@ MOST_NAMED = 4
 
 @cache
 def fingerprint() -> str:
-    """The fingerprint of this process, as JSON; the same for as long as the process
-    lives.
-    """
+    """This process's fingerprint, as JSON; the same as long as the process lives."""
     versions = {
         "python": platform.python_version(),
         "boidsweep": str(sys.modules["sweep"].__version__),
@@ -42,9 +40,7 @@ def fingerprint() -> str:
 
 
 def own_part() -> str:
-    """The fingerprint of this process with those source files only that it has imported
-    by now.
-    """
+    """This process's fingerprint, with only those source files imported so far."""
     everything, relevant = json.loads(fingerprint()), imported()
     return json.dumps(
         {

@@ -1,5 +1,5 @@
-"""What a worker of a dask cluster does for us: say what it is, perform a chunk, and let
-its jobs be watched.
+"""What a worker of a dask cluster does for us: it tells its fingerprint, runs a chunk,
+and lets its jobs be watched.
 """
 
 import json
@@ -20,8 +20,8 @@ from sweep.workers.worker import run_chunk
 J = TypeVar("J")
 
 WARDEN = (
-    "import sys; sys.path[:] = {path!r}; from sweep.workers.warden import main;"
-    " main({scheduler!r})"
+    "import sys; sys.path[:] = {path!r};"
+    " from sweep.workers.warden import main; main({scheduler!r})"
 )
 _task = threading.local()
 _warmed: set[str] = set()
@@ -39,11 +39,11 @@ def introduce() -> str:
 
 
 def perform(task: bytes) -> bytes:
-    """What the function of a pickled task returns, pickled; a text where this worker is
-    not as the sender expects.
+    """The pickled result of the function of a pickled task; a text if this worker
+    differs from what the sender expects.
 
-    The function is unpacked only where the code is the same. That it begins is known to
-    the scheduler before it does.
+    The function is unpacked only if the code is the same. The scheduler is told that
+    the task begins before it does.
     """
     from distributed import get_worker
 
@@ -63,8 +63,8 @@ def perform(task: bytes) -> bytes:
 
 
 def _warm(jobs: Sequence[object]) -> None:
-    """Compile what trials need before the clock of a trial runs: other machines than
-    ours have caches of their own.
+    """Compile what trials need before the clock of a trial runs: other machines have
+    their own caches.
     """
     from sweep.design.jobs import Job
     from sweep.trial.simulation import warm
@@ -79,18 +79,14 @@ def _warm(jobs: Sequence[object]) -> None:
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:
-    """Send a message to whoever listens to `topic`; returns
-    when the scheduler has it.
-    """
+    """Send a message to listeners of `topic`; returns when the scheduler has it."""
     from distributed.utils import sync
 
     sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=message)
 
 
 class Post(NamedTuple):
-    """Goes with a chunk: the limits of its jobs, which a warden keeps
-    (`sweep.workers.warden`).
-    """
+    """The limits of a chunk's jobs, which a warden keeps (`sweep.workers.warden`)."""
 
     limits: Limits
 

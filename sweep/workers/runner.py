@@ -4,13 +4,13 @@ and none twice.
 The loop knows nothing of what a job is. It sends chunks of about a second of work,
 longest jobs first, keeps a bounded number of them in flight, and yields each chunk's
 results as soon as they are back. When a pool breaks because a worker process died, the
-jobs that were in flight are suspects: they run one at a time with nothing else in
-flight, so that a job which kills its worker convicts itself and every other one is
-delivered. Where only a chunk is lost and its pool goes on, as on a cluster, its jobs go
-singly among all others, and one that is lost again and again convicts itself. A worker
-that is ended because its job is beyond a limit (`watch.py`) makes no suspects: it is
-known which job that was; nor does a connection that is cut. The order of the results
-depends on timing and must not matter to anyone.
+jobs in flight are suspects. Suspects run one at a time with nothing else in flight, so
+that a job which kills its worker convicts itself, and all others are delivered. If only
+a chunk is lost and its pool goes on, as on a cluster, its jobs are sent singly among
+all others, and a job that is lost again and again convicts itself. There are no
+suspects if a worker is ended because its job is beyond a limit (`watch.py`), since that
+job is known, or if a connection is cut. The order of the results depends on timing and
+must not matter to anyone.
 
 Each chunk carries the fingerprint of this process: a worker of other code or other
 libraries refuses it.
@@ -116,8 +116,8 @@ class _Chunk(NamedTuple):
 
 @dataclass
 class _DriveLoop(Generic[J, R]):
-    """What is in flight and what is suspect. Suspects stay queued until their own run
-    alone is decided.
+    """Which jobs are in flight and which are suspects. A suspect stays queued until its
+    own run alone is decided.
     """
 
     jobs: Sequence[J]
@@ -160,9 +160,8 @@ class _DriveLoop(Generic[J, R]):
         """The results of the chunks that are back; waits at most POLL_SECONDS for the
         first of them.
         """
-        done = [
-            future for future in self._arrived() if future in self.in_flight
-        ]  # others went with an earlier pool
+        # Other futures went with an earlier pool.
+        done = [future for future in self._arrived() if future in self.in_flight]
         if not done:
             self.executor.check()
         if any(isinstance(_error(future), BrokenExecutor) for future in done):
@@ -243,8 +242,8 @@ class _DriveLoop(Generic[J, R]):
     def _judged(
         self, chunk: _Chunk, error: BaseException, verdict: Overrun | None
     ) -> list[R]:
-        """What is known for certain of the jobs of a chunk that is lost; all others get
-        another turn.
+        """The certain results of the jobs of a lost chunk; all other jobs get another
+        turn.
         """
         if verdict is not None:
             return self._ended(chunk, verdict, others_go_on=False)
@@ -263,9 +262,7 @@ class _DriveLoop(Generic[J, R]):
         return self._tried(chunk, error)
 
     def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
-        """The result of a job that was lost as a chunk of its own, once it was so
-        MAX_ATTEMPTS times.
-        """
+        """The result of a job that was lost MAX_ATTEMPTS times in its own chunk."""
         [index] = chunk.indices
         self.attempts[index] += error.times if isinstance(error, WorkerDiedError) else 1
         if self.attempts[index] < MAX_ATTEMPTS:
@@ -275,8 +272,8 @@ class _DriveLoop(Generic[J, R]):
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
     def _ended(self, chunk: _Chunk, verdict: Overrun, *, others_go_on: bool) -> list[R]:
-        """The result of the job that was beyond a limit, unless jobs before it may have
-        left the memory so full.
+        """The result of the job that was beyond a limit, unless earlier jobs of the
+        worker may have filled the memory.
         """
         if chunk.alone:
             index = self.suspects.popleft()
@@ -310,8 +307,8 @@ class _DriveLoop(Generic[J, R]):
 def _started(
     executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt
 ) -> Executor | None:
-    """A pool that has answered: without this, workers that cannot start would convict
-    every job.
+    """A pool that has answered once. Without this check, workers that cannot start
+    would convict every job.
     """
     failure: Exception | None = None
     for _ in range(MAX_ATTEMPTS):
@@ -350,8 +347,8 @@ def _error(future: Future[T]) -> BaseException | None:
 def _refused(differences: str) -> str:
     changed = "the code or its libraries are not what they were when this launch began"
     return (
-        f"{changed}: {differences}; what is done is stored: launch again to go on with"
-        " what is there now"
+        f"{changed}: {differences}; what is done is stored:"
+        " launch again to go on with what is there now"
     )
 
 

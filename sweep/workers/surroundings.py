@@ -1,9 +1,10 @@
-"""The folder in which a user stands is no part of the program: it may be a stranger's.
+"""The current folder is no part of the program: it may contain a stranger's files.
 
-Python puts it first on `sys.path` of a process that it starts with `-m` or `-c`, as
-worker processes and their helpers are; numba and matplotlib look there for settings
+Python puts it first on `sys.path` of a process that is started with `-m` or `-c`, as
+worker processes and their helpers are. numba and matplotlib look there for settings
 before they look where the user keeps them. What a user asks for stays: an empty entry
-of PYTHONPATH is the current folder; `python -c` and notebooks have it on `sys.path`.
+of PYTHONPATH is the current folder, and `python -c` and notebooks have it on
+`sys.path`.
 """
 
 import os
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 SAFE_PATH = "PYTHONSAFEPATH"
-"""Where it is set in the environment, Python adds no folder to `sys.path` by itself."""
+"""If it is set in the environment, Python adds no folder to `sys.path` by itself."""
 SETTINGS = (".numba_config.yaml", "matplotlibrc")
 _changing = threading.Lock()
 _exists = os.path.exists
@@ -21,7 +22,7 @@ _exists = os.path.exists
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Processes that are started inside, by whomever, run with a safe path.
+    """All processes that are started inside run with a safe path, whoever starts them.
 
     The trackers of multiprocessing and loky get the environment of this process.
     """
@@ -37,7 +38,7 @@ def safe_path() -> Iterator[None]:
 
 
 def ignore_settings() -> None:
-    """For this process there are no SETTINGS in the current folder, for good.
+    """From now on this process finds no SETTINGS in the current folder.
 
     numba reads its own when it is imported and again when it compiles, matplotlib when
     it is imported. Neither can be told not to; both ask `os.path.exists` for the bare

@@ -1,9 +1,9 @@
 """Our tasks on a dask cluster, over one connection, and what is known of its workers.
 
-A worker that dies takes two tasks or so with it, the one that it was at and the next.
-Dask gives both to others, and after some deaths it gives both up, but only the first is
-to blame: each chunk tells the scheduler that it begins, before it does, and what counts
-against a job is how often it had begun.
+A worker that dies loses about two tasks: the one that it ran and the next. Dask gives
+both to other workers, and after some deaths it gives both up, but only the first can be
+to blame. So each chunk tells the scheduler that it begins before it does, and only
+deaths after that count against a job.
 """
 
 import asyncio
@@ -71,7 +71,7 @@ class Tasks(Executor):
         return future
 
     def _note(self, event: tuple[float, Any]) -> None:
-        """A task begins, or the worker of one is being ended."""
+        """Note that a task begins, or that its worker is being ended."""
         _, message = event
         if isinstance(message, str):
             self._begun[message] += 1
@@ -84,9 +84,7 @@ class Tasks(Executor):
             )
 
     async def _deliver(self, name: str, sent: Any) -> None:
-        """Hand the outcome of a task over to its future;
-        runs in the client's thread.
-        """
+        """Hand a task's outcome to its future; runs in the client's thread."""
         result: object = None
         failure: Exception | None = None
         try:
@@ -101,7 +99,9 @@ class Tasks(Executor):
         self._settle(name, result, failure)
 
     def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
-        """What an error means: one that is not the task's own is of the way to it."""
+        """What an error means: if it is not the task's own, it is one of the
+        connection.
+        """
         from distributed.comm.core import CommClosedError
 
         if type(error).__name__ == "KilledWorker":
@@ -134,9 +134,9 @@ class Tasks(Executor):
         """How many threads all workers have, as of the last look, which is LOOK_SECONDS
         ago at most.
 
-        Raises WorkersError for a worker that cannot run our trials. What is new is
-        asked what it is where something went wrong that other code may explain;
-        without, it says so itself when it gets a task.
+        Raises WorkersError for a worker that cannot run our trials. New workers are
+        asked for their fingerprint only if something went wrong that other code may
+        explain; otherwise a worker tells it when it gets a task.
         """
         if time.monotonic() - self._looked > LOOK_SECONDS:
             with suppress(OSError):
@@ -144,8 +144,8 @@ class Tasks(Executor):
         return sum(self._threads.values())
 
     def look(self, *, everyone: bool) -> None:
-        """See which workers there are, and ask those that are new, or all, what they
-        are.
+        """Look which workers there are, and ask the new ones, or all, for their
+        fingerprints.
 
         Raises OSError where the scheduler does not answer, WorkersError for a worker
         that cannot run our trials.
@@ -179,9 +179,8 @@ class Tasks(Executor):
 
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
-        except (
-            TimeoutError
-        ):  # one is slow, or hangs: it says what it is when it gets a task
+        except TimeoutError:
+            # A worker is slow, or hangs: it says what it is when it gets a task.
             return
         foreign = []
         for address, answer in answers.items():
@@ -203,7 +202,7 @@ class Tasks(Executor):
             )
 
     def end(self) -> None:
-        """Take leave, by which our tasks are cancelled; what is in flight is lost."""
+        """Close the connection, which cancels our tasks: those in flight are lost."""
         self._connection.close()
         for name in list(self._futures):
             self._settle(name, None, ConnectionLostError("cancelled"))

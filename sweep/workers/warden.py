@@ -1,11 +1,12 @@
 """Ends a worker of a dask cluster whose job is beyond a limit: a small process beside
 the worker.
 
-A thread of the worker could not do it, as a job may hang and hold Python's lock. The
-worker writes a line for each job that it begins. The warden looks many times a second,
-and when the job is beyond a limit it freezes the worker, tells the scheduler, so that
-whoever sent the chunk can take it back, and kills the worker. dask's nanny, if there is
-one, starts another. The warden ends with the worker, whose end closes the pipe.
+A thread of the worker could not do this, as a job may hang and hold Python's lock. The
+worker writes a line to the warden for each job that it begins. The warden looks at the
+job many times a second. When the job is beyond a limit, it freezes the worker, tells
+the scheduler, so that whoever sent the chunk can take it back, and kills the worker.
+dask's nanny, if there is one, starts another. The warden ends with the worker, whose
+end closes the pipe.
 """
 
 import asyncio
@@ -28,8 +29,8 @@ REPORT_SECONDS = 30.0
 
 
 def main(scheduler: str) -> None:
-    """Watch the parent process by what it writes to our input; report to the scheduler
-    at that address.
+    """Watch the jobs of the parent process, which it writes to our input; report to the
+    scheduler at that address.
     """
     import psutil
 
@@ -53,9 +54,8 @@ def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> Non
     )
     if error:
         worker.send_signal(signal.SIGSTOP)
-        with suppress(
-            OSError
-        ):  # an unreachable scheduler: the job is tried again, and convicted in the end
+        # If the scheduler is away, the job is tried again and convicted in the end.
+        with suppress(OSError):
             asyncio.run(
                 _report(
                     scheduler, job["topic"], [job["name"], job["position"], late, error]

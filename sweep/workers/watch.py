@@ -1,12 +1,12 @@
-"""Limits of a job, kept from outside: the worker whose job takes too long, or too much
-memory, is ended.
+"""Limits of a job, kept from outside: a worker is ended if its job takes too long or
+too much memory.
 
-A job that hangs within one call, or that fills the memory, can be stopped by nobody but
-another process. So each worker notes on a board, a small file that both map into
-memory, at which job of its chunk it is and since when. A thread of the coordinator
-reads the board many times a second and kills the worker of a job beyond its limit. What
-becomes of that job, and of the others that were lost with its worker, is the drive
-loop's business.
+Only another process can stop a job that hangs within one call, or that fills the
+memory. So each worker notes on a board which job of its chunk it runs, and since when.
+The board is a small file that worker and coordinator map into memory. A thread of the
+coordinator reads the board many times a second and kills the worker of a job beyond its
+limit. The drive loop decides about that job, and about the others that were lost with
+its worker.
 """
 
 import mmap
@@ -44,9 +44,7 @@ class Limits(NamedTuple):
 
 
 class Overrun(NamedTuple):
-    """Which job of a chunk was ended, by its position, and why; `late` where it took
-    too long.
-    """
+    """Which job of a chunk was ended, by position, and why; `late` if out of time."""
 
     position: int
     late: bool
@@ -57,8 +55,8 @@ NO_LIMITS = Limits()
 
 
 class JobNote(Protocol):
-    """What goes to a worker with a chunk, so that the job that it is at can be known
-    from outside.
+    """What is sent to a worker with a chunk, so that its current job is known from
+    outside.
     """
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]: ...
@@ -67,9 +65,9 @@ class JobNote(Protocol):
 class Watching(Protocol):
     """Keeps limits of jobs while it is entered.
 
-    Each chunk in flight may have a place; when it is over, `leave` says what was
-    decided about one of its jobs. `ended` says whether a worker has been ended and its
-    whole pool with it; the caller takes it back.
+    Each chunk in flight may have a seat. When it is over, `leave` returns the verdict
+    on one of its jobs. `ended` says whether a worker, and its whole pool with it, has
+    been ended; the caller resets it.
     """
 
     ended: bool
@@ -89,9 +87,7 @@ class Watching(Protocol):
 
 
 class Seat(NamedTuple):
-    """The place of one chunk on the board, as the worker
-    that runs it needs to know it.
-    """
+    """The place of a chunk on the board, for the worker that runs it."""
 
     path: str
     number: int
@@ -114,16 +110,14 @@ class LimitKeeper:
     """Keeps `limits` for up to `seats` chunks at a time; a context manager, which may
     raise WorkersError.
 
-    Only child processes of this one are ended, so that jobs run in this process, or on
-    other machines, know no limit.
+    Only child processes of this one are ended. So jobs in this process, or on other
+    machines, have no limit.
     """
 
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """Whether a worker has been ended; the caller takes it back when it has new
-        workers.
-        """
+        """Whether a worker has been ended; the caller resets it for new workers."""
         self._free = list(range(seats))
         self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
@@ -158,9 +152,7 @@ class LimitKeeper:
             self._file.close()
 
     def take(self) -> JobNote | None:
-        """A seat for a chunk about to be sent; None without limits, or where all are
-        taken.
-        """
+        """A seat for a chunk to be sent; None without limits, or if all are taken."""
         if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
@@ -170,9 +162,7 @@ class LimitKeeper:
         return Seat(self._file.name, number)
 
     def leave(self, place: JobNote | None) -> Overrun | None:
-        """Give the seat of a chunk back that is over; what was decided about one of its
-        jobs.
-        """
+        """Free the seat of a finished chunk; returns the verdict on one of its jobs."""
         if not isinstance(place, Seat):
             return None
         with self._lock:
@@ -214,7 +204,7 @@ def beyond(
     limits: Limits, seconds: float, worker: "psutil.Process"
 ) -> tuple[bool, str]:
     """Whether a job that has taken `seconds` is late, and which limit it is beyond, in
-    words; none where empty.
+    words; "" for none.
     """
     if limits.deadline is not None and seconds > limits.deadline:
         return True, f"did not return within {limits.deadline:g} s, and was ended"
@@ -222,8 +212,8 @@ def beyond(
         return (
             False,
             (
-                f"memory limit of {limits.memory / 2**20:.0f} MiB: its worker held"
-                f" {held / 2**20:.0f} MiB"
+                f"memory limit of {limits.memory / 2**20:.0f} MiB:"
+                f" its worker held {held / 2**20:.0f} MiB"
             ),
         )
     return False, ""

@@ -15,16 +15,14 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Failure:
-    """What became of a job that never returned: `error` is a
-    traceback or one sentence.
-    """
+    """The fate of a job that never returned: `error` is a traceback or one sentence."""
 
     error: str
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""What became of each job of a chunk, and the wall seconds that they took together; or
-why the worker refuses it.
+"""The outcome of each job of a chunk, and the wall seconds that they took together; or
+why the worker refuses the chunk.
 """
 
 

@@ -28,15 +28,19 @@ def listing(*objects: tuple[str, int], token: str = "") -> bytes:
     be more.
     """
     each = "".join(
-        f"<Contents><Key>{escape(key)}</Key><LastModified>{TIME}</LastModified><Size>{size}</Size></Contents>"
+        f"<Contents><Key>{escape(key)}</Key><LastModified>{TIME}</LastModified>"
+        f"<Size>{size}</Size></Contents>"
         for key, size in objects
     )
     more = (
-        f"<IsTruncated>true</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>"
+        "<IsTruncated>true</IsTruncated>"
+        f"<NextContinuationToken>{token}</NextContinuationToken>"
         if token
         else ""
     )
-    return f'<?xml version="1.0"?><ListBucketResult>{each}{more}</ListBucketResult>'.encode()
+    return (
+        f'<?xml version="1.0"?><ListBucketResult>{each}{more}</ListBucketResult>'
+    ).encode()
 
 
 class Liar:
@@ -143,7 +147,8 @@ BOMB = (
         b'<!ENTITY %c "%s">' % (c, b"&%c;" % (c - 1) * 10)
         for c in range(ord("b"), ord("k"))
     )
-    + b"]><ListBucketResult><Contents><Key>&j;</Key><Size>1</Size></Contents></ListBucketResult>"
+    + b"]><ListBucketResult><Contents><Key>&j;</Key><Size>1</Size></Contents>"
+    + b"</ListBucketResult>"
 )
 LISTS = {
     "no xml": b"what?",

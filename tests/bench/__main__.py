@@ -1,10 +1,13 @@
 """The benchmarks: `python -m bench` in the tests folder, or `make bench`. Every
 comparison is a ratio within one run.
 
-    kernels     aziel_chen2025 with coverage against a plain all-pairs loop of the same model, same bits
+    kernels     aziel_chen2025 with coverage against a plain all-pairs loop of the same
+                model, same bits
     scaling     cost of a boid-step from N = 100 to 10,000 at constant density
-    mesa        boid-steps a second against Mesa's own flocking example (skipped where Mesa is not installed)
-    framework   wall time of many short trials, storing included, against the time spent inside trials
+    mesa        boid-steps a second against Mesa's own flocking example (skipped where
+                Mesa is not installed)
+    framework   wall time of many short trials, storing included, against the time spent
+                inside trials
     study       measured pace of the gain study, and its wall time at that pace
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it

@@ -20,7 +20,8 @@ SPEC = """
 study: page
 model: aziel_chen2025
 preset: as_run
-fixed: {{map: empty, n: {n}, steps: 1000000, width: {width}, height: {height}, pixel: 10}}
+fixed:
+  {{map: empty, n: {n}, steps: 1000000, width: {width}, height: {height}, pixel: 10}}
 replicates: 1
 seed: 1
 record: {{metrics: [speed, polarization], series: [speed, polarization]}}
@@ -34,7 +35,8 @@ MEASURE = """(seconds) => new Promise((done) => {
   stage.draw = () => {
     const began = performance.now();
     draw.call(stage);
-    [found.drawn, found.busy] = [found.drawn + 1, found.busy + performance.now() - began];
+    found.drawn++;
+    found.busy += performance.now() - began;
   };
   socket.onmessage = (message) => {
     if (message instanceof ArrayBuffer) found.received++;
@@ -45,7 +47,12 @@ MEASURE = """(seconds) => new Promise((done) => {
   setTimeout(() => {
     const passed = (performance.now() - began) / 1000;
     const steps = (stage.frame.step - step) / passed;
-    done({ drawn: found.drawn / passed, received: found.received / passed, steps, busy: found.busy / found.drawn });
+    done({
+      drawn: found.drawn / passed,
+      received: found.received / passed,
+      steps,
+      busy: found.busy / found.drawn,
+    });
   }, 1000 * seconds);
 })"""
 

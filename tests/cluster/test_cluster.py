@@ -85,7 +85,7 @@ def log(made: Cluster, number: int) -> str:
     return made.logs[number].read_text(encoding="utf-8")
 
 
-def test_late_joiners_get_work_and_neither_a_killed_worker_nor_a_scheduler_that_restarts_loses_any(
+def test_late_joiners_get_work_and_no_kill_or_restart_loses_any(
     tmp_path: Path, engines: list[Dask], caplog: pytest.LogCaptureFixture
 ) -> None:
     with cluster(tmp_path, 1, **TESTS) as made:

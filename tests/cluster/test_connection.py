@@ -129,9 +129,7 @@ def test_what_is_no_scheduler_is_refused_soon(
     until(lambda: not connecting() - before, "the thread of the connection ends")
 
 
-def test_a_plain_address_elsewhere_is_told_from_one_here_and_from_an_encrypted_one() -> (
-    None
-):
+def test_a_plain_address_elsewhere_is_neither_one_here_nor_an_encrypted_one() -> None:
     assert [exposed(f"tcp://{host}:8786") for host in (HERE, "localhost", "[::1]")] == [
         False
     ] * 3

@@ -29,7 +29,8 @@ executor = Loky(2)
 with ended_like_ctrl_c():
     try:
         for batch in drive([0.05] * 40 + [60.0] * 4, jobs.{job}, executor=executor,
-                           costs=runner_jobs.shortest_first, failed=runner_jobs.failed, chunk_seconds=0.1):
+                           costs=runner_jobs.shortest_first,
+                           failed=runner_jobs.failed, chunk_seconds=0.1):
             kept += batch
             os.write(1, b"batch\\n")  # at once, as workers write there too
     except KeyboardInterrupt:

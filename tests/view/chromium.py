@@ -24,7 +24,9 @@ BEGIN_ANEW = """() => {
   const { view } = boidsweep;
   document.querySelectorAll("dialog[open]").forEach((one) => one.close());
   const usual = ["schedule", "parameters"];
-  document.querySelectorAll("details").forEach((one) => { one.open = usual.includes(one.dataset.group); });
+  document.querySelectorAll("details").forEach((one) => {
+    one.open = usual.includes(one.dataset.group);
+  });
   document.activeElement.blur();
   Object.assign(view.hand, { past: [], drag: null });
   view.hand.use("select");
@@ -35,7 +37,9 @@ BEGIN_ANEW = """() => {
   view.stage.edited = null;
   view.stage.forget();
   view.fields.forEach((field) => field.accept());
-  for (const name of Object.keys(view.state.sweeps)) view.send({ type: "sweep", name, off: true });
+  for (const name of Object.keys(view.state.sweeps)) {
+    view.send({ type: "sweep", name, off: true });
+  }
   view.send({ type: "pause" });
   view.send({ type: "overlays", names: [] });
   view.send({ type: "select", boid: null });
@@ -146,7 +150,8 @@ class Opened:
         found = self.page.evaluate(
             """([x, y]) => {
               const { stage } = boidsweep.view;
-              const [at, box] = [stage.toScreen({ x, y }), stage.canvas.getBoundingClientRect()];
+              const at = stage.toScreen({ x, y });
+              const box = stage.canvas.getBoundingClientRect();
               return [at.x + box.left, at.y + box.top];
             }""",
             [x, y],

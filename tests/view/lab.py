@@ -21,7 +21,10 @@ from playwright.sync_api import Browser, Locator
 
 from view.chromium import PATIENCE
 
-NEWS = "config/lab/user-settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
+NEWS = (
+    "config/lab/user-settings/@jupyterlab/apputils-extension/"
+    "notification.jupyterlab-settings"
+)
 NO_NEWS = {"fetchNews": "false", "checkForUpdates": False}
 """Without which JupyterLab asks whether it may look for news."""
 OPTIONS = (

@@ -30,12 +30,14 @@ SHOWN = (
 )
 ITS_STATE = """import json, hashlib
 bodies = hashlib.sha256(view.show.bodies.tobytes()).hexdigest()
-print(json.dumps({"step": view.show.step, "exact": view.show.exact, "bodies": bodies, "spec": view.spec}))"""
+shown = {"step": view.show.step, "exact": view.show.exact, "spec": view.spec}
+print(json.dumps(shown | {"bodies": bodies}))"""
 FLOWN = SMALL.replace("every: 2", "every: 3, trajectories: true")
 
 COLOURS = """(part) => {
   const canvas = document.querySelector(`.boidsweep ${part} > canvas`);
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
   const counts = {};
   for (let i = 0; i < data.length; i += 4) {
     const colour = data.slice(i, i + 3).join(" ");

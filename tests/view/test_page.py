@@ -89,12 +89,15 @@ CHANGE_ALL = """async () => {
     if (kind === "bool") field.input.click();
     else {
       const number = field.slide ? field.slide.beside(before, 1) : 50;
-      field.input.value = kind === "choice" ? choices.find((one) => one !== before) : String(number);
+      const choice = choices?.find((one) => one !== before);
+      field.input.value = kind === "choice" ? choice : String(number);
       field.input.dispatchEvent(new Event("change", { bubbles: true }));
     }
-    await until(() => view.state.settings[name] !== before && view.state.changed.includes(name), name);
+    const other = () => view.state.settings[name] !== before;
+    const changed = () => view.state.changed.includes(name);
+    await until(() => other() && changed(), name);
     field.back.click();
-    await until(() => view.state.settings[name] === before && !view.state.changed.includes(name), name);
+    await until(() => !other() && !changed(), name);
   }
 }"""
 """Each setting gets another value by its control, and goes back by the button beside
@@ -160,9 +163,8 @@ def test_keys_run_pause_step_and_reset(opened: Open) -> None:
         page.page.keyboard.press(".")
     page.until("boidsweep.view.stage.frame.step === 3")
     page.page.get_by_label("trails").check()
-    page.page.keyboard.press(
-        "Space"
-    )  # the switch was clicked: the key is meant for the run
+    # The switch was clicked: the key is meant for the run.
+    page.page.keyboard.press("Space")
     page.until("boidsweep.view.state.running && boidsweep.view.stage.frame.step > 10")
     page.page.keyboard.press("Space")
     page.until("!boidsweep.view.state.running")
@@ -207,9 +209,13 @@ def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
         """(places) => {
           const { stage } = boidsweep.view;
           const context = stage.canvas.getContext("2d");
-          const pixel = (x, y) => context.getImageData(Math.floor(x), Math.floor(y), 1, 1).data.slice(0, 3);
-          const at = ([x, y]) => stage.toScreen({ x, y });
-          return [stage.colours.boid, places.map(at).map(({ x, y }) => `rgb(${pixel(x, y).join(", ")})`)];
+          const pixel = ([x, y]) => {
+            const at = stage.toScreen({ x, y });
+            const [column, row] = [Math.floor(at.x), Math.floor(at.y)];
+            const colour = context.getImageData(column, row, 1, 1).data.slice(0, 3);
+            return `rgb(${colour.join(", ")})`;
+          };
+          return [stage.colours.boid, places.map(pixel)];
         }""",
         bodies[:2].T.tolist(),
     )
@@ -398,8 +404,8 @@ def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:
 COLOURS = """() => {
   const { stage } = boidsweep.view;
   const { width, height } = stage.canvas;
-  const pixels = new Uint32Array(stage.context.getImageData(0, 0, width, height).data.buffer);
-  return new Set(pixels).size;
+  const { data } = stage.context.getImageData(0, 0, width, height);
+  return new Set(new Uint32Array(data.buffer)).size;
 }"""
 
 
@@ -424,9 +430,8 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
         page.until(f"({COLOURS})() > {plain} + 3")
         if overlay != "trails":
             assert live(page).overlays == (overlay,)
-            page.until(
-                f"boidsweep.view.overlays.legends.get('{overlay}').textContent.length > 5"
-            )
+            legend = f"boidsweep.view.overlays.legends.get('{overlay}')"
+            page.until(f"{legend}.textContent.length > 5")
         switch.uncheck()
         page.until(
             f"!boidsweep.view.stage.overlays.has('{overlay}') && ({COLOURS})() ==="

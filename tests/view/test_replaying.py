@@ -34,7 +34,9 @@ preset: as_run
 maps:
   room:
     size: [240, 180]
-    shapes: [{disc: {x: 30, y: 40, radius: 10}}, {rectangle: {x: 90, y: 50, width: 7, height: 9}}]
+    shapes:
+      - disc: {x: 30, y: 40, radius: 10}
+      - rectangle: {x: 90, y: 50, width: 7, height: 9}
 fixed: {map: room, n: 6, steps: 12}
 sweep: {cohesion_weight: [0.1, 0.3]}
 seeds: [27, 729]

@@ -248,9 +248,8 @@ def test_a_page_that_takes_nothing_is_not_listened_to_for_ever() -> None:
         playing.cancel()
         return line.heard
 
-    with (
-        ThreadPoolExecutor() as threads
-    ):  # in this one the browser of other tests may have its event loop
+    # In this thread the browser of other tests may have its event loop.
+    with ThreadPoolExecutor() as threads:
         assert 1 < threads.submit(asyncio.run, play()).result() <= MOST_WAITING
 
 

@@ -366,6 +366,8 @@ def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
     assert history.since(cursor) == (None, cursor)
     message, _ = history.since(Cursor())
     assert message == {
-        "type": "metrics", "steps": history.steps, "values": {"speed": [2.0 * step for step in history.steps]},
+        "type": "metrics",
+        "steps": history.steps,
+        "values": {"speed": [2.0 * step for step in history.steps]},
         "reset": True,
-    }  # fmt: skip
+    }

@@ -244,11 +244,13 @@ def test_the_functions_bring_nothing_along_before_they_are_called() -> None:
 
 MIDDLE = """(() => {
   const canvas = document.querySelector("canvas");
-  const { data } = canvas.getContext("2d").getImageData(canvas.width / 2, canvas.height / 2, 1, 1);
+  const [x, y] = [canvas.width / 2, canvas.height / 2];
+  const { data } = canvas.getContext("2d").getImageData(x, y, 1, 1);
   return [...data];
 })()"""
 DARK_GROUND = [18, 23, 30, 255]
-PAGE = """<!doctype html><title>a notebook</title><body data-jp-theme-light="false"><div id="cell"></div>
+PAGE = """<!doctype html><title>a notebook</title>
+<body data-jp-theme-light="false"><div id="cell"></div>
 <script type="module">
   const url = URL.createObjectURL(new Blob([ESM], { type: "text/javascript" }));
   const { default: widget } = await import(url);
@@ -256,13 +258,19 @@ PAGE = """<!doctype html><title>a notebook</title><body data-jp-theme-light="fal
   window.sent = [];
   window.model = {
     on: (event, act) => listeners.push([event, act]),
-    off: (event, act) => listeners.splice(listeners.findIndex(([, one]) => one === act), 1),
+    off: (event, act) => {
+      listeners.splice(listeners.findIndex(([, one]) => one === act), 1);
+    },
     send: (message) => sent.push(message),
   };
   window.listeners = listeners;
-  window.happens = (event, ...about) => listeners.filter(([one]) => one === event).forEach(([, act]) => act(...about));
+  window.happens = (event, ...about) => {
+    listeners.filter(([one]) => one === event).forEach(([, act]) => act(...about));
+  };
   window.tell = (message, frame) => {
-    const buffers = frame ? [new DataView(Uint8Array.from(atob(frame), (letter) => letter.charCodeAt(0)).buffer)] : [];
+    const code = (letter) => letter.charCodeAt(0);
+    const bytes = (text) => Uint8Array.from(atob(text), code);
+    const buffers = frame ? [new DataView(bytes(frame).buffer)] : [];
     happens("msg:custom", message, buffers);
   };
   const el = document.createElement("div"); // which a notebook attaches only later

@@ -7,11 +7,18 @@ numbers for every candidate.
 
     run          the search, its repetitions, the held-out trials
     loop         ask, race and tell, until the budget is spent
-    samplers     who proposes candidates        candidates  their trials
-    racing       who gets no more trials        blocks      trials by block and scenario
-    ledger       what is known of trials        stored      asked.parquet, beside them
-    outcome      who is chosen                  fronts      Pareto fronts, hypervolume
-    held_out     judged on new seeds            repetitions against random search
-    findings     all that is to be said         words       the same in plain words
-    plan         what it would run at most      export      a study of optuna
+    samplers     who proposes candidates
+    candidates   their trials
+    racing       who gets no more trials
+    blocks       trials by block and scenario
+    ledger       what is known of trials
+    stored       asked.parquet, beside them
+    outcome      who is chosen
+    fronts       Pareto fronts, hypervolume
+    held_out     judged on new seeds
+    repetitions  against random search
+    findings     all that is to be said
+    words        the same in plain words
+    plan         what it would run at most
+    export       a study of optuna
 """

@@ -53,9 +53,7 @@ class Blocks(NamedTuple):
 
 
 def blocks_of(rows: pd.DataFrame, columns: list[str]) -> Blocks:
-    """The blocks of `rows` of a search's table, which
-    belong to one run and one phase.
-    """
+    """The blocks of `rows` of a search's table, all of one run and one phase."""
     candidates, places = np.unique(
         rows["candidate"].to_numpy(np.int64), return_inverse=True
     )

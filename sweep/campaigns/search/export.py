@@ -1,6 +1,4 @@
-"""A search as a study of optuna, in any storage that optuna has, for its dashboard and
-its plots.
-"""
+"""A search as a study of optuna, in any of its storages, for its dashboard, plots."""
 
 import os
 from collections.abc import Iterator
@@ -44,10 +42,10 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     complete trials there, so that optuna's best is our winner; the others are pruned
     ones, and failed ones have failed. With one objective a trial has as intermediate
     values the estimates after 1, 2, ... blocks. User attributes are candidate, batch,
-    status, blocks, trial_ids, and for those that are judged held_out. Raises OutputError
-    where the study is no search, the storage cannot be written, or has a study of that
-    name, which is left as it is. The password of a database is that of the variable
-    SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
+    status, blocks, trial_ids, and for those that are judged held_out. Raises
+    OutputError where the study is no search, or the storage cannot be written, or has a
+    study of that name, which is left as it is. The password of a database is that of
+    the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages show.
     """
     asked = read_asked(study)
     name = name or study.name
@@ -80,9 +78,7 @@ def export(study: StoredStudy, url: str, name: str | None = None) -> str:
 
 
 def check_export(url: str, name: str) -> None:
-    """Raise OutputError, before any work, where `export` to this URL under this name
-    would do so.
-    """
+    """Raise OutputError, before any work, where `export` to this URL would do so."""
     with quiet(), _storage(url) as storage:
         _check_free(storage, url, name)
 
@@ -101,9 +97,7 @@ def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
 
 @contextmanager
 def _storage(url: str) -> "Iterator[RDBStorage]":
-    """The storage at `url`, closed at the end; what is
-    wrong with it is a OutputError.
-    """
+    """The storage at `url`, closed at the end. Raises OutputError for a wrong one."""
     from optuna.exceptions import DuplicatedStudyError, StorageInternalError
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
@@ -218,9 +212,7 @@ def _trial(
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """One trial; `course` has the estimates after each block, a list of objectives
-    each.
-    """
+    """One trial; `course` has the estimates of the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
     known = bool(course) and bool(np.isfinite(course[-1]).all())

@@ -85,15 +85,8 @@ def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
                 objective, searched.of(searched.find(number), objective.column)
             )
             fresh = held_out_interval(judged, number, objective, confidence)
-            rows.append(
-                (
-                    number,
-                    objective.column,
-                    *seen,
-                    *fresh,
-                    _optimism(objective, seen, fresh),
-                )
-            )
+            optimism = _optimism(objective, seen, fresh)
+            rows.append((number, objective.column, *seen, *fresh, optimism))
     names = [
         "candidate",
         "objective",

@@ -1,6 +1,4 @@
-"""What is known of trials: those in the store, and those that run now because they are
-not.
-"""
+"""What is known of trials: those in the store, and those that therefore run now."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -60,14 +58,9 @@ class Ledger:
         self.failures.note_stored(self.failed & wanted.keys())
         if missing:
             jobs = list(missing.values())
+            tables, failures, note = self.tables, self.failures, self._note
             run_jobs(
-                self.study,
-                jobs,
-                self.store,
-                self.tables,
-                self.executor,
-                self.failures,
-                self._note,
+                self.study, jobs, self.store, tables, self.executor, failures, note
             )
         return bool(missing)
 
@@ -93,9 +86,7 @@ class Ledger:
 
 
 def known_trials(store: Store, columns: Sequence[str], *, retry: bool) -> Known:
-    """What is stored, with `retry` only what is done. Raises StoreError where it cannot
-    be read.
-    """
+    """What is stored, with `retry` only what is done. Raises StoreError."""
     table = checked_numbers(store.folder, store.read("trials"), columns)
     present = [
         name for name in ("trial_id", "status", *columns) if name in table.column_names

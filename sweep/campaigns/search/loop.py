@@ -118,9 +118,7 @@ class Run:
             batch += 1
 
     def leading(self) -> str:
-        """The best so far in words: nothing where no candidate is complete and within
-        bounds.
-        """
+        """The best so far in words: "" where no candidate is complete and feasible."""
         search = section_of(self.course.study)
         race = Race(search.objectives, search.constraints, 0.0, self.course.blocks)
         leaders = race.leaders(
@@ -174,9 +172,7 @@ class Run:
         return trial, self.seen[candidate.points]
 
     def _race(self, fresh: list[Entrant]) -> bool:
-        """Give the candidates of a batch their trials, rung by rung; whether any of
-        them ran now.
-        """
+        """Give a batch's candidates their trials, rung by rung; whether any ran now."""
         search, course = section_of(self.course.study), self.course
         race = (
             Race(search.objectives, search.constraints, course.level, course.blocks)

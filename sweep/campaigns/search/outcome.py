@@ -31,9 +31,7 @@ def constraints(asked: "Asked") -> list[Constraint]:
 
 
 def blocks(asked: "Asked", run: str, phase: str) -> Blocks:
-    """The trials of a run's candidates in a phase, with the columns of objectives and
-    constraints.
-    """
+    """The trials of a run's candidates in a phase, with objectives and constraints."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
     columns = [one.column for one in objectives(asked)] + [
         one.column for one in constraints(asked)
@@ -50,10 +48,10 @@ def candidates(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     objective's estimate over the candidate's search blocks, under the name of its
     column. The status is
 
-    - "complete": it has all blocks that a candidate of this run can get; - "raced out":
-    it has fewer, and is clearly worse than others; - "cut short": it has fewer, and is
-    of the last batch before the budget ended or of one that is not finished, so
-      that its trials do not tell whether it was raced out;
+    - "complete": it has all blocks that a candidate of this run can get;
+    - "raced out": it has fewer, and is clearly worse than others;
+    - "cut short": it has fewer, and is of the last batch before the budget ended, or
+      of an unfinished one. Its trials do not tell whether it was raced out;
     - "failed": one of its trials is not done, or its result is not finite.
 
     What is not known is NaN, and a candidate whose violation is not known is not
@@ -126,9 +124,7 @@ def values_of(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> Floa
 
 
 def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
-    """The worst value of each column of `values` (k, m), k
-    above zero, as a point (m,).
-    """
+    """The worst of each column of `values` (k, m), k above zero, as a point (m,)."""
     return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
 
 
@@ -169,8 +165,6 @@ def _statuses(
 
 
 def _spent(asked: "Asked", run: str) -> int:
-    """How many trials of a run count against its budget:
-    each once, whoever shares it.
-    """
+    """How many trials of a run count against its budget; a shared one counts once."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
     return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())

@@ -12,9 +12,7 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """Counts and estimates for the search itself, without repetitions, if it spends its
-    budget.
-    """
+    """Counts and estimates for a search that spends its budget, without repetitions."""
 
     study: str
     model: str
@@ -51,8 +49,8 @@ class SearchPlan:
                 f" {self.blocks:,} trials{scenarios}"
             ),
             (
-                f"trials     at most {self.trials:,}, of which {self.held_out_trials:,}"
-                " on held-out seeds"
+                f"trials     at most {self.trials:,},"
+                f" of which {self.held_out_trials:,} on held-out seeds"
             ),
             *([f"on error   {self.on_error}"] if self.on_error else []),
             f"CPU time   at most about {duration(self.cpu_seconds)}",

@@ -220,9 +220,7 @@ class _Spread:
         )
 
     def is_below_zero(self, sample: Floats, level: float) -> bool:
-        """Whether the mean of `sample` is below zero, by Student's one-sided test at
-        this level.
-        """
+        """Whether the mean of `sample` is below zero, by a one-sided Student test."""
         from scipy.special import stdtrit
 
         if np.isnan(self.deviation):

@@ -49,16 +49,12 @@ class AgainstRandom:
 
     @property
     def estimate(self) -> MeanEstimate:
-        """The mean of the search minus that of random search, with Welch's interval and
-        test.
-        """
+        """The search minus random search: the mean, Welch's interval and test."""
         return mean_estimate(self.search, self.random)
 
 
 def runs(asked: "Asked", kind: str) -> list[str]:
-    """The names of the runs that are a "repetition", or "random", in the order of their
-    numbers.
-    """
+    """The names of the runs that are a "repetition", or "random", by their numbers."""
     names = [
         name for name in asked.table["run"].unique() if name.rsplit(" ", 1)[0] == kind
     ]

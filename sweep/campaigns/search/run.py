@@ -42,9 +42,7 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
 
 RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search: as many seeds as published
-searches took.
-"""
+"""Blocks of each candidate of a plain random search, as published searches took."""
 
 
 def search(
@@ -101,15 +99,9 @@ class _Whole:
         most = self.section.most_trials(repetitions)
         self.progress = SearchProgress(trials=most)
         failures = Failures(study, store, most)
+        tables = Tables(study, origin)
         self.ledger = Ledger(
-            study,
-            store,
-            Tables(study, origin),
-            executor,
-            columns,
-            {},
-            self._note,
-            failures,
+            study, store, tables, executor, columns, {}, self._note, failures
         )
 
     def run(self, *, retry: bool) -> None:
@@ -140,9 +132,8 @@ class _Whole:
                 self._count(run)
                 if ran:
                     self.sheet.write()
-        except (
-            FailedTrialsError
-        ):  # whose trial must be in a plan, or it could not be replayed
+        except FailedTrialsError:
+            # The failed trial must be in a plan, or it could not be replayed.
             self._add(course, run.racing)
             self.sheet.write()
             raise
@@ -206,8 +197,8 @@ def _courses(study: Study, repetitions: int) -> list[Course]:
     section, blocks = section_of(study), study.trials_per_point
     if repetitions and study.seeds is not None:
         message = (
-            'repetitions of a search need seeds of their own: give "replicates" instead'
-            ' of "seeds"'
+            "repetitions of a search need seeds of their own:"
+            ' give "replicates" instead of "seeds"'
         )
         raise study.document.error(("seeds",), message)
     courses = [Course(SEARCH, study, section.sampler, blocks, section.level)]

@@ -54,9 +54,7 @@ def tpe(search: Search) -> Options:
 
 
 def cmaes(search: Search) -> Options:
-    """CMA-ES from the middle of the ranges, a batch being a generation; the first batch
-    is random.
-    """
+    """CMA-ES from the middle of the ranges by batches, of which the first is random."""
     return {
         "x0": None,
         "sigma0": None,
@@ -157,9 +155,7 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
-    """How many candidates there are: infinitely many where
-    a parameter is continuous.
-    """
+    """How many candidates there are: infinite where a parameter is continuous."""
     size = 1.0
     for parameter in parameters:
         size *= _count(parameter.form, parameter.arguments)

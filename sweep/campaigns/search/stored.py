@@ -72,9 +72,7 @@ class Asked:
 
 
 def read_asked(study: StoredStudy) -> Asked:
-    """What a stored search has asked for. Raises ChoiceError where the study is no
-    search.
-    """
+    """What a stored search has asked for. Raises ChoiceError where it is no search."""
     asked = study.store.read_asked()
     if asked is None:
         raise ChoiceError(f"study {study.name}: not a search (it has no asked.parquet)")
@@ -163,9 +161,7 @@ class Sheet:
 def about_search(
     study: Study, blocks: Mapping[str, int], repetitions: int
 ) -> dict[str, Any]:
-    """The metadata of a search that begins; `blocks` are the most that a candidate
-    gets, by run.
-    """
+    """The metadata of a new search; `blocks` are the most of a candidate, by run."""
     search = section_of(study)
     return {
         "parameters": [parameter.name for parameter in search.parameters],

@@ -13,16 +13,12 @@ from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.settings import Field
 
 EDGE = 0.02
-"""A winner within this part of a parameter's range from one of its ends lies at the
-edge.
-"""
+"""A winner at the edge lies within this part of a parameter's range from an end."""
 FEWEST_BLOCKS = 10
 """Fewer held-out blocks than these say little of how a candidate does on others."""
 
 FEWEST_IN_TAIL = 10
-"""Fewer blocks than these in the tail that a statistic is about make its interval too
-narrow.
-"""
+"""With fewer blocks in the tail of a statistic, its interval is too narrow."""
 
 
 def objective_words(objective: Objective) -> str:
@@ -47,9 +43,7 @@ def number(value: float, low: float = np.nan, high: float = np.nan) -> str:
 
 
 def with_interval(value: float, low: float, high: float) -> str:
-    """As `86.21 (85.93 to 86.49)`, or the value alone where
-    the interval is not known.
-    """
+    """As `86.21 (85.93 to 86.49)`, or the value alone without an interval."""
     if math.isnan(value) or not (math.isfinite(low) and math.isfinite(high)):
         return number(value)
     places = _places(value, low, high)
@@ -71,8 +65,8 @@ def verdict(
     unit, column = difference_unit(unit), objective.column
     if math.isnan(value):
         return (
-            f"{who} cannot be compared with {whom} in {column}: held-out results are"
-            " missing"
+            f"{who} cannot be compared with {whom} in {column}:"
+            " held-out results are missing"
         )
     side = "better" if (value > 0.0) == objective.maximize else "worse"
     if math.isnan(low) and value != 0.0:
@@ -100,15 +94,13 @@ def thin_tail(objective: Objective, blocks: int) -> str:
     enough = math.ceil(FEWEST_IN_TAIL / share)
     return (
         f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
-        f" held-out blocks, so that its interval is too narrow: take {enough} held-out"
-        " replicates."
+        " held-out blocks, so that its interval is too narrow:"
+        f" take {enough} held-out replicates."
     )
 
 
 def difference_unit(unit: str) -> str:
-    """The unit of a difference, with a space before it:
-    that of percentages is points.
-    """
+    """The unit of a difference, after a space: that of percentages is points."""
     return {"": "", "%": " % points"}.get(unit, f" {unit}")
 
 
@@ -181,9 +173,7 @@ def _fixed(value: float, places: int) -> str:
 
 
 def _places(value: float, low: float, high: float) -> int:
-    """Decimal places: to the second figure of half the width, or to the fifth of the
-    value.
-    """
+    """Decimal places: to the 2nd figure of half the width, or the 5th of the value."""
     half = (high - low) / 2.0
     if math.isfinite(half) and half > 0.0:
         return max(0, 1 - math.floor(math.log10(half)))

@@ -13,7 +13,8 @@ A table has one row a setting, or index, at each combination of the other axes, 
 settings stand first. Its last columns count: blocks, blocks_left_out, trials,
 trials_without_value. `attrs` names the study, metric and unit.
 
-    sampled        means of the points of a sample   screening  Morris, rank correlations
+    sampled        means of the points of a sample
+    screening      Morris, rank correlations
     sobol_indices  shares of variance
 """
 
@@ -65,8 +66,8 @@ def sobol(
     """
     if find_spec("SALib") is None:
         raise ChoiceError(
-            f"study {study.name}: Sobol indices need the package SALib, which is not"
-            f" installed: {INSTALL}"
+            f"study {study.name}: Sobol indices need the package SALib,"
+            f" which is not installed: {INSTALL}"
         )
     chosen = sampled_axis(study, axis, ("saltelli",))
     return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)

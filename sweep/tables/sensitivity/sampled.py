@@ -21,9 +21,7 @@ from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 Blocks = NDArray[np.intp]
-"""Indices of blocks, (b, resamples): every column is a choice of as many of them as
-there are.
-"""
+"""Indices of blocks, (b, resamples): each column is one draw of the bootstrap."""
 
 REPLICATE = ["seed", "replicate"]
 
@@ -115,8 +113,8 @@ def sampled_axis(
         raise ChoiceError(f"study {study.name}: no axis has sample {kinds}")
     if axis is None and len(having) > 1:
         raise ChoiceError(
-            f"study {study.name}: several axes are sampled, say which:"
-            f" {', '.join(having)}"
+            f"study {study.name}: several axes are sampled,"
+            f" say which: {', '.join(having)}"
         )
     return axis or having[0]
 

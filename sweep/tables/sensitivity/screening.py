@@ -18,8 +18,7 @@ FEWEST = 4
 """A rank correlation needs so many points."""
 
 DETERMINED = 1e-9
-"""A rank is determined by others where they leave less than this part of its variance.
-"""
+"""Others determine a rank if they leave less than this part of its variance."""
 
 
 def effect_analysis(sample: SampledAxis) -> Analysis:
@@ -49,9 +48,7 @@ def effect_analysis(sample: SampledAxis) -> Analysis:
 
 
 def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
-    """The effects (fields, b), and the standard deviation that noise gives those of
-    each field.
-    """
+    """The effects (fields, b), and their standard deviation from noise, by field."""
     whole = sample.whole
     before, after = whole[:, :-1], whole[:, 1:]
     settings = np.stack(

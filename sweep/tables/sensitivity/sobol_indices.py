@@ -47,9 +47,7 @@ def _columns(fields: int, size: int) -> Columns:
 
 
 def index_analysis(sample: SampledAxis) -> Analysis:
-    """The raw and corrected S1, ST and S2, and the share of noise in the variance of a
-    mean.
-    """
+    """The raw and corrected S1, ST and S2, and noise's share of a mean's variance."""
     fields, whole = list(sample.settings.columns), sample.whole
     columns = _columns(len(fields), whole.shape[1])
     labels = [("S1", field, "") for field in fields] + [
@@ -98,9 +96,7 @@ def _estimates(columns: Columns, means: Floats, noise: Floats, drawn: Blocks) ->
 
 
 def _means_of(noise: Floats, drawn: Blocks) -> Floats:
-    """Means of rows (rows, b) over the blocks drawn, of those that are known, (rows,
-    resamples).
-    """
+    """Means of rows (rows, b) over the known drawn blocks, (rows, resamples)."""
     blocks, resamples = drawn.shape
     places = drawn + blocks * np.arange(resamples)
     times = (
@@ -117,9 +113,7 @@ def _means_of(noise: Floats, drawn: Blocks) -> Floats:
 
 
 def _noise(sample: SampledAxis, columns: Columns) -> Floats:
-    """What noise adds to the variance and to the numerator of every index, (1 +
-    indices, b).
-    """
+    """What noise adds to the variance and each index's numerator, (1 + indices, b)."""
     points, noise = sample.whole.T, sample.noise
     a, b = points[columns.a], points[columns.b]
     ab, ba = (
