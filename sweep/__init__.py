@@ -21,20 +21,35 @@ A study flows down this list, and each package imports only what stands above it
 
 import logging
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sweep import errors
 from sweep.text import harmless, make_harmless
 from sweep.trial.compiled import BeforeKernels
 
 if TYPE_CHECKING:
+    from sweep.campaigns.search.plan import SearchPlan
+    from sweep.design.plan import Plan
     from sweep.spec.settings import Value
+    from sweep.spec.study import Study
     from sweep.store.locations import Location
+    from sweep.tables.comparison import Comparison, Method
     from sweep.tables.stored_study import StoredStudy
     from sweep.web.widget import View
 
+__all__ = [
+    "__version__",
+    "compare",
+    "errors",
+    "load",
+    "plan",
+    "replay",
+    "run",
+    "view",
+]
 __version__ = "0.5.0"
 
 
@@ -92,7 +107,6 @@ def run(
 
     from sweep.campaigns.launch import launch
     from sweep.campaigns.search.run import search
-    from sweep.spec.study import load_spec, parse_spec
     from sweep.store.locations import location
     from sweep.workers.executors import Loky, core_count
 
@@ -100,10 +114,7 @@ def run(
         raise ValueError(
             f"workers: {workers}; allowed: 0, as many as there are cores, or more"
         )
-    if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
-        study = parse_spec(spec)
-    else:
-        study = load_spec(Path(spec))
+    study = _study(spec)
     engine = Loky(workers or core_count())
     try:
         (search if study.search else launch)(study, location(results), engine)
@@ -120,6 +131,48 @@ def run(
         about = f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials"
         warnings.warn(harmless(about), stacklevel=2)
     return stored
+
+
+def plan(spec: str | Path | Mapping[str, Any], workers: int = 0) -> "Plan | SearchPlan":
+    """What `run` would do with the same arguments, without running it.
+
+    `plan("spec.yaml").trials` is a number; `print(plan("spec.yaml").as_text())` is what
+    `sweep plan` says: points, trials, and estimates of seconds and bytes. Raises
+    SpecError for what is wrong with the spec.
+    """
+    from sweep.campaigns.search.plan import make_search_plan
+    from sweep.design.plan import make_plan
+    from sweep.workers.executors import core_count
+
+    study = _study(spec)
+    make = make_search_plan if study.search else make_plan
+    return make(study, workers or core_count())
+
+
+def compare(
+    one: str,
+    other: str,
+    metrics: Sequence[str] = (),
+    *,
+    results: "str | Location" = "results",
+    half: bool = False,
+    method: "Method | None" = None,
+) -> "Comparison":
+    """What `other` has more or less than `one`, as `sweep compare` says it.
+
+    Both are `STUDY`, `STUDY:setting=value` or `STUDY:PRESET`. `metrics` are all where
+    none is named, `half` takes means over the last half of a trial, and `method` says
+    how the rows are tested together. The table is `.rows` of the result: a row a point
+    and metric, with difference, interval, p and verdict. Raises ChoiceError for what
+    cannot be compared, and StoreError where nothing is stored.
+    """
+    from sweep.store.locations import location
+    from sweep.tables.comparison import compare_sides
+    from sweep.tables.sides import read_side
+
+    place = location(results)
+    first, second = read_side(one, place), read_side(other, place)
+    return compare_sides(first, second, metrics, half=half, method=method)
 
 
 def view(
@@ -150,3 +203,12 @@ def replay(study: "StoredStudy", trial: str) -> "View":
     from sweep.web.widget import replay
 
     return replay(study, trial)
+
+
+def _study(spec: str | Path | Mapping[str, Any]) -> "Study":
+    """The study of a file, of a YAML text of several lines, or of a mapping."""
+    from sweep.spec.study import load_spec, parse_spec
+
+    if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
+        return parse_spec(spec)
+    return load_spec(Path(spec))

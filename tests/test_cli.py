@@ -244,7 +244,7 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
 
 def test_the_schema_is_json(folder: Path) -> None:
     assert json.loads(sweep(folder, "schema").stdout)["$schema"].startswith(
-        "https://json-schema.org/"
+        "http://json-schema.org/draft-07/"
     )
 
 

@@ -51,6 +51,17 @@ def test_constraints_pin_exactly_and_name_no_address() -> None:
     )
 
 
+def test_the_public_functions_are_on_one_screen() -> None:
+    own = {
+        name
+        for name, one in vars(sweep).items()
+        if getattr(one, "__module__", "") == "sweep"
+    }
+    public = {name for name in own if not name.startswith("_")} - {"check_sibling"}
+    assert public | {"errors", "__version__"} == set(sweep.__all__)
+    assert isinstance(sweep.errors.StoreError("gone"), sweep.errors.UserError)
+
+
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a worker takes longer than these trials."""
@@ -125,3 +136,22 @@ def test_run_of_a_search_searches(tmp_path: Path) -> None:
     asked = read_asked(study)
     assert asked.about["finished"]
     assert set(asked.table["phase"]) == {"search", "held_out"}
+
+
+@pytest.mark.usefixtures("in_process")
+def test_a_plan_and_a_comparison_are_those_of_the_commands(tmp_path: Path) -> None:
+    planned = sweep.plan(SMALL)
+    study = sweep.run(SMALL, str(tmp_path), workers=1)
+    assert planned.trials == study.plan.num_rows
+    assert "points     2 over separation_weight" in planned.as_text()
+    found = sweep.compare(
+        "small:separation_weight=0.5",
+        "small:separation_weight=1",
+        ["speed"],
+        results=str(tmp_path),
+    )
+    (row,) = found.rows.to_dict("records")
+    means = study.trials.groupby("separation_weight")["speed"].mean()
+    assert row["difference"] == pytest.approx(means[1.0] - means[0.5])
+    with pytest.raises(sweep.errors.ChoiceError, match='did you mean "speed"'):
+        sweep.compare("small", "small", ["sped"], results=str(tmp_path))

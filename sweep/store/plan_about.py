@@ -1,4 +1,4 @@
-"""What a plan records of its study, beside the trials: written and read in one place."""
+"""What a plan records of its study beside the trials: written and read here alone."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -61,8 +61,8 @@ class PlanAbout:
     `varied` are the settings that differ between points, in the order of the columns;
     `record` the metrics; `maps` those that the spec brings, as `OwnMap.as_json` writes
     them; `ablated` the groups of settings of each preset that an axis ablates; `axes`
-    what each axis samples, None in plans of before 0.2; `until` the rule by which trials
-    are added, None where their number is fixed.
+    what each axis samples, None in plans of before 0.2; `until` the rule by which
+    trials are added, None where their number is fixed.
     """
 
     varied: list[str]

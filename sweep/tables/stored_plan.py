@@ -1,8 +1,8 @@
 """What a stored plan says of its study is what a spec could have said: it may come from
 anyone.
 
-Its shape has been checked where it was read (`sweep/store/origin.py`); here it is what the
-names mean and which numbers go together.
+Its shape is checked where it is read, in `sweep/store/origin.py`. Here it is what the
+names mean, and which numbers go together.
 """
 
 from collections.abc import Iterable

@@ -106,7 +106,7 @@ class StoredStudy:
 
     @property
     def rule(self) -> dict[str, Any]:
-        """The rule by which trials are added. Raises ChoiceError where there is none."""
+        """The rule that adds trials. Raises ChoiceError where there is none."""
         rule = self.about.until
         if rule is None:
             raise ChoiceError(
