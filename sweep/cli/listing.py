@@ -13,6 +13,7 @@ from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
+from sweep.spec.recorded import Column
 from sweep.spec.settings import fields
 from sweep.tables.stored_study import StoredStudy, details
 from sweep.text import shortened, unknown
@@ -81,7 +82,7 @@ def point_table(
             raise ValueError(
                 f"study {study.name}: {unknown('metric', name, study.metrics)}"
             )
-    names = [f"{name}_mean" if half else name for name in chosen or study.metrics]
+    names = [str(Column(name, half)) for name in chosen or study.metrics]
     trials, varied = study.trials, study.varied
     for preset, ablated in study.about.ablated.items():
         trials = trials.assign(detail=details(study, preset).to_numpy())

@@ -15,7 +15,7 @@ from sweep.spec.limits import (
     MOST_TRIALS,
     beyond,
 )
-from sweep.spec.settings import Column, NotAllowedError, Value, preset_settings
+from sweep.spec.settings import NotAllowedError, Value, Values, preset_settings
 from sweep.spec.study import Study
 
 
@@ -39,7 +39,7 @@ class Design:
     """
 
     base: dict[str, Value]
-    columns: dict[str, Column]
+    columns: dict[str, Values]
     n_points: int
     rejected: tuple[Rejection, ...] = ()
     duplicates: int = 0

@@ -13,7 +13,7 @@ from kernels.worlds import MAPS
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
-from sweep.spec.settings import Column, Value
+from sweep.spec.settings import Value, Values
 from sweep.spec.study import Study
 
 SIDES = ("width", "height")
@@ -26,10 +26,10 @@ class Points:
     """
 
     base: dict[str, Value]
-    columns: dict[str, Column]
+    columns: dict[str, Values]
     count: int
 
-    def evaluate(self, study: Study, expression: Expression, place: Place) -> Column:
+    def evaluate(self, study: Study, expression: Expression, place: Place) -> Values:
         """The expression at every point.
 
         Raises SpecError, which names the first point where it has no value.

@@ -32,6 +32,7 @@ from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
 from sweep.spec.blocks import OPTIONS
+from sweep.spec.recorded import Column
 from sweep.spec.sampling import SAMPLERS
 from sweep.tables.sensitivity import morris, rank_correlations, sobol
 from sweep.tables.sensitivity.sampled import sampled_axis
@@ -65,9 +66,7 @@ class Choices(NamedTuple):
             for text in self.metrics or study.metrics
         ]
         return [
-            metric
-            + ("_mean" if self.half and not metric.endswith("_mean") else "")
-            + sign
+            f"{Column(Column.read(metric).metric, True) if self.half else metric}{sign}"
             for metric, sign in named
         ]
 
@@ -106,7 +105,7 @@ class FigureKind(NamedTuple):
 def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
     """One figure of all metrics, or one of each where settings need panels too."""
     names = (
-        [name.removesuffix("_mean") for name in choices.plain(study)]
+        [Column.read(name).metric for name in choices.plain(study)]
         if choices.metrics
         else series_metrics(study)
     )

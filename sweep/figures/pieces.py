@@ -20,6 +20,7 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.figures.style import BLUE, GREY
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import harmless, shortened
 from sweep.trial.world import TrialWorld
@@ -174,11 +175,11 @@ def quantity(study: StoredStudy, name: str) -> str:
     """A metric or a setting in words, with its unit: flock radius (px). `_mean` is that
     over the last half.
     """
-    metric = name.removesuffix("_mean")
-    half = ", last half" if metric != name and metric in study.metrics else ""
+    column = Column.read(name)
+    half = ", last half" if column.half and column.metric in study.metrics else ""
     unit = units_of(study).get(name, "").replace("^2", "²")
     return (
-        (metric if half else name).replace("_", " ")
+        (column.metric if half else name).replace("_", " ")
         + half
         + (f" ({unit})" if unit else "")
     )

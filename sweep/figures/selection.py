@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from sweep.analysis import agrees, by_point
 from sweep.errors import ChoiceError
 from sweep.figures.pieces import named, span, words
+from sweep.spec.recorded import Column
 from sweep.tables.sides import BOOLEANS
 from sweep.tables.stored_study import StoredStudy, details
 from sweep.text import unknown
@@ -302,7 +303,7 @@ def recorded(study: StoredStudy, metric: str) -> str:
     """`metric`, or with `_mean` its mean over the last half, if the study has it.
     Raises ChoiceError.
     """
-    if metric.removesuffix("_mean") not in study.metrics:
+    if Column.read(metric).metric not in study.metrics:
         raise ChoiceError(
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from sweep.analysis import Unit, agrees
 from sweep.design.design import Design
 from sweep.spec.document import Entry
-from sweep.spec.settings import Column, NotAllowedError, Value
+from sweep.spec.recorded import columns_of
+from sweep.spec.settings import NotAllowedError, Value, Values
 from sweep.spec.study import Study
 from sweep.text import SHORT_LIST, unknown
 
@@ -145,7 +146,7 @@ class MeasureReader:
     def _column(self, entry: Entry, study: Study) -> str:
         return entry.one_of(
             "column",
-            [name + end for name in study.record.metrics for end in ("", "_mean")],
+            columns_of(study.record.metrics),
         )
 
     def _series(self, entry: Entry, study: Study) -> str:
@@ -217,7 +218,7 @@ def _recorded(first: int, last: int, steps: int, every: int) -> bool:
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 
 
-def _values(design: Design, name: str) -> Column:
+def _values(design: Design, name: str) -> Values:
     column = design.columns.get(name)
     return np.full(design.n_points, design.base[name]) if column is None else column
 
@@ -229,7 +230,7 @@ def _chosen(design: Design, settings: Mapping[str, Value]) -> NDArray[np.bool_]:
     return chosen
 
 
-def _listed(name: str, values: Column) -> str:
+def _listed(name: str, values: Values) -> str:
     distinct = list(dict.fromkeys(values.tolist()))
     listed = ", ".join(f"{value}" for value in distinct[:SHORT_LIST])
     return f"values of {name}: {listed}" + (

@@ -15,7 +15,7 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.document import Entry
-from sweep.spec.settings import DTYPES, Column, Value, preset_settings
+from sweep.spec.settings import DTYPES, Value, Values, preset_settings
 
 WORLD = ("map", "width", "height")
 SCALE = ("n", "steps")
@@ -88,7 +88,7 @@ def fitted_preset(model: str, preset: str) -> dict[str, Value]:
 
 def _columns(
     reader: AxisReader, other: str, details: tuple[Detail, ...]
-) -> dict[str, Column]:
+) -> dict[str, Values]:
     """Rows: no change, each detail, and all of them where there are several."""
     before, after = (
         fitted_preset(reader.model, reader.preset),

@@ -28,10 +28,10 @@ from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import read_table
 from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
-from sweep.spec.settings import Column, Field, NotAllowedError
+from sweep.spec.settings import Field, NotAllowedError, Values
 from sweep.text import unknown
 
-GRIDS: dict[str, Callable[[float, float, int], Column]] = {
+GRIDS: dict[str, Callable[[float, float, int], Values]] = {
     "linspace": np.linspace,
     "logspace": np.geomspace,
 }
@@ -51,7 +51,7 @@ class Axis:
     """
 
     name: str
-    columns: dict[str, Column]
+    columns: dict[str, Values]
     when: Expression | None = None
     merged: int = 0
     notes: tuple[str, ...] = ()
@@ -59,7 +59,7 @@ class Axis:
     details: tuple[tuple[str, ...], ...] = ()
     sampler: str | None = None
     blocks: SampleBlocks | None = None
-    rows: Column | None = None
+    rows: Values | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -119,7 +119,7 @@ class AxisReader:
             rows=rows if blocks else None,
         )
 
-    def _single(self, field: Field, entry: Entry) -> Column:
+    def _single(self, field: Field, entry: Entry) -> Values:
         if isinstance(entry.value, list):
             return _listed(field, entry)
         if not isinstance(entry.value, dict):
@@ -158,7 +158,7 @@ class AxisReader:
 
     def _sample(
         self, name: str, entry: Entry, blocks: SampleBlocks | None
-    ) -> dict[str, Column]:
+    ) -> dict[str, Values]:
         sampler = entry.child("sample").one_of(
             "sampler", [*SAMPLERS, *OPTIONS, "table"]
         )
@@ -189,10 +189,10 @@ class AxisReader:
             )
         }
 
-    def _zip(self, entry: Entry) -> dict[str, Column]:
+    def _zip(self, entry: Entry) -> dict[str, Values]:
         entry.keys(["zip", "when"])
         entry.child("zip").keys(self.fields)
-        columns: dict[str, Column] = {}
+        columns: dict[str, Values] = {}
         for name, member in entry.child("zip").mapping():
             columns[name] = self._member(self.fields[name], member)
             check_cells(entry, len(columns[name]), len(columns))
@@ -204,7 +204,7 @@ class AxisReader:
             raise entry.error(f"zip needs fields of equal length, but {counts}")
         return columns
 
-    def _member(self, field: Field, entry: Entry) -> Column:
+    def _member(self, field: Field, entry: Entry) -> Values:
         """A field of a zip, whose values may repeat."""
         if isinstance(entry.value, dict):
             return _grid(field, _only(entry, GRIDS))
@@ -240,7 +240,7 @@ def _only(entry: Entry, allowed: Iterable[str]) -> Entry:
     return entry.child(next(iter(entry.value)))
 
 
-def _coerced(field: Field, entry: Entry, values: list[object] | Column) -> Column:
+def _coerced(field: Field, entry: Entry, values: list[object] | Values) -> Values:
     try:
         return field.column(values)
     except NotAllowedError as error:
@@ -248,7 +248,7 @@ def _coerced(field: Field, entry: Entry, values: list[object] | Column) -> Colum
         raise entry.document.error(place, str(error)) from None
 
 
-def _listed(field: Field, entry: Entry) -> Column:
+def _listed(field: Field, entry: Entry) -> Values:
     column = _coerced(field, entry, [child.value for child in entry.entries()])
     kept, _ = _distinct_rows([column])
     if len(kept) < len(column):
@@ -259,7 +259,7 @@ def _listed(field: Field, entry: Entry) -> Column:
     return column
 
 
-def _grid(field: Field, entry: Entry) -> Column:
+def _grid(field: Field, entry: Entry) -> Values:
     """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats
     a coarser one.
     """
@@ -284,7 +284,7 @@ def _points(entry: Entry, fields: int) -> int:
     return points
 
 
-def _drawn(field: Field, entry: Entry, unit: Column) -> Column:
+def _drawn(field: Field, entry: Entry, unit: Values) -> Values:
     values = [child.value for child in entry.entries()]
     try:
         return field.column(DISTRIBUTIONS[entry.name](unit, field, values))
@@ -292,7 +292,7 @@ def _drawn(field: Field, entry: Entry, unit: Column) -> Column:
         raise entry.error(f"{entry.name}: {error}") from None
 
 
-def _distinct_rows(columns: list[Column]) -> tuple[Column, Column]:
+def _distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
     """Indices, ascending, of the rows that no earlier row equals; and for every row
     which of these it equals.
     """
@@ -305,7 +305,7 @@ def _distinct_rows(columns: list[Column]) -> tuple[Column, Column]:
     return first[order], np.argsort(order)[inverse]
 
 
-def _sortable(column: Column) -> Column:
+def _sortable(column: Values) -> Values:
     """Texts as numbers, which sort faster."""
     if column.dtype != np.object_:
         return column

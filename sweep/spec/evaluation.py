@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec.settings import Column
+from sweep.spec.settings import Values
 
 Rows = NDArray[np.intp]
 
@@ -16,7 +16,7 @@ BLOCK = 2**16
 
 CONSTANTS: dict[str, float | bool] = {"pi": math.pi, "true": True, "false": False}
 
-ARITHMETIC: dict[type[ast.operator], Callable[..., Column]] = {
+ARITHMETIC: dict[type[ast.operator], Callable[..., Values]] = {
     ast.Add: np.add,
     ast.Sub: np.subtract,
     ast.Mult: np.multiply,
@@ -25,27 +25,27 @@ ARITHMETIC: dict[type[ast.operator], Callable[..., Column]] = {
     ast.Mod: np.remainder,
     ast.Pow: np.float_power,
 }
-ORDER: dict[type[ast.cmpop], Callable[..., Column]] = {
+ORDER: dict[type[ast.cmpop], Callable[..., Values]] = {
     ast.Lt: np.less,
     ast.LtE: np.less_equal,
     ast.Gt: np.greater,
     ast.GtE: np.greater_equal,
 }
-EQUALITY: dict[type[ast.cmpop], Callable[..., Column]] = {
+EQUALITY: dict[type[ast.cmpop], Callable[..., Values]] = {
     ast.Eq: np.equal,
     ast.NotEq: np.not_equal,
 }
 
 
-def _least(*values: Column) -> Column:
+def _least(*values: Values) -> Values:
     return np.asarray(np.minimum.reduce(values))
 
 
-def _greatest(*values: Column) -> Column:
+def _greatest(*values: Values) -> Values:
     return np.asarray(np.maximum.reduce(values))
 
 
-FUNCTIONS: dict[str, tuple[Callable[..., Column], int, int]] = {
+FUNCTIONS: dict[str, tuple[Callable[..., Values], int, int]] = {
     "min": (_least, 2, 20),
     "max": (_greatest, 2, 20),
     "abs": (np.abs, 1, 1),
@@ -69,7 +69,7 @@ class ExpressionError(ValueError):
         self.point = point
 
 
-def evaluate(tree: ast.expr, columns: Mapping[str, Column], n_points: int) -> Column:
+def evaluate(tree: ast.expr, columns: Mapping[str, Values], n_points: int) -> Values:
     """The value of a checked expression at every point, shape (n_points,): float64,
     bool, or object of texts.
 
@@ -85,10 +85,10 @@ def evaluate(tree: ast.expr, columns: Mapping[str, Column], n_points: int) -> Co
 
 def _block(
     tree: ast.expr,
-    columns: Mapping[str, Column],
+    columns: Mapping[str, Values],
     first: int,
     last: int,
-) -> Column:
+) -> Values:
     """The value at the points from `first` up to `last`."""
     among = {name: column[first:last] for name, column in columns.items()}
     try:
@@ -98,8 +98,8 @@ def _block(
         raise ExpressionError(str(error), first + error.point) from None
 
 
-def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
-    def value(child: ast.expr, among: Rows = rows) -> Column:
+def _value(node: ast.expr, columns: Mapping[str, Values], rows: Rows) -> Values:
+    def value(child: ast.expr, among: Rows = rows) -> Values:
         return _value(child, columns, among)
 
     match node:
@@ -140,7 +140,7 @@ def _value(node: ast.expr, columns: Mapping[str, Column], rows: Rows) -> Column:
     raise AssertionError(f"unchecked expression {ast.dump(node)}")
 
 
-def _constant(constant: object, length: int) -> Column:
+def _constant(constant: object, length: int) -> Values:
     number = isinstance(constant, int | float) and not isinstance(constant, bool)
     dtype = (
         np.float64 if number else np.bool_ if isinstance(constant, bool) else np.object_
@@ -148,15 +148,15 @@ def _constant(constant: object, length: int) -> Column:
     return np.full(length, constant, dtype=dtype)
 
 
-def _named(column: Column, rows: Rows) -> Column:
+def _named(column: Values, rows: Rows) -> Values:
     # Rows are distinct and ascending: as many of them as points are all points.
     picked = column if len(rows) == len(column) else column[rows]
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked
 
 
 def _finite(
-    node: ast.expr, function: Callable[..., Column], operands: list[Column], rows: Rows
-) -> Column:
+    node: ast.expr, function: Callable[..., Values], operands: list[Values], rows: Rows
+) -> Values:
     """What `function` makes of the operands; infinity is accepted only where it was
     given.
     """
@@ -171,7 +171,7 @@ def _finite(
     return result
 
 
-def _comparison(node: ast.Compare, columns: Mapping[str, Column], rows: Rows) -> Column:
+def _comparison(node: ast.Compare, columns: Mapping[str, Values], rows: Rows) -> Values:
     """`a < b < c`: each term is computed once, and only where the earlier ones hold."""
     result = np.full(len(rows), True)
     left = _value(node.left, columns, rows)
@@ -184,8 +184,8 @@ def _comparison(node: ast.Compare, columns: Mapping[str, Column], rows: Rows) ->
 
 
 def _junction(
-    every: bool, conditions: list[ast.expr], columns: Mapping[str, Column], rows: Rows
-) -> Column:
+    every: bool, conditions: list[ast.expr], columns: Mapping[str, Values], rows: Rows
+) -> Values:
     """`and` (every) or `or`: each condition is computed only where the earlier ones
     leave it open.
     """

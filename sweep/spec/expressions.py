@@ -21,7 +21,7 @@ from sweep.spec.evaluation import (
     ExpressionError,
     evaluate,
 )
-from sweep.spec.settings import Column, Field, Value
+from sweep.spec.settings import Field, Value, Values
 from sweep.text import unknown
 
 NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
@@ -44,7 +44,7 @@ class Expression:
     operations: int
     tree: ast.expr = field(repr=False, compare=False)
 
-    def evaluate(self, columns: Mapping[str, Column | Value], n_points: int) -> Column:
+    def evaluate(self, columns: Mapping[str, Values | Value], n_points: int) -> Values:
         """Its value at every point, shape (n_points,): float64, bool, or object holding
         texts.
 
@@ -59,7 +59,7 @@ class Expression:
         return evaluate(self.tree, needed, n_points)
 
 
-def _array(values: Column | Value) -> Column:
+def _array(values: Values | Value) -> Values:
     return np.asarray(values, dtype=np.object_ if isinstance(values, str) else None)
 
 

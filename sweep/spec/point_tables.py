@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.pages import PagesError, check_footer, unpacked
-from sweep.spec.settings import Column, Field, NotAllowedError
+from sweep.spec.settings import Field, NotAllowedError, Values
 from sweep.text import unknown
 
 MOST_BYTES = 1_000_000_000
@@ -29,7 +29,7 @@ Reader = Callable[[list[str]], Any]
 
 def read_table(
     axis: Entry, fields: dict[str, Field], folder: Path
-) -> dict[str, Column]:
+) -> dict[str, Values]:
     """The columns that a `sample: table` axis names, by field. A path is relative to
     `folder`.
 
@@ -209,7 +209,7 @@ def _check_texts(file: Entry, table: Any, texts: list[str]) -> None:
                 )
 
 
-def _column(file: Entry, field: Field, column: str, values: list[Any]) -> Column:
+def _column(file: Entry, field: Field, column: str, values: list[Any]) -> Values:
     if None in values:
         raise file.error(
             f'"{file.value}" has an empty cell: column "{column}", row'

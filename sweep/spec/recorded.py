@@ -1,5 +1,8 @@
 """The names of metrics in a spec, and of the columns that trials have of them."""
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import Model
@@ -7,7 +10,31 @@ from sweep.spec.document import Entry
 from sweep.text import unknown
 
 MEAN = "_mean"
-"""The ending of the column that holds the mean over the last half of a trial."""
+
+
+class Column(NamedTuple):
+    """A column of trials: a metric at the last frame, or its mean over the last half.
+
+    >>> str(Column("speed", half=True))
+    'speed_mean'
+    """
+
+    metric: str
+    half: bool = False
+
+    def __str__(self) -> str:
+        return self.metric + (MEAN if self.half else "")
+
+    @classmethod
+    def read(cls, name: str) -> "Column":
+        """The column of that name: `coverage`, or `coverage_mean`."""
+        half = name.endswith(MEAN) and name not in METRICS
+        return cls(name.removesuffix(MEAN) if half else name, half)
+
+
+def columns_of(metrics: Iterable[str]) -> list[str]:
+    """The names of both columns of each metric."""
+    return [str(Column(name, half)) for name in metrics for half in (False, True)]
 
 
 def check_metric(entry: Entry, name: str, model: Model) -> None:
@@ -21,23 +48,14 @@ def check_metric(entry: Entry, name: str, model: Model) -> None:
         )
 
 
-def metric_of(column: str) -> str:
-    """The metric that a column of trials is of: `coverage` of coverage, and of
-    coverage_mean.
-    """
-    return column if column in METRICS else column.removesuffix(MEAN)
-
-
 def read_column(entry: Entry, model: Model) -> str:
     """The column that is the key of `entry`: a metric, at the last frame, or
     `<metric>_mean`, over the last half.
 
     Raises SpecError where it is neither.
     """
-    column = entry.name
-    if metric_of(column) not in METRICS:
-        raise entry.error(
-            unknown("metric", column, [*METRICS, *(name + MEAN for name in METRICS)])
-        )
-    check_metric(entry, metric_of(column), model)
-    return column
+    column = Column.read(entry.name)
+    if column.metric not in METRICS:
+        raise entry.error(unknown("metric", entry.name, columns_of(METRICS)))
+    check_metric(entry, column.metric, model)
+    return entry.name

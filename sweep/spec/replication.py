@@ -8,6 +8,7 @@ from kernels.metrics import METRICS
 from sweep.analysis.sequential import Until
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.recorded import columns_of
 from sweep.text import unknown
 
 LEAST_LOOK = 3
@@ -87,7 +88,7 @@ def _metric(entry: Entry, recorded: tuple[str, ...]) -> str:
         raise entry.error(
             f'metric "{name}" is not recorded: list it under "metrics" of "record"'
         )
-    columns = [*recorded, *(f"{metric}_mean" for metric in recorded)]
+    columns = columns_of(recorded)
     if name not in columns:
         raise entry.error(unknown("recorded metric", name, columns))
     return name

@@ -13,7 +13,7 @@ from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from sweep.spec.seeds import address, words
-from sweep.spec.settings import Column, Field, NotAllowedError
+from sweep.spec.settings import Field, NotAllowedError, Values
 
 Unit = NDArray[np.float64]
 """Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
@@ -91,23 +91,23 @@ def generator(seed: int, *names: str) -> Generator:
     )
 
 
-def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     """Uniform between two numbers."""
     low, high = _bounds(field, arguments)
-    values: Column = low + unit * (high - low)
+    values: Values = low + unit * (high - low)
     return values.clip(low, high)
 
 
-def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     """The logarithm is uniform between those of two positive numbers."""
     low, high = _bounds(field, arguments)
     if low <= 0:
         raise NotAllowedError("needs numbers above 0")
-    values: Column = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
+    values: Values = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
     return values.clip(low, high)
 
 
-def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     """Normal with a mean and a standard deviation, truncated
     to the range of the field.
     """
@@ -123,11 +123,11 @@ def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
         ndtr((field.high - mean) / deviation),
     )
     truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
-    values: Column = mean + deviation * ndtri(truncated)
+    values: Values = mean + deviation * ndtri(truncated)
     return values.clip(field.low, field.high)
 
 
-def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     """Whole numbers from the first to the last, both included, equally likely."""
     first, last = _pair(arguments, "[first, last]")
     for bound in (first, last):
@@ -139,7 +139,7 @@ def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     return np.minimum(np.floor(first + unit * (last - first + 1)), last)
 
 
-def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
+def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     """Any of the listed values, equally likely."""
     values = field.column(arguments)
     if len(set(values.tolist())) < len(values):
@@ -147,7 +147,7 @@ def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Column:
     return values[np.minimum((unit * len(values)).astype(np.intp), len(values) - 1)]
 
 
-DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Column]] = {
+DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Values]] = {
     "uniform": uniform,
     "loguniform": loguniform,
     "normal": normal,

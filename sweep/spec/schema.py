@@ -13,7 +13,7 @@ from sweep.spec.layout import STUDY_NAME
 from sweep.spec.limits import MOST_POINTS
 from sweep.spec.maps import MAP_NAME, MOST_LENGTH
 from sweep.spec.policy import policy_rules, policy_schema
-from sweep.spec.recorded import MEAN
+from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replicates_schema
 from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.schema_parts import (
@@ -55,7 +55,7 @@ def _is(model: str) -> Schema:
 def _definitions() -> Schema:
     """What stands once and is referred to."""
     metrics = {"enum": list(METRICS)}
-    columns = {"enum": [name + ending for name in METRICS for ending in ("", MEAN)]}
+    columns = {"enum": columns_of(METRICS)}
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
     names = {"metric": metrics, "column": columns, "built_in_map": {"enum": list(MAPS)}}
     return names | {"statistic": statistic()} | _forms() | kinds() | models

@@ -18,7 +18,7 @@ from kernels.worlds import MAPS
 from sweep.text import unknown
 
 Value = float | int | bool | str
-Column = NDArray[Any]
+Values = NDArray[Any]
 """The values of one setting at many points: float64, int64, bool, or object holding
 texts.
 """
@@ -77,7 +77,7 @@ class Field:
             f"{value!r} is not allowed for {self.name}: it is {self.allowed()}"
         )
 
-    def column(self, values: Sequence[Any] | Column) -> Column:
+    def column(self, values: Sequence[Any] | Values) -> Values:
         """`coerce` for many values at once. Raises NotAllowedError for the first that
         is not.
         """

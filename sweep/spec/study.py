@@ -19,7 +19,7 @@ from sweep.spec.layout import STUDY_NAME, taken_name
 from sweep.spec.maps import OwnMap, read_maps
 from sweep.spec.policy import KEYS as POLICY_KEYS
 from sweep.spec.policy import Policy, read_policy
-from sweep.spec.recorded import check_metric, metric_of
+from sweep.spec.recorded import Column, check_metric
 from sweep.spec.replication import read_replication
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
@@ -258,7 +258,7 @@ def _streams(entry: Entry | None, default: Streams) -> Streams:
 
 def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> RecordSpec:
     """What the spec says, and the metrics of the `columns` that a search needs."""
-    needed = [metric_of(column) for column in columns]
+    needed = [Column.read(column).metric for column in columns]
     if entry is None:
         return RecordSpec(tuple(dict.fromkeys([*model.metrics, *needed])))
     entry.keys(["metrics", "series", "every", *KEPT])

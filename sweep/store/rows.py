@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from kernels.metrics import METRICS
 from sweep.design.jobs import Job
+from sweep.spec.recorded import Column
 from sweep.spec.settings import Field, fields, spelled
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
@@ -76,7 +77,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
             _column(name, pa.float64(), unit, f"{metric.text}, at the last frame")
         )
         mean = f"{metric.text}, mean over the frames of the last half"
-        columns.append(_column(f"{name}_mean", pa.float64(), unit, mean))
+        columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
 
 
@@ -225,7 +226,9 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
 
 def trial_metrics(result: Result) -> dict[str, float]:
     """The metrics of a trial by the names of their columns; none unless it is done."""
-    return result.last | {f"{name}_mean": value for name, value in result.mean.items()}
+    return result.last | {
+        str(Column(name, half=True)): value for name, value in result.mean.items()
+    }
 
 
 def _streams(job: Job) -> str:

@@ -32,6 +32,7 @@ from sweep.analysis import (
     replicates,
 )
 from sweep.errors import ChoiceError
+from sweep.spec.recorded import Column
 from sweep.spec.settings import spelled
 from sweep.tables.matching import Matching, match
 from sweep.tables.sides import Side
@@ -129,7 +130,7 @@ def compare_sides(
     matching = match(one, other)
     streams = _streams(one, other)
     places = _places(one, other, matching, bool(streams))
-    columns = {f"{name}_mean" if half else name: _unit(one, name) for name in names}
+    columns = {str(Column(name, half)): _unit(one, name) for name in names}
     contrasts = [
         contrast
         for column in columns

@@ -12,6 +12,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
+from sweep.spec.recorded import Column
 from sweep.spec.study import RecordSpec
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
@@ -41,7 +42,7 @@ class StoredTrial(NamedTuple):
             metrics=tuple(
                 name
                 for name in METRICS
-                if name in self.row and f"{name}_mean" in self.row
+                if name in self.row and str(Column(name, half=True)) in self.row
             ),
             series=tuple(
                 name for name in self.tables.get("series", {}) if name != "frame"

@@ -12,6 +12,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.errors import SpecError
+from sweep.spec.recorded import Column
 from sweep.spec.settings import Field, Value, fields, preset_settings, spelled
 from sweep.spec.strict_yaml import read_document
 from sweep.web.protocol import OVERLAYS, Reply, plain
@@ -172,7 +173,7 @@ def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]
             "frame": measure.get("frame"),
         }
         yield (
-            measure["mean"].removesuffix("_mean"),
+            Column.read(measure["mean"]).metric,
             {"value": expected["value"], **about, "settings": settings},
         )
 

@@ -12,7 +12,7 @@ import sweep.spec.evaluation as evaluation
 import sweep.spec.expressions as expressions
 from sweep.design.plan import make_plan
 from sweep.spec.expressions import Expression, ExpressionError, parse
-from sweep.spec.settings import Column, fields
+from sweep.spec.settings import Values, fields
 
 KNOWN = fields("nguyen2024")
 
@@ -61,7 +61,7 @@ def counted(
     return calls
 
 
-def evaluated(expression: Expression, n: Column) -> Column:
+def evaluated(expression: Expression, n: Values) -> Values:
     return expression.evaluate({"n": n}, len(n))
 
 
@@ -122,7 +122,7 @@ def test_no_level_holds_more_than_a_block(monkeypatch: pytest.MonkeyPatch) -> No
     sizes: list[int] = []
     original = evaluation._value
 
-    def watching(node: ast.expr, columns: Any, rows: Column) -> Column:
+    def watching(node: ast.expr, columns: Any, rows: Values) -> Values:
         sizes.append(len(rows))
         return original(node, columns, rows)
 

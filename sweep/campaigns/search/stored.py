@@ -20,7 +20,7 @@ from sweep.campaigns.search.candidates import section_of
 from sweep.campaigns.search.samplers import options
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import MEAN
+from sweep.spec.recorded import columns_of
 from sweep.spec.settings import Value
 from sweep.spec.study import Study
 from sweep.store.origin import metadata
@@ -77,7 +77,7 @@ def read_asked(study: StoredStudy) -> Asked:
     if asked is None:
         raise ChoiceError(f"study {study.name}: not a search (it has no asked.parquet)")
     about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
-    metrics = [name + ending for name in study.metrics for ending in ("", MEAN)]
+    metrics = columns_of(study.metrics)
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
     planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()

@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError, StoreError
+from sweep.spec.recorded import Column
 from sweep.store.plan_about import AxisAbout
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
@@ -123,7 +124,7 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
     """The samples of `axis`, one for every combination of the other axes. Raises
     ChoiceError for an unknown metric.
     """
-    if metric.removesuffix("_mean") not in study.metrics:
+    if Column.read(metric).metric not in study.metrics:
         raise ChoiceError(
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )
