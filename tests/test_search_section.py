@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 from searches import TINY, edited
 
@@ -25,7 +25,7 @@ from sweep.spec.schema import json_schema
 from sweep.spec.search import HeldOut, Parameter, Search
 from sweep.spec.study import Streams, parse_spec
 
-VALIDATOR = Draft202012Validator(json_schema())
+VALIDATOR = Draft7Validator(json_schema())
 
 FULL = """
 study: full

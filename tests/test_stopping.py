@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 from specs import short, short_study
 from studies import IMPOSSIBLE, SMALL, launched, relaunch
@@ -309,7 +309,7 @@ def test_elementary_effects_come_from_points_with_unlike_numbers_of_trials(
     assert morris(study, "speed")["mu_star"].notna().all()
 
 
-VALIDATOR = Draft202012Validator(json_schema())
+VALIDATOR = Draft7Validator(json_schema())
 
 
 def spec_with(rule: str) -> str:
