@@ -2,6 +2,7 @@
 process.
 """
 
+import random
 import shutil
 import threading
 import time
@@ -9,7 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
+from uvicorn.protocols.websockets import websockets_sansio_impl
 
 from sweep.web.live import Live
 from sweep.web.server import PageServer
@@ -74,14 +77,27 @@ def in_the_cafeteria() -> Live:
 
 
 @contextmanager
+def in_a_thread(server: PageServer) -> Iterator[PageServer]:
+    """`server`, running in a thread that leaves Python's generator alone.
+
+    Every 20 s uvicorn draws the content of a ping. hypothesis, in the main thread, takes
+    a change of Python's generator while it draws an example for a mistake of the test.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(websockets_sansio_impl, "random", random.Random())
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        yield server
+        server.stop()
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+
+
+@contextmanager
 def running_server(show: Callable[[], Show] = in_the_cafeteria) -> Iterator[PageServer]:
     """A server that makes a show for every page."""
-    server = PageServer(show)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    yield server
-    server.stop()
-    thread.join(PATIENCE)
+    with in_a_thread(PageServer(show)) as server:
+        yield server
 
 
 class Opened:

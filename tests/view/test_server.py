@@ -3,18 +3,20 @@
 import asyncio
 import http.client
 import json
+import random
 import socket
-import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from studies import launched
+from uvicorn.protocols.websockets import websockets_sansio_impl
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -28,6 +30,7 @@ from sweep.web.playing import Player
 from sweep.web.protocol import Reply
 from sweep.web.server import REFUSED, TAKEN, PageServer
 from sweep.web.state import begin
+from view.chromium import in_a_thread
 
 DEADLINE = 60.0
 
@@ -57,13 +60,8 @@ def watched() -> Watched:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
-    one = PageServer(watched)
-    thread = threading.Thread(target=one.run)
-    thread.start()
-    yield one
-    one.stop()
-    thread.join(DEADLINE)
-    assert not thread.is_alive()
+    with in_a_thread(PageServer(watched)) as one:
+        yield one
 
 
 @pytest.fixture(autouse=True)
@@ -571,3 +569,14 @@ def test_a_picture_of_the_frame_is_made_while_it_runs(
         file = page.wait("file")
         assert file["name"].endswith(f".{kind}")
         assert len(file["data"]) > 1000
+
+
+def test_pings_leave_python_s_generator_alone(server: PageServer) -> None:
+    """Hypothesis watches it, in whatever test runs while the server pings."""
+    connection = Mock(close_sent=False)
+    connection.transport.is_closing.return_value = False
+    connection.conn.data_to_send.return_value = []
+    state = random.getstate()
+    websockets_sansio_impl.WebSocketsSansIOProtocol.send_keepalive_ping(connection)
+    assert connection.conn.send_ping.called
+    assert random.getstate() == state
