@@ -73,7 +73,7 @@ def edited_copy(folder: Path) -> Path:
         shutil.copytree(
             ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__")
         )
-    with (copy / "sweep" / "trial.py").open("a") as code:
+    with (copy / "sweep" / "trial" / "simulation.py").open("a") as code:
         code.write("\n# edited\n")
     return copy
 

@@ -5,6 +5,7 @@ import http.client
 import json
 import random
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -60,7 +61,8 @@ def watched() -> Watched:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
-    with in_a_thread(PageServer(watched)) as one:
+    with pytest.MonkeyPatch.context() as patch, in_a_thread(PageServer(watched)) as one:
+        patch.setattr(serving, "PATIENCE", DEADLINE)  # the first show loads the kernels
         yield one
 
 
@@ -152,6 +154,24 @@ def test_hello_is_answered_by_controls_scene_state_metrics_and_a_frame(
         assert len(page.last["scene"]["obstacles"]) == 6
         assert page.last["metrics"]["steps"] == [0]
         assert page.step == 0
+
+
+def test_who_waits_for_the_compiler_is_told(
+    server: PageServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serving, "PATIENCE", 0.01)
+    told = threading.Event()
+
+    def compiled() -> Live:
+        assert told.wait(DEADLINE)
+        return watched()
+
+    monkeypatch.setattr(server.rooms, "begin", compiled)
+    with Page(server) as page:
+        assert page.hear() == "info"
+        assert "takes up to a minute" in page.last["info"]["message"]
+        told.set()
+        assert page.hear() == "controls"
 
 
 def test_a_session_over_the_socket_has_the_bits_of_a_launch_of_its_spec(
