@@ -90,13 +90,14 @@ class Between:
         if fault == "reset before":
             asked.close_connection = True
             return
-        status, headers, content = self.ask(asked, body)
+        # Of one connection the next request has the same object: it is read now.
+        whole = (asked.command, asked.path, body, dict(asked.headers.items()))
+        status, headers, content = self.ask(*whole)
         if fault == "twice":
-            status, headers, content = self.ask(asked, body)
+            status, headers, content = self.ask(*whole)
         if fault == "late":
-            self.late.append(
-                threading.Timer(1.0 + self.counts["late"] % 4, self.ask, (asked, body))
-            )
+            seconds = 1.0 + self.counts["late"] % 4
+            self.late.append(threading.Timer(seconds, self.ask, whole))
             self.late[-1].start()
         if fault == "reset after":
             asked.close_connection = True
@@ -106,14 +107,12 @@ class Between:
         )
 
     def ask(
-        self, asked: Request, body: bytes
+        self, method: str, path: str, body: bytes, headers: dict[str, str]
     ) -> tuple[int, list[tuple[str, str]], bytes]:
         """What the store itself answers."""
         connection = http.client.HTTPConnection("127.0.0.1", self.target, timeout=60)
         try:
-            connection.request(
-                asked.command, asked.path, body, dict(asked.headers.items())
-            )
+            connection.request(method, path, body, headers)
             answer = connection.getresponse()
             return answer.status, answer.getheaders(), answer.read()
         finally:
