@@ -2,20 +2,23 @@
 prints nothing, validates nothing.
 
     settings     what a user can choose
+    model        what a model says of itself
+    models/      one file a published model
+    metrics/     recorded frames -> numbers
+    flight       one flock under way, from its start to its numbers
+    inspection   what can be seen of a flight
     jit          how kernels are compiled
     state        Flock, World: what enters kernels
     workspace    what a model works with
     neighbours   who sees whom
     arbitration  how forces share one acceleration
     rules/       social, steering, avoidance, obstacles, borders
-    models/      one file a published model
     worlds       maps -> World
     arenas       maps for small robots, in metres
     occupancy    grids on which robots look for obstacles
     starts       initial flocks
     recording    frames of a trial
     events       what is counted during a trial
-    metrics/     recorded frames -> numbers
     coverage     visited pixels
 
 numba's disk cache does not notice that a called function changed in another file (numba

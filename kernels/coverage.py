@@ -85,6 +85,11 @@ def no_coverage() -> Coverage:
     )
 
 
+def unvisited(coverage: Coverage) -> Coverage:
+    """A Coverage of the same pixels to be visited anew, from one with no visits."""
+    return coverage._replace(visits=coverage.visits.copy(), sums=coverage.sums.copy())
+
+
 def _stamp(radius: float, columns: int) -> Indices:
     whole = int(radius)
     y, x = np.mgrid[-whole : whole + 1, -whole : whole + 1]

@@ -64,6 +64,15 @@ def build_watch(
     )
 
 
+def note_start(flock: Flock, world: World, watch: Watch) -> None:
+    """Note where boids start. Being outside, in an obstacle or in contact at the start
+    is not counted; being at the goal counts as an arrival.
+    """
+    count(flock, world, watch, 0)
+    watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
+    watch.in_step[:] = 0
+
+
 @jit
 def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
     """Take note of what happened in `step`, the number of steps done."""

@@ -62,7 +62,7 @@ class Near(NamedTuple):
     mark: NDArray[np.bool_]
 
 
-class Sight(NamedTuple):
+class Gaze(NamedTuple):
     """What one boid can see: the square of its range, the bound of its cone times
     |h|^2, and the vector h ahead.
     """
@@ -291,18 +291,18 @@ def search(
     the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle, s|s| >=
     view |d|^2 |h|^2. Where h is zero, a boid sees all round.
     """
-    sight = Sight(
+    gaze = Gaze(
         range2, view * (ahead_x * ahead_x + ahead_y * ahead_y), ahead_x, ahead_y
     )
     cell = grid.row[i] * grid.columns + grid.column[i]
     if grid.full[0] or grid.length[cell] > grid.longest:
-        return _search_all(seen, world, i, sight, near)
+        return _search_all(seen, world, i, gaze, near)
     found = 0
     for k in range(grid.length[cell]):
         j = grid.members[cell, k]
         near.boid[found] = j
         near.dx[found], near.dy[found], near.distance2[found], is_near = _look(
-            seen, world, i, j, sight
+            seen, world, i, j, gaze
         )
         # Branchless: always write the slot, advance only if the boid is near. The
         # processor would mispredict this branch.
@@ -311,12 +311,12 @@ def search(
 
 
 @jit
-def _search_all(seen: Flock, world: World, i: int, sight: Sight, near: Near) -> int:
+def _search_all(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
     """`search` among everyone, in two passes of which the first runs on several boids
     at once.
     """
     for j in range(seen.x.size):
-        near.mark[j] = _look(seen, world, i, j, sight)[3]
+        near.mark[j] = _look(seen, world, i, j, gaze)[3]
     near.mark[i] = False
     found = 0
     for j in range(seen.x.size):
@@ -324,14 +324,14 @@ def _search_all(seen: Flock, world: World, i: int, sight: Sight, near: Near) -> 
         found += int(near.mark[j])
     for k in range(found):
         near.dx[k], near.dy[k], near.distance2[k], _ = _look(
-            seen, world, i, near.boid[k], sight
+            seen, world, i, near.boid[k], gaze
         )
     return found
 
 
 @jit
 def _look(
-    seen: Flock, world: World, i: int, j: int, sight: Sight
+    seen: Flock, world: World, i: int, j: int, gaze: Gaze
 ) -> tuple[float, float, float, bool]:
     """The displacement from boid `i` to `j`, its square, and whether `j` is in range
     and in view.
@@ -342,12 +342,12 @@ def _look(
         dx = nearest_image(dx, world.width)
         dy = nearest_image(dy, world.height)
     distance2 = dx * dx + dy * dy
-    along = dx * sight.ahead_x + dy * sight.ahead_y
+    along = dx * gaze.ahead_x + dy * gaze.ahead_y
     return (
         dx,
         dy,
         distance2,
-        (distance2 < sight.range2) & (along * abs(along) >= sight.bound * distance2),
+        (distance2 < gaze.range2) & (along * abs(along) >= gaze.bound * distance2),
     )
 
 

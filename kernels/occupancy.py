@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.jit import jit
-from kernels.settings import MOST_CELLS, OccupancySettings
+from kernels.model import MOST_CELLS, OccupancySettings
 from kernels.state import World
 from kernels.worlds import obstacle_distance
 

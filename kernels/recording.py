@@ -55,6 +55,22 @@ def build_frames(n_frames: int, n: int) -> Frames:
     )
 
 
+NEVER = 2**62
+"""A step that is not reached."""
+
+
+def silent(record: Record) -> Record:
+    """A record of the same types in which nothing of a step is kept but its number and
+    the events that a model counts itself.
+    """
+    watch = record.watch._replace(
+        counting=False, pairing=False, events=record.watch.events.copy()
+    )
+    return record._replace(
+        progress=np.array([1, 0]), every=NEVER, last=NEVER, covering=False, watch=watch
+    )
+
+
 @jit
 def keep_frame(flock: Flock, record: Record) -> None:
     """Take a snapshot if one is due after the steps done."""

@@ -1,5 +1,5 @@
 """The named settings of a study, each described once: what it is, its unit, its range
-or its choices.
+or its choices; and what they must fulfil together.
 
 Every model has its own `Params`; the groups here are common to all: Schedule,
 WorldSettings, StartSettings and Observation. A setting with `choices` is stored in
@@ -8,21 +8,54 @@ time, which a model gives their meaning: px and step, or m and s.
 """
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, get_args
+
+Unit = Literal[
+    "",
+    "length",
+    "time",
+    "length/time",
+    "length/time^2",
+    "length^2/time^2",
+    "1/time",
+    "1/time^2",
+    "degrees",
+    "radians",
+    "pixels",
+    "boids",
+    "%",
+]
+"""Of settings and of metrics."""
+UNITS: tuple[Unit, ...] = get_args(Unit)
 
 
 class About(NamedTuple):
     """What a user must know of one setting; `exclusive` says that `low` itself is not
     allowed.
+
+    `rule` names the rule whose weight it is, and `to_goal` says that this rule leads
+    boids to the goal.
     """
 
     text: str
-    unit: str = ""
+    unit: Unit = ""
     low: float = -math.inf
     high: float = math.inf
     exclusive: bool = False
     choices: tuple[str, ...] = ()
+    rule: str = ""
+    to_goal: bool = False
+
+
+class Demand(NamedTuple):
+    """A condition on the settings of every point, and what to say where it does not
+    hold.
+
+    The condition is an expression as specs have them; kernels only carry it.
+    """
+
+    condition: str
+    message: str
 
 
 SEQUENTIAL, SYNCHRONOUS = 0, 1
@@ -209,56 +242,20 @@ COMMON: dict[str, Any] = {
 }
 """Values for the settings that most models leave alone."""
 
-
-class PairPotential(NamedTuple):
-    """The potential behind linear separation and cohesion; see kernels.metrics.energy.
-
-    Separation gives boid i the acceleration strength * sum(x_i - x_j) over the boids
-    nearer than its range; cohesion gives it strength * (mean x_j - x_i) over those
-    nearer than its own, less the crowding ones if `cohesion_outside`.
-    """
-
-    separation: float
-    separation_range: float
-    cohesion: float
-    cohesion_range: float
-    cohesion_outside: bool
-
-
-NO_POTENTIAL = PairPotential(0.0, 0.0, 0.0, 0.0, False)
-
-
-class OccupancySettings(NamedTuple):
-    """The grid on which a model looks for obstacles: side of a cell, and how far from
-    an obstacle cells are taken.
-    """
-
-    cell: float
-    inflation: float
-
-
-MOST_CELLS = 10**7
-"""Of an occupancy grid."""
-
-
-class Model(NamedTuple):
-    """A published model: its settings, what its authors wrote and ran, and the kernel
-    that advances a flock.
-
-    `presets` gives every setting a value, choices by name; `metrics` are those recorded
-    unless a study says otherwise. `interaction_range(params)` is the longest distance
-    at which boids act on each other. `length` and `time` are the units of the model.
-    `pair_potential(params)` and `occupancy(params)` are for models that have one.
-    """
-
-    name: str
-    source: str
-    params: type[Any]
-    presets: dict[str, dict[str, Any]]
-    metrics: tuple[str, ...]
-    interaction_range: Callable[[Any], float]
-    advance: Callable[..., bool]
-    length: str = "px"
-    time: str = "step"
-    pair_potential: Callable[[Any], PairPotential] | None = None
-    occupancy: Callable[[Any], OccupancySettings] | None = None
+MOST_PIXELS = 10**8
+PIXELS = (
+    Demand(
+        f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
+        f"coverage is counted by pixels, and the world has more than {MOST_PIXELS:,} of"
+        " them",
+    ),
+    Demand(
+        "pixel <= min(width, height)",
+        "coverage is counted by pixels, and the world has no room for one",
+    ),
+)
+"""Of whatever counts visits by pixel."""
+SPEEDS = Demand(
+    "min_speed <= max_speed", "the lower limit of the speed is above the upper one"
+)
+"""Of models with both limits."""

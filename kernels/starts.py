@@ -6,12 +6,30 @@ from random import Random
 from numpy.random import Generator
 
 from kernels.jit import jit
-from kernels.settings import COMPONENTS, INTEGER, StartSettings
+from kernels.settings import COMPONENTS, INTEGER, PYTHON_RANDOM, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach, inside_any
 
 MOST_DRAWS = 100_000
 """After so many draws of one position we conclude that the world has no free place."""
+
+
+def start(
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    rng: Generator,
+    seed: int,
+) -> Flock:
+    """`n` boids as `settings` say, drawn from `rng` or, where they say so, from
+    Python's generator with this `seed`; `contact` is the Reach with margin 0.
+
+    Raises RuntimeError where no free place is found.
+    """
+    if settings.start_draws == PYTHON_RANDOM:
+        return start_python_random(n, settings, world, contact, seed)
+    return start_numpy(n, settings, world, contact, rng)
 
 
 def start_numpy(

@@ -176,14 +176,15 @@ def compare(
 
 
 def view(
-    model: str = "nguyen2024",
-    preset: str = "as_run",
+    model: str | None = None,
+    preset: str | None = None,
     seed: int = 1,
     **settings: "Value",
 ) -> "View":
     """The live simulator as a widget of a notebook, e.g.
     `sweep.view(model="nguyen2024", n=300)`.
 
+    Without a model it shows the first that there is, without a preset `as_run`.
     `settings` are those of the model, and `map`; the others have the values of the
     preset. Without a front end it shows the picture of its first frame. Raises
     SpecError for what a spec would not accept, and ImportError without anywidget.

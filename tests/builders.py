@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.events import note_start
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import OPEN, Observation
@@ -17,7 +18,7 @@ from sweep.design.jobs import Job, point_id
 from sweep.spec.settings import fields, preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
-from sweep.trial.simulation import Simulation, note_start
+from sweep.trial.simulation import Simulation
 
 UPDATES = ("sequential", "synchronous")
 BORDERS = (
@@ -164,12 +165,12 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
     """The simulation with its boids put elsewhere before the first step."""
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
         array[:] = values
-    reach = simulation.model.interaction_range(simulation.params)
-    there = simulation.place
-    simulation.work = build_workspace(
+    reach = simulation.flight.model.sight(simulation.flight.params).range
+    there = simulation.flight.scenery
+    simulation.flight.work = build_workspace(
         simulation.flock, simulation.world, reach, there.reach, there.occupancy
     )
-    watch = simulation.record.watch
+    watch = simulation.flight.record.watch
     for state in (
         watch.outside,
         watch.inside,
@@ -188,7 +189,7 @@ def to_end(simulation: Simulation, steps_a_call: int = 1000) -> Simulation:
     """
     assert (
         simulation.schedule.steps
-        < len(simulation.record.frames.step) * simulation.record.every
+        < len(simulation.flight.record.frames.step) * simulation.flight.record.every
     )
     while simulation.steps_left > 0 and simulation.advance(steps_a_call):
         pass
@@ -204,7 +205,9 @@ def trajectory(simulation: Simulation) -> np.ndarray:
     """The frames of a simulation with every frame still
     there, as an array (F, 6, N).
     """
-    return simulation.record.frames.bodies[: simulation.record.progress[1]]
+    return simulation.flight.record.frames.bodies[
+        : simulation.flight.record.progress[1]
+    ]
 
 
 def a_flock(x: Any, y: Any, vx: Any = 0.0, vy: Any = 0.0) -> Flock:
@@ -260,8 +263,8 @@ def bits(a_job: Job) -> str:
     digest = hashlib.sha256(fingerprint(simulation.result(began=0.0)).encode())
     for array in (
         *simulation.flock,
-        simulation.record.watch.events,
-        simulation.record.coverage.sums,
+        simulation.flight.record.watch.events,
+        simulation.flight.record.coverage.sums,
     ):
         digest.update(array.tobytes())
     return digest.hexdigest()

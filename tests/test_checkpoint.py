@@ -20,6 +20,7 @@ from faults.campaign import tables
 from studies import SMALL, relaunch
 from test_trial import flown, in_another_process, small
 
+from kernels import flight
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design.jobs import Job
@@ -153,7 +154,7 @@ def test_a_trial_goes_on_from_any_call_to_the_same_bits(
     for number, a_job in enumerate(map(named, jobs_of(model))):
         wanted = flown(a_job) if number % 2 else a_job
         monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * random.randint(1, 4))
-        monkeypatch.setattr(simulation, "FRAME_BYTES", random.choice([1, 5000, 10**6]))
+        monkeypatch.setattr(flight, "FRAME_BYTES", random.choice([1, 5000, 10**6]))
         folder = tmp_path / str(number)
         for _ in range(2):
             killed_after(random.randint(1, 2), wanted, folder, monkeypatch)
@@ -168,9 +169,8 @@ def test_all_that_changes_is_in_a_checkpoint(model: str, tmp_path: Path) -> None
     earlier, later = (Simulation(named(small(model))) for _ in range(2))
     earlier.advance(9)
     earlier.take_frames()
-    for number, array in enumerate(
-        (earlier.work.heading_x, earlier.work.before.x, earlier.work.near.dx)
-    ):
+    work = earlier.flight.work
+    for number, array in enumerate((work.heading_x, work.before.x, work.near.dx)):
         array[:] = number + 0.5
     saved = checkpoint_file.Saved(earlier.state(), 1.5, 2, 3)
     checkpoint_file.write_state(tmp_path / "state", TRIAL, saved, own_key())
@@ -251,7 +251,7 @@ def test_lists_that_had_to_grow_are_as_long_again(
         x, y = (400 + (place - 400) * 0.1 for place in (self.flock.x, self.flock.y))
         if self.step == 0:
             builders.place(self, x, y, self.flock.vx, self.flock.vy)
-        rooms.append(self.work.grid.members.shape[1])
+        rooms.append(self.flight.work.grid.members.shape[1])
         return result_of(self, *arguments)
 
     result_of = Simulation.result

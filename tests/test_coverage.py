@@ -120,9 +120,9 @@ def test_a_whole_trial_marks_what_its_trajectory_covers(
     )
     path = builders.trajectory(builders.to_end(simulation))
     places = np.hstack(path[1:, :2]).T
-    counts = heatmap(simulation.record.coverage)
+    counts = heatmap(simulation.flight.record.coverage)
     open_ground = ~naive.blocked(simulation.world, 120, 160)
-    assert simulation.record.coverage.traversable == open_ground.sum()
+    assert simulation.flight.record.coverage.traversable == open_ground.sum()
     visits = naive.visits(places, 2.0, footprint == "stamp", 120, 160)
     np.testing.assert_array_equal(counts, np.where(open_ground, visits, -1))
 
@@ -183,8 +183,10 @@ def flight(
     world = simulation.world._replace(
         obstacle_x=np.array([50.0, 80.0, 110.0]), obstacle_y=np.full(3, 60.0)
     )
-    watch = simulation.record.watch._replace(contact=build_reach(world, 0.0))
-    simulation.world, simulation.record = world, simulation.record._replace(watch=watch)
+    watch = simulation.flight.record.watch._replace(contact=build_reach(world, 0.0))
+    flight = simulation.flight
+    flight.scenery = flight.scenery._replace(world=world)
+    flight.record = flight.record._replace(watch=watch)
     builders.to_end(simulation)
     return {
         "escapes": int(watch.events[ESCAPES]),

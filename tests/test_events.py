@@ -104,7 +104,7 @@ def watched(
         )
     )
     seen = builders.OBSERVATION._replace(equilibrium_steps=2, **changes)
-    watch = simulation.record.watch._replace(
+    watch = simulation.flight.record.watch._replace(
         observation=seen, contact=build_reach(world, 0.0)
     )
     for step, (x, vx) in enumerate(flocks):

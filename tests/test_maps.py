@@ -500,7 +500,9 @@ def test_worlds_kept_between_trials_are_those_of_their_obstacles(
         [11.0],
     ] * 2
     if metrics == ("coverage",):
-        assert [Simulation(job).record.coverage.traversable for job in jobs * 2] == [
+        assert [
+            Simulation(job).flight.record.coverage.traversable for job in jobs * 2
+        ] == [
             9000,
             9000 - 39 * 19,
             9000 - 39 * 21,

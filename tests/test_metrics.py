@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from kernels.events import N_EVENTS
 from kernels.metrics import METRICS, Ground
+from kernels.model import PairPotential
 from kernels.recording import build_frames
-from kernels.settings import PairPotential
 from sweep.trial.simulation import run
 
 OBSTACLES = [[20, -30, 25, 25, 1], [-60, 40, 30, 5, 0]]

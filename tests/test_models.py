@@ -164,7 +164,7 @@ def final(a_job: builders.Job, x: Any, y: Any, vx: Any, vy: Any) -> np.ndarray:
 def in_units(simulation: Simulation, flock: Any) -> np.ndarray:
     """A state (4, N) given in pixels and steps, in the units of the model."""
     length = builders.scale(simulation.job.model)
-    speed = length / simulation.params.dt
+    speed = length / simulation.flight.params.dt
     return np.array([[length], [length], [speed], [speed]]) * flock
 
 

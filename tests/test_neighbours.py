@@ -241,7 +241,7 @@ def end_of(a_job: builders.Job, spread: float, searched: str) -> bytes:
             for p in (simulation.flock.x, simulation.flock.y)
         )
         builders.place(simulation, x, y, simulation.flock.vx, simulation.flock.vy)
-    reach = simulation.model.interaction_range(simulation.params)
+    reach = simulation.flight.model.sight(simulation.flight.params).range
     if searched == "all pairs":
         grid = all_pairs(simulation.flock.x.size)
     elif searched == "larger cells":
@@ -250,7 +250,7 @@ def end_of(a_job: builders.Job, spread: float, searched: str) -> bytes:
         grid = build_grid(
             simulation.flock, simulation.world, reach, int(searched.split()[1])
         )
-    simulation.work = simulation.work._replace(grid=grid)
+    simulation.flight.work = simulation.flight.work._replace(grid=grid)
     return builders.state(builders.to_end(simulation, steps_a_call=5).flock).tobytes()
 
 
@@ -280,10 +280,10 @@ def test_all_pairs_and_every_grid_give_the_same_bits(
 
 def test_a_full_grid_is_rebuilt_with_more_room_between_calls() -> None:
     simulation = Simulation(builders.job("aziel_chen2025", n=100, steps=4))
-    reach = simulation.model.interaction_range(simulation.params)
+    reach = simulation.flight.model.sight(simulation.flight.params).range
     small = build_grid(simulation.flock, simulation.world, reach, capacity=4)
-    simulation.work = simulation.work._replace(grid=small)
+    simulation.flight.work = simulation.flight.work._replace(grid=small)
     assert small.full[0]
-    while simulation.work.grid.full[0]:
+    while simulation.flight.work.grid.full[0]:
         assert simulation.advance(1)
-    assert simulation.work.grid.members.shape[1] > 4
+    assert simulation.flight.work.grid.members.shape[1] > 4

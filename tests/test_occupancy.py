@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kernels.model import OccupancySettings
 from kernels.occupancy import build_occupancy, is_taken
-from kernels.settings import OccupancySettings, WorldSettings
+from kernels.settings import WorldSettings
 from kernels.worlds import MAPS, build_world, obstacle_distance
 from sweep.spec.settings import preset_settings, settings_tuple
 

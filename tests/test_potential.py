@@ -74,7 +74,7 @@ def test_its_gradient_is_minus_the_acceleration_of_separation_and_cohesion(
     for seed in range(5):
         positions = drawn(seed)
         simulation = at_rest(model, positions, **changes)
-        rule = simulation.ground.potential
+        rule = simulation.flight.ground.potential
         builders.to_end(simulation)
         for i in range(N):
             acceleration = np.array([simulation.flock.vx[i], simulation.flock.vy[i]])

@@ -17,10 +17,11 @@ import pytest
 import kernels
 from kernels import arbitration
 from kernels.arbitration import limit, serve
+from kernels.model import OccupancySettings
 from kernels.neighbours import Near
 from kernels.occupancy import build_occupancy
 from kernels.rules.borders import confine
-from kernels.settings import BOUNDED, OPEN, TORUS, OccupancySettings
+from kernels.settings import BOUNDED, OPEN, TORUS
 from kernels.worlds import build_reach
 
 CASES = 60

@@ -12,11 +12,12 @@ import pytest
 
 from kernels.arbitration import add_in_turn, limit_components
 from kernels.events import DEAD_ENDS
+from kernels.model import OccupancySettings
 from kernels.models import MODELS
 from kernels.occupancy import Occupancy, build_occupancy
 from kernels.rules.avoidance import steer_to_avoid
-from kernels.settings import OccupancySettings
 from sweep.trial.simulation import Simulation, run
+from sweep.trial.world import world_of
 
 MODEL = "rustamani2024"
 UNLIMITED = {"max_acceleration": 1e6, "acceleration_pool": 1e6}
@@ -291,7 +292,8 @@ def test_a_boid_at_rest_looks_where_it_flew_last() -> None:
     simulation = placed("as_run", flock, **changes)
     assert simulation.advance(1)
     assert builders.state(simulation.flock)[2:, 0].tolist() == [0.0, 0.0]
-    simulation.params = simulation.params._replace(seek_weight=0.0, cohesion_weight=1.0)
+    flight = simulation.flight
+    flight.params = flight.params._replace(seek_weight=0.0, cohesion_weight=1.0)
     assert simulation.advance(1)
     assert builders.state(simulation.flock)[2:, 0] == pytest.approx([0.0, 0.1])
 
@@ -374,7 +376,7 @@ def test_a_boid_without_a_free_heading_flies_on_and_is_counted() -> None:
     weights = builders.weightless(MODEL) | {"obstacle_weight": 6.6}
     simulation = placed("as_run", [[5, 5, 0.4, 0], [5, 5.5, 0, 0]], **disc, **weights)
     assert simulation.advance(3)
-    assert simulation.record.watch.events[DEAD_ENDS] == 3
+    assert simulation.flight.record.watch.events[DEAD_ENDS] == 3
     assert builders.state(simulation.flock)[2:].tolist() == [[0.4, 0.0], [0.0, 0.0]]
 
 
@@ -426,3 +428,18 @@ def test_flocking_first_pays_with_collisions() -> None:
         through_the_maze("collisions", 40, **changes) for changes in ({}, SCENARIO_2)
     )
     assert abs((social - safe).mean() - 1.2) < 0.8
+
+
+@pytest.mark.parametrize(
+    ("share", "arrival", "known"),
+    [(0.05, 1.5, True), (0.04, 1.5, False), (1.0, 0.0, False)],
+)
+def test_a_goal_is_shown_if_a_robot_knows_it_and_a_rule_leads_there(
+    share: float, arrival: float, known: bool
+) -> None:
+    """The number of those who know it is rounded: of ten with a share of 0.04 nobody
+    does.
+    """
+    weights = {"arrival_weight": arrival, "seek_weight": 0.0}
+    a_job = builders.job(MODEL, n=10, leader_share=share, **weights)
+    assert world_of(a_job).goal == ((9.0, 9.0, 1.0) if known else None)

@@ -14,6 +14,7 @@ import builders
 import numpy as np
 import pytest
 
+from kernels import flight
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.spec.study import Streams
@@ -111,7 +112,7 @@ def test_bits_do_not_depend_on_whether_the_trajectory_is_recorded(
     whole = run(flown(a_job)).trajectory
     assert builders.bits(flown(a_job)) == builders.bits(a_job)
     monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 1)
-    monkeypatch.setattr(simulation, "FRAME_BYTES", 1)
+    monkeypatch.setattr(flight, "FRAME_BYTES", 1)
     assert (run(flown(a_job)).trajectory == whole).all()
 
 
@@ -261,7 +262,7 @@ def test_bits_do_not_depend_on_how_many_steps_a_call_takes(
 ) -> None:
     whole = builders.bits(small(model, steps=60))
     monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", boid_steps)
-    monkeypatch.setattr(simulation, "FRAME_BYTES", boid_steps)
+    monkeypatch.setattr(flight, "FRAME_BYTES", boid_steps)
     assert builders.bits(small(model, steps=60)) == whole
 
 

@@ -8,75 +8,236 @@ Distances are those of the plane, on a torus too: boids that see each other acro
 borders are not near each other here. Velocities are those at the end of a step, which
 patel2023 limits only when it moves.
 
-motion  speed, turns, headings     shape   radius, distances, elongation   flocks  connected groups
-places  obstacles and the goal     energy  the pair potential             counted  coverage and events
+motion  speed, turns, headings    shape    radius, distances, elongation
+flocks  connected groups          places   obstacles and the goal
+energy  the pair potential        counted  coverage and events
+ground  what a metric is, and what it gets to see
 """
 
 from kernels.metrics import counted, energy, flocks, motion, places, shape
 from kernels.metrics.ground import Ground, Metric
+from kernels.settings import PIXELS, Demand
 
 __all__ = ["METRICS", "Ground", "Metric"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
+_GOAL = Demand(
+    "0 <= goal_x <= width and 0 <= goal_y <= height",
+    "the goal lies outside the world, and what is recorded is about the goal",
+)
 METRICS: dict[str, Metric] = {
-    "speed": Metric(motion.speed, "length/time", "mean speed", _NGUYEN),
-    "flock_radius": Metric(shape.flock_radius, "length", "mean distance from the centre of mass", _NGUYEN),
-    "turn_rate": Metric(motion.turn_rate, "degrees", "mean change of heading in a step, wrapped to [0, 180]", _NGUYEN),
+    "speed": Metric(
+        motion.speed,
+        unit="length/time",
+        text="mean speed",
+        source=_NGUYEN,
+    ),
+    "flock_radius": Metric(
+        shape.flock_radius,
+        unit="length",
+        text="mean distance from the centre of mass",
+        source=_NGUYEN,
+    ),
+    "turn_rate": Metric(
+        motion.turn_rate,
+        unit="degrees",
+        text="mean change of heading in a step, wrapped to [0, 180]",
+        source=_NGUYEN,
+    ),
     "turn_rate_unwrapped": Metric(
-        motion.turn_rate_unwrapped, "degrees", "the same without wrapping, in [0, 360), as nguyen2024 ran it", _NGUYEN
+        motion.turn_rate_unwrapped,
+        unit="degrees",
+        text="the same without wrapping, in [0, 360), as nguyen2024 ran it",
+        source=_NGUYEN,
     ),
     "dispersion": Metric(
-        shape.dispersion, "length", "standard deviation of distances from the centre of mass", _NGUYEN
+        shape.dispersion,
+        unit="length",
+        text="standard deviation of distances from the centre of mass",
+        source=_NGUYEN,
     ),
-    "polarization": Metric(motion.polarization, "", "length of the mean unit velocity", "Vicsek et al. (1995)"),
+    "polarization": Metric(
+        motion.polarization,
+        unit="",
+        text="length of the mean unit velocity",
+        source="Vicsek et al. (1995)",
+    ),
     "nearest_neighbour_distance": Metric(
-        shape.nearest_neighbour_distance, "length", "mean distance to the nearest other boid", "Clark and Evans (1954)"
+        shape.nearest_neighbour_distance,
+        unit="length",
+        text="mean distance to the nearest other boid",
+        source="Clark and Evans (1954)",
+        pairwise=True,
     ),
     "elongation": Metric(
-        shape.elongation, "", "of the largest flock: 1 a column, 0 round, -1 a broad front", _RUSTAMANI
+        shape.elongation,
+        unit="",
+        text="of the largest flock: 1 a column, 0 round, -1 a broad front",
+        source=_RUSTAMANI,
+        pairwise=True,
     ),
     "neighbours_ahead": Metric(
-        shape.neighbours_ahead, "%", "share of neighbours within flock_range that are ahead", _RUSTAMANI
+        shape.neighbours_ahead,
+        unit="%",
+        text="share of neighbours within flock_range that are ahead",
+        source=_RUSTAMANI,
+        pairwise=True,
     ),
-    "flock_count": Metric(flocks.flock_count, "", "number of groups connected within flock_range", _PATEL),
-    "largest_flock": Metric(flocks.largest_flock, "boids", "size of the largest such group", _PATEL),
-    "largest_flock_share": Metric(flocks.largest_flock_share, "%", "the same, of all boids", _RUSTAMANI),
-    "boids_lost": Metric(flocks.boids_lost, "boids", "number of boids outside the largest such group", _RUSTAMANI),
+    "flock_count": Metric(
+        flocks.flock_count,
+        unit="",
+        text="number of groups connected within flock_range",
+        source=_PATEL,
+        pairwise=True,
+    ),
+    "largest_flock": Metric(
+        flocks.largest_flock,
+        unit="boids",
+        text="size of the largest such group",
+        source=_PATEL,
+        pairwise=True,
+    ),
+    "largest_flock_share": Metric(
+        flocks.largest_flock_share,
+        unit="%",
+        text="the same, of all boids",
+        source=_RUSTAMANI,
+        pairwise=True,
+    ),
+    "boids_lost": Metric(
+        flocks.boids_lost,
+        unit="boids",
+        text="number of boids outside the largest such group",
+        source=_RUSTAMANI,
+        better="low",
+        pairwise=True,
+    ),
     "potential": Metric(
-        energy.potential, "length^2/time^2", "mean potential energy of a boid", "patel2023, Eq. (27)", potential=True
+        energy.potential,
+        unit="length^2/time^2",
+        text="mean potential energy of a boid",
+        source="patel2023, Eq. (27)",
+        pairwise=True,
+        potential=True,
     ),
     "flock_potential": Metric(
-        energy.flock_potential, "length^2/time^2", "mean potential energy of a flock of two or more",
-        "patel2023, Eq. (27)", potential=True,
+        energy.flock_potential,
+        unit="length^2/time^2",
+        text="mean potential energy of a flock of two or more",
+        source="patel2023, Eq. (27)",
+        pairwise=True,
+        potential=True,
     ),
-    "clearance": Metric(places.clearance, "length", "mean distance from the nearest obstacle", _RUSTAMANI),
+    "clearance": Metric(
+        places.clearance,
+        unit="length",
+        text="mean distance from the nearest obstacle",
+        source=_RUSTAMANI,
+    ),
     "least_clearance": Metric(
-        places.least_clearance, "length", "distance of the boid nearest to an obstacle", _RUSTAMANI
+        places.least_clearance,
+        unit="length",
+        text="distance of the boid nearest to an obstacle",
+        source=_RUSTAMANI,
     ),
-    "goal_distance": Metric(places.goal_distance, "length", "mean distance from the goal", _RUSTAMANI),
+    "goal_distance": Metric(
+        places.goal_distance,
+        unit="length",
+        text="mean distance from the goal",
+        source=_RUSTAMANI,
+        better="low",
+        demands=(_GOAL,),
+    ),
     "goal_spread": Metric(
-        places.goal_spread, "length", "mean distance of the boids at the goal from their centre", _RUSTAMANI
+        places.goal_spread,
+        unit="length",
+        text="mean distance of the boids at the goal from their centre",
+        source=_RUSTAMANI,
+        better="low",
+        demands=(_GOAL,),
     ),
-    "coverage": Metric(counted.coverage, "%", "visited share of the traversable pixels", _AZIEL, covers=True),
+    "coverage": Metric(
+        counted.coverage,
+        unit="%",
+        text="visited share of the traversable pixels",
+        source=_AZIEL,
+        covers=True,
+        demands=PIXELS,
+        short="coverage",
+    ),
     "coverage_total": Metric(
-        counted.coverage_total, "%", "visited share of all pixels", "aziel_chen2025, as run", covers=True
+        counted.coverage_total,
+        unit="%",
+        text="visited share of all pixels",
+        source="aziel_chen2025, as run",
+        covers=True,
+        demands=PIXELS,
     ),
     "coverage_cv": Metric(
-        counted.coverage_cv, "", "coefficient of variation of visits to traversable pixels",
-        "aziel_chen2025, section 4.2", covers=True,
+        counted.coverage_cv,
+        unit="",
+        text="coefficient of variation of visits to traversable pixels",
+        source="aziel_chen2025, section 4.2",
+        better="low",
+        covers=True,
+        demands=PIXELS,
+        short="CV",
     ),
-    "escapes": Metric(counted.escapes, "", "times a boid left the world", "ours", counts=True),
-    "collisions": Metric(counted.collisions, "", "times a boid entered an obstacle", "ours", counts=True),
+    "escapes": Metric(
+        counted.escapes,
+        unit="",
+        text="times a boid left the world",
+        source="ours",
+        better="low",
+        counts=True,
+    ),
+    "collisions": Metric(
+        counted.collisions,
+        unit="",
+        text="times a boid entered an obstacle",
+        source="ours",
+        better="low",
+        counts=True,
+    ),
     "boid_collisions": Metric(
-        counted.boid_collisions, "", "times a boid came into contact with another", "ours", pairs=True
+        counted.boid_collisions,
+        unit="",
+        text="times a boid came into contact with another",
+        source="ours",
+        better="low",
+        pairs=True,
     ),
-    "share_arrived": Metric(counted.share_arrived, "%", "boids that have been at the goal", _RUSTAMANI, counts=True),
-    "time_to_goal": Metric(counted.time_to_goal, "time", "mean time of their first arrival", _RUSTAMANI, counts=True),
+    "share_arrived": Metric(
+        counted.share_arrived,
+        unit="%",
+        text="boids that have been at the goal",
+        source=_RUSTAMANI,
+        counts=True,
+        demands=(_GOAL,),
+    ),
+    "time_to_goal": Metric(
+        counted.time_to_goal,
+        unit="time",
+        text="mean time of their first arrival",
+        source=_RUSTAMANI,
+        better="low",
+        counts=True,
+        demands=(_GOAL,),
+    ),
     "equilibrium": Metric(
-        counted.equilibrium, "%", "boids in a local equilibrium: long in step with all neighbours", _PATEL, pairs=True
+        counted.equilibrium,
+        unit="%",
+        text="boids in a local equilibrium: long in step with all neighbours",
+        source=_PATEL,
+        pairs=True,
     ),
     "dead_ends": Metric(
-        counted.dead_ends, "", "times a boid found no free heading", "rustamani2024, Alg. 7", counts=True
+        counted.dead_ends,
+        unit="",
+        text="times a boid found no free heading",
+        source="rustamani2024, Alg. 7",
+        better="low",
+        counts=True,
     ),
-}  # fmt: skip
+}

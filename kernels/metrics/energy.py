@@ -20,8 +20,9 @@ import numpy as np
 from kernels.jit import jit, jit_with_memory
 from kernels.metrics.flocks import labels, sizes
 from kernels.metrics.ground import Ground, X, Y
+from kernels.model import PairPotential
 from kernels.recording import Frames
-from kernels.settings import Observation, PairPotential
+from kernels.settings import Observation
 from kernels.state import Floats
 
 

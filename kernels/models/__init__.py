@@ -1,7 +1,7 @@
 """The published models, by name. To add one, copy `_skeleton.py` and enter it here."""
 
+from kernels.model import Model
 from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024
-from kernels.settings import Model
 
 MODELS: dict[str, Model] = {
     "nguyen2024": nguyen2024.MODEL,

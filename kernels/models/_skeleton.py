@@ -3,7 +3,7 @@ else.
 
 Copy this file, rename the model and enter it in `kernels.models.MODELS`. The file of a
 model holds four things and no more: its `Params`, one preset per published version,
-`interaction_range`, and `advance`.
+`sight`, and `advance`. What else there is to say of a model are fields of `Model`.
 """
 
 from typing import Annotated, NamedTuple
@@ -12,11 +12,12 @@ from numpy.random import Generator
 
 from kernels.arbitration import limit
 from kernels.jit import jit
+from kernels.model import Model, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.social import cohesion
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -26,11 +27,18 @@ class Params(NamedTuple):
     means, its unit and its range.
 
     Names that other models have too (`cohesion_weight`, `fov`, `max_speed`, `update`,
-    `dt`) mean the same here.
+    `dt`) mean the same here. A setting that is the weight of a rule names it as `rule`;
+    the page draws what each rule does.
     """
 
     cohesion_weight: Annotated[
-        float, About("strength of the pull towards the others", "1/time^2", low=0)
+        float,
+        About(
+            "strength of the pull towards the others",
+            "1/time^2",
+            low=0,
+            rule="cohesion",
+        ),
     ]
     perception_range: Annotated[
         float, About("radius within which others are seen", "length", low=0)
@@ -71,11 +79,9 @@ AS_WRITTEN = COMMON | {
 AS_RUN = AS_WRITTEN | {"fov": 270.0, "update": "sequential"}
 
 
-def interaction_range(params: Params) -> float:
-    """The longest distance at which boids act on each other, px. The cells of the
-    search are at least as large.
-    """
-    return params.perception_range
+def sight(params: Params) -> Sight:
+    """Whom a boid sees: up to which distance, px, and in which field of view."""
+    return Sight(params.perception_range, params.fov)
 
 
 @jit
@@ -145,6 +151,6 @@ MODEL = Model(
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=("speed", "polarization", "flock_count"),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
 )

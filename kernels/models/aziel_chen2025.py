@@ -7,12 +7,13 @@ from numpy.random import Generator
 
 from kernels.arbitration import limit, serve
 from kernels.jit import jit
+from kernels.model import Model, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_inverse, wall_repulsion
 from kernels.rules.social import flocking_sums
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -22,15 +23,36 @@ OBSTACLE_FIRST, SEPARATION_FIRST = 0, 1
 class Params(NamedTuple):
     """Gains, perception and limits of section 2 and 3.4."""
 
-    separation_weight: Annotated[float, About("k_col", "1/time^2", low=0)]
-    alignment_weight: Annotated[float, About("k_ali", "1/time", low=0)]
-    cohesion_weight: Annotated[float, About("k_coh", "1/time^2", low=0)]
-    obstacle_weight: Annotated[
-        float, About("strength of an obstacle's repulsion", "length^2/time^2", low=0)
+    separation_weight: Annotated[
+        float, About("k_col", "1/time^2", low=0, rule="separation")
     ]
-    wall_weight: Annotated[float, About("k_wall", "length^2/time^2", low=0)]
+    alignment_weight: Annotated[
+        float, About("k_ali", "1/time", low=0, rule="alignment")
+    ]
+    cohesion_weight: Annotated[
+        float, About("k_coh", "1/time^2", low=0, rule="cohesion")
+    ]
+    obstacle_weight: Annotated[
+        float,
+        About(
+            "strength of an obstacle's repulsion",
+            "length^2/time^2",
+            low=0,
+            rule="obstacle",
+        ),
+    ]
+    wall_weight: Annotated[
+        float, About("k_wall", "length^2/time^2", low=0, rule="wall")
+    ]
     goal_weight: Annotated[
-        float, About("pull towards the goal, the text's target", "1/time^2", low=0)
+        float,
+        About(
+            "pull towards the goal, the text's target",
+            "1/time^2",
+            low=0,
+            rule="goal",
+            to_goal=True,
+        ),
     ]
     perception_range: Annotated[
         float, About("radius within which others are seen", "length", low=0)
@@ -115,9 +137,13 @@ AS_RUN = AS_WRITTEN | {
 }
 
 
-def interaction_range(params: Params) -> float:
-    """The perception range, px."""
-    return params.perception_range
+def sight(params: Params) -> Sight:
+    """Up to the perception range, px, within the field of view."""
+    return Sight(params.perception_range, params.fov, params.range_inclusive)
+
+
+def _obstacle_reach(params: Params) -> float:
+    return params.obstacle_range
 
 
 @jit
@@ -247,6 +273,7 @@ MODEL = Model(
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=("coverage", "coverage_total", "coverage_cv", "escapes", "collisions"),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
+    obstacle_reach=_obstacle_reach,
 )

@@ -8,11 +8,12 @@ from numpy.random import Generator
 
 from kernels.arbitration import clamp_speed
 from kernels.jit import jit
+from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.social import protected_sums
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model, PairPotential
+from kernels.settings import COMMON, SEQUENTIAL, SPEEDS, UPDATE, About, Demand
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -20,9 +21,15 @@ from kernels.workspace import Workspace
 class Params(NamedTuple):
     """The arguments of the pseudocode, and the one choice that it makes."""
 
-    separation_weight: Annotated[float, About("AvoidFactor", "1/time^2", low=0)]
-    alignment_weight: Annotated[float, About("MatchingFactor", "1/time", low=0)]
-    cohesion_weight: Annotated[float, About("CenteringFactor", "1/time^2", low=0)]
+    separation_weight: Annotated[
+        float, About("AvoidFactor", "1/time^2", low=0, rule="separation")
+    ]
+    alignment_weight: Annotated[
+        float, About("MatchingFactor", "1/time", low=0, rule="alignment")
+    ]
+    cohesion_weight: Annotated[
+        float, About("CenteringFactor", "1/time^2", low=0, rule="cohesion")
+    ]
     separation_range: Annotated[
         float,
         About("ProtectedRange: radius within which others repel", "length", low=0),
@@ -80,9 +87,9 @@ There is no program of the authors either, so as_run equals as_written.
 """
 
 
-def interaction_range(params: Params) -> float:
-    """The longer of the two ranges, px."""
-    return max(params.separation_range, params.perception_range)
+def sight(params: Params) -> Sight:
+    """All round, up to the longer of the two ranges, px."""
+    return Sight(max(params.separation_range, params.perception_range))
 
 
 def _pair_potential(params: Params) -> PairPotential:
@@ -186,7 +193,11 @@ MODEL = Model(
         "escapes",
         "potential",
     ),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
     pair_potential=_pair_potential,
+    demands=(SPEEDS,),
+    potential_demands=(
+        Demand("separation_range <= perception_range", NARROW_POTENTIAL),
+    ),
 )

@@ -9,13 +9,14 @@ from numpy.random import Generator
 
 from kernels.arbitration import limit
 from kernels.jit import jit
+from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine
 from kernels.rules.obstacles import repulsion_unit
 from kernels.rules.social import alignment, cohesion, separation_unit
 from kernels.rules.steering import wander
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -23,11 +24,13 @@ from kernels.workspace import Workspace
 class Params(NamedTuple):
     """Weights and ranges of Eqs. (1) to (9)."""
 
-    separation_weight: Annotated[float, About("w_s of Eq. (3)", low=0)]
-    alignment_weight: Annotated[float, About("w_a of Eq. (3)", low=0)]
-    cohesion_weight: Annotated[float, About("w_c of Eq. (3)", low=0)]
-    wander_weight: Annotated[float, About("w_w of Eq. (3)", low=0)]
-    obstacle_weight: Annotated[float, About("w_o of Eq. (3)", low=0)]
+    separation_weight: Annotated[
+        float, About("w_s of Eq. (3)", low=0, rule="separation")
+    ]
+    alignment_weight: Annotated[float, About("w_a of Eq. (3)", low=0, rule="alignment")]
+    cohesion_weight: Annotated[float, About("w_c of Eq. (3)", low=0, rule="cohesion")]
+    wander_weight: Annotated[float, About("w_w of Eq. (3)", low=0, rule="wander")]
+    obstacle_weight: Annotated[float, About("w_o of Eq. (3)", low=0, rule="obstacle")]
     separation_range: Annotated[float, About("r_s of Eq. (4)", "length", low=0)]
     alignment_range: Annotated[float, About("r_a of Eq. (5)", "length", low=0)]
     cohesion_range: Annotated[float, About("r_c of Eq. (6)", "length", low=0)]
@@ -93,9 +96,14 @@ AS_RUN = AS_WRITTEN | {
 }
 
 
-def interaction_range(params: Params) -> float:
-    """The longest of the three ranges, px."""
-    return max(params.separation_range, params.alignment_range, params.cohesion_range)
+def sight(params: Params) -> Sight:
+    """All round, up to the longest of the three ranges, px."""
+    ranges = params.separation_range, params.alignment_range, params.cohesion_range
+    return Sight(max(ranges), inclusive=params.range_inclusive)
+
+
+def _obstacle_reach(params: Params) -> float:
+    return params.obstacle_range
 
 
 @jit
@@ -194,6 +202,7 @@ MODEL = Model(
         "dispersion",
         "polarization",
     ),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
+    obstacle_reach=_obstacle_reach,
 )

@@ -6,12 +6,13 @@ from numpy.random import Generator
 
 from kernels.arbitration import clamp_speed
 from kernels.jit import jit
+from kernels.model import NARROW_POTENTIAL, Model, PairPotential, Sight
 from kernels.neighbours import ALL_ROUND, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.borders import confine, turn_back
 from kernels.rules.obstacles import repulsion_linear
 from kernels.rules.social import alignment_from, cohesion, separation_linear
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model, PairPotential
+from kernels.settings import COMMON, SEQUENTIAL, SPEEDS, UPDATE, About, Demand
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -21,10 +22,18 @@ ALWAYS, IN_MARGIN, NEVER = 0, 1, 2
 class Params(NamedTuple):
     """Table I. Lengths are pixels, ten to the metre."""
 
-    separation_weight: Annotated[float, About("a of Eq. (6)", "1/time^2", low=0)]
-    alignment_weight: Annotated[float, About("b of Eq. (11)", "1/time", low=0)]
-    cohesion_weight: Annotated[float, About("c of Eq. (16)", "1/time^2", low=0)]
-    obstacle_weight: Annotated[float, About("d of Eq. (25)", "1/time^2", low=0)]
+    separation_weight: Annotated[
+        float, About("a of Eq. (6)", "1/time^2", low=0, rule="separation")
+    ]
+    alignment_weight: Annotated[
+        float, About("b of Eq. (11)", "1/time", low=0, rule="alignment")
+    ]
+    cohesion_weight: Annotated[
+        float, About("c of Eq. (16)", "1/time^2", low=0, rule="cohesion")
+    ]
+    obstacle_weight: Annotated[
+        float, About("d of Eq. (25)", "1/time^2", low=0, rule="obstacle")
+    ]
     separation_range: Annotated[float, About("R_separation", "length", low=0)]
     alignment_range: Annotated[float, About("R_alignment", "length", low=0)]
     cohesion_range: Annotated[float, About("R_cohesion", "length", low=0)]
@@ -102,9 +111,14 @@ meant: T alone turns a rover back.
 """
 
 
-def interaction_range(params: Params) -> float:
-    """The longest of the three ranges, px."""
-    return max(params.separation_range, params.alignment_range, params.cohesion_range)
+def sight(params: Params) -> Sight:
+    """All round, up to the longest of the three ranges, px."""
+    ranges = params.separation_range, params.alignment_range, params.cohesion_range
+    return Sight(max(ranges), inclusive=params.range_inclusive)
+
+
+def _obstacle_reach(params: Params) -> float:
+    return params.obstacle_range
 
 
 def _pair_potential(params: Params) -> PairPotential:
@@ -243,7 +257,10 @@ MODEL = Model(
         "boid_collisions",
         "escapes",
     ),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
+    obstacle_reach=_obstacle_reach,
     pair_potential=_pair_potential,
+    demands=(SPEEDS,),
+    potential_demands=(Demand("separation_range <= cohesion_range", NARROW_POTENTIAL),),
 )

@@ -8,13 +8,14 @@ from numpy.random import Generator
 from kernels.arbitration import add_in_turn, limit, limit_components
 from kernels.events import DEAD_ENDS
 from kernels.jit import jit
+from kernels.model import MOST_CELLS, Model, OccupancySettings, Sight
 from kernels.neighbours import cone, move, move_all, search, square_range
 from kernels.recording import Record, observe
 from kernels.rules.avoidance import steer_to_avoid
 from kernels.rules.borders import confine
 from kernels.rules.social import alignment, cohesion, separation_direction
 from kernels.rules.steering import arrival, seek
-from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Model, OccupancySettings
+from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Demand
 from kernels.state import Flock, World, remember
 from kernels.workspace import Workspace
 
@@ -25,22 +26,44 @@ class Params(NamedTuple):
     """Weights, gains, perception, limits and the occupancy grid of section 2."""
 
     obstacle_weight: Annotated[
-        float, About("weight of steering round obstacles", "length/time^2", low=0)
+        float,
+        About(
+            "weight of steering round obstacles",
+            "length/time^2",
+            low=0,
+            rule="obstacle",
+        ),
     ]
     separation_weight: Annotated[
-        float, About("weight of the direction away from others", "length/time^2", low=0)
+        float,
+        About(
+            "weight of the direction away from others",
+            "length/time^2",
+            low=0,
+            rule="separation",
+        ),
     ]
     arrival_weight: Annotated[
-        float, About("weight of the arrival at the goal", "1/time", low=0)
+        float,
+        About(
+            "weight of the arrival at the goal",
+            "1/time",
+            low=0,
+            rule="arrival",
+            to_goal=True,
+        ),
     ]
     seek_weight: Annotated[
-        float, About("weight of the way to the goal", "1/time", low=0)
+        float,
+        About(
+            "weight of the way to the goal", "1/time", low=0, rule="seek", to_goal=True
+        ),
     ]
     alignment_weight: Annotated[
-        float, About("weight of the alignment", "1/time", low=0)
+        float, About("weight of the alignment", "1/time", low=0, rule="alignment")
     ]
     cohesion_weight: Annotated[
-        float, About("weight of the cohesion", "1/time^2", low=0)
+        float, About("weight of the cohesion", "1/time^2", low=0, rule="cohesion")
     ]
     priority: Annotated[
         int,
@@ -199,13 +222,45 @@ AS_RUN = AS_WRITTEN | {
 }
 
 
-def interaction_range(params: Params) -> float:
-    """The perception range, m."""
-    return params.perception_range
+def sight(params: Params) -> Sight:
+    """Up to the perception range, m, within the field of view."""
+    return Sight(params.perception_range, params.fov, params.range_inclusive)
 
 
 def _occupancy(params: Params) -> OccupancySettings:
     return OccupancySettings(params.grid_cell, params.inflation)
+
+
+@jit
+def _leaders(params: Params, n: int) -> int:
+    """How many of `n` boids, the first ones, know the goal."""
+    return math.floor(params.leader_share * n + 0.5)
+
+
+MOST_LOOKS = 10**6
+"""Places on all paths that one boid looks along in one step; the published settings
+have about sixty.
+"""
+DEMANDS = (
+    Demand(
+        f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
+        f"the occupancy grid would have more than {MOST_CELLS:,} cells",
+    ),
+    Demand(
+        "obstacle_weight == 0 or 2 * path_step <= look_ahead",
+        "no point of a path is looked at: look_ahead must be at least twice path_step",
+    ),
+    Demand(
+        f"obstacle_weight == 0 or angle_step <= {math.pi}",
+        "no other heading is looked at: angle_step must be at most pi",
+    ),
+    Demand(
+        f"obstacle_weight == 0 or {2 * math.pi} * look_ahead <= {MOST_LOOKS} *"
+        " angle_step * path_step",
+        f"more than {MOST_LOOKS:,} places would be looked at by each boid: angle_step"
+        " or path_step is too small, or look_ahead too large",
+    ),
+)
 
 
 @jit
@@ -255,7 +310,7 @@ def _navigation(
     params: Params, seen: Flock, world: World, i: int
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """The weighted arrival and seek of boid `i`; zero if it does not know the goal."""
-    if i >= math.floor(params.leader_share * seen.x.size + 0.5):
+    if i >= _leaders(params, seen.x.size):
         return (0.0, 0.0), (0.0, 0.0)
     dx, dy, vx, vy = (
         world.goal_x - seen.x[i],
@@ -364,26 +419,26 @@ MODEL = Model(
     params=Params,
     presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=(
-        *(
-            "speed",
-            "polarization",
-            "flock_count",
-            "largest_flock_share",
-            "boids_lost",
-            "elongation",
-        ),
-        *(
-            "neighbours_ahead",
-            "share_arrived",
-            "time_to_goal",
-            "collisions",
-            "boid_collisions",
-            "dead_ends",
-        ),
+        "speed",
+        "polarization",
+        "flock_count",
+        "largest_flock_share",
+        "boids_lost",
+        "elongation",
+        "neighbours_ahead",
+        "share_arrived",
+        "time_to_goal",
+        "collisions",
+        "boid_collisions",
+        "dead_ends",
     ),
-    interaction_range=interaction_range,
+    sight=sight,
     advance=advance,
+    goal_seekers=_leaders,
+    occupancy=_occupancy,
+    faces_heading=True,
+    demands=DEMANDS,
     length="m",
     time="s",
-    occupancy=_occupancy,
+    y_down=False,
 )

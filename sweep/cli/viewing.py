@@ -34,7 +34,8 @@ def view(
         ),
     ] = None,
     model: Annotated[
-        str | None, typer.Option(help="A model; nguyen2024 by default.")
+        str | None,
+        typer.Option(help="A model; by default the first of `sweep models`."),
     ] = None,
     preset: Annotated[
         str | None, typer.Option(help="A preset of it; as_run by default.")
@@ -120,7 +121,7 @@ def _state(
     from sweep.web.state import begin, from_study
 
     if what is None:
-        state = begin(model or "nguyen2024", preset or "as_run")
+        state = begin(model, preset)
         return state.with_settings({"map": map_name}) if map_name else state
     if _is_spec(what):
         return from_study(load_spec(Path(what)))

@@ -1,32 +1,17 @@
 """What settings must fulfil together, in every study."""
 
-import math
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from kernels.settings import MOST_CELLS
+from kernels.settings import PIXELS, Demand
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
-from sweep.spec.study import RecordSpec, Study
+from sweep.spec.study import Study
 
 MOST_SIDE = 1e15
-MOST_PIXELS = 10**8
-MOST_LOOKS = 10**6
-"""Places on all paths that one boid looks along in one step; the published settings
-have about sixty.
-"""
-
-
-class Demand(NamedTuple):
-    """A condition on the settings of every point, and what its error says."""
-
-    condition: str
-    message: str
-
-
 DEMANDS = (
     Demand(
         f"max(width, height) <= {MOST_SIDE}",
@@ -58,58 +43,11 @@ DEMANDS = (
         "minimum_image is for a torus: it needs borders: torus",
     ),
 )
-PIXELS = (
-    Demand(
-        f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
-        "coverage is counted by pixels,"
-        f" and the world has more than {MOST_PIXELS:,} of them",
-    ),
-    Demand(
-        "pixel <= min(width, height)",
-        "coverage is counted by pixels, and the world has no room for one",
-    ),
-)
-GOAL = Demand(
-    "0 <= goal_x <= width and 0 <= goal_y <= height",
-    "the goal lies outside the world, and what is recorded is about the goal",
-)
-GOAL_METRICS = ("goal_distance", "goal_spread", "share_arrived", "time_to_goal")
-SPEEDS = Demand(
-    "min_speed <= max_speed", "the lower limit of the speed is above the upper one"
-)
-POTENTIAL = (
-    "the pair potential that is recorded needs a separation_range within that of"
-    " cohesion"
-)
-LOOKING = (
-    Demand(
-        "obstacle_weight == 0 or 2 * path_step <= look_ahead",
-        "no point of a path is looked at: look_ahead must be at least twice path_step",
-    ),
-    Demand(
-        f"obstacle_weight == 0 or angle_step <= {math.pi}",
-        "no other heading is looked at: angle_step must be at most pi",
-    ),
-    Demand(
-        f"obstacle_weight == 0 or {2 * math.pi} * look_ahead <= {MOST_LOOKS} *"
-        " angle_step * path_step",
-        f"more than {MOST_LOOKS:,} places would be looked at by each boid: angle_step"
-        " or path_step is too small, or look_ahead too large",
-    ),
-)
-CELLS = Demand(
-    f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
-    f"the occupancy grid would have more than {MOST_CELLS:,} cells",
-)
 
 
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError for the first point whose settings do not go together."""
-    pixels = PIXELS if _covers(study.record) else ()
-    goal = [GOAL] if set(GOAL_METRICS) & set(study.record.metrics) else []
-    looking = [CELLS, *LOOKING] if MODELS[study.model].occupancy else []
-    speeds = [SPEEDS] if "min_speed" in study.fields else []
-    for demand in (*DEMANDS, *pixels, *goal, *looking, *speeds, *_potential(study)):
+    for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.fields)
         # The map last: it brings its width and height.
         named = [
@@ -123,17 +61,15 @@ def check_consistency(study: Study, points: Points) -> None:
             raise study.document.error(place or ("model",), demand.message + where)
 
 
-def _potential(study: Study) -> list[Demand]:
-    """What the metrics of a pair potential ask: cohesion has a range of its own, or
-    that of perception.
-    """
-    if not any(METRICS[name].potential for name in study.record.metrics):
-        return []
-    cohesion = (
-        "cohesion_range" if "cohesion_range" in study.fields else "perception_range"
-    )
-    return [Demand(f"separation_range <= {cohesion}", POTENTIAL)]
-
-
-def _covers(record: RecordSpec) -> bool:
-    return record.heatmaps or any(METRICS[name].covers for name in record.metrics)
+def _demands(study: Study) -> Iterator[Demand]:
+    """What every study demands, what is recorded, and the model."""
+    metrics = [METRICS[name] for name in study.record.metrics]
+    model = MODELS[study.model]
+    yield from DEMANDS
+    if study.record.heatmaps:
+        yield from PIXELS
+    for metric in metrics:
+        yield from metric.demands
+    yield from model.demands
+    if any(metric.potential for metric in metrics):
+        yield from model.potential_demands

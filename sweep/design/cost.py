@@ -29,16 +29,6 @@ NUMBER_BYTES = 7.0
 TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
 PROBES = 20
-PAIR_METRICS = {
-    *(
-        "nearest_neighbour_distance",
-        "flock_count",
-        "largest_flock",
-        "largest_flock_share",
-        "boids_lost",
-    ),
-    *("elongation", "neighbours_ahead", "potential", "flock_potential"),
-}
 
 
 def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
@@ -57,7 +47,7 @@ def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) ->
     """
     params = settings_tuple(MODELS[model].params, settings, fields(model))
     n, steps = float(settings["n"]), float(settings["steps"])
-    side = 3.0 * MODELS[model].interaction_range(params)
+    side = 3.0 * MODELS[model].sight(params).range
     width, height = float(settings["width"]), float(settings["height"])
     share = min(1.0, side / width) * min(1.0, side / height)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
@@ -66,7 +56,7 @@ def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) ->
     boid_step += PAIR_METRIC_SECONDS * any(
         METRICS[name].pairs for name in record.metrics
     )
-    pairing = sum(name in PAIR_METRICS for name in record.metrics)
+    pairing = sum(METRICS[name].pairwise for name in record.metrics)
     metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 

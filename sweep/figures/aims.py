@@ -2,23 +2,10 @@
 
 from typing import NamedTuple
 
+from kernels.metrics import METRICS
 from sweep.figures.selection import recorded
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
-
-LOW_IS_BETTER = frozenset(
-    {
-        "boid_collisions",
-        "boids_lost",
-        "collisions",
-        "coverage_cv",
-        "dead_ends",
-        "escapes",
-        "goal_distance",
-        "goal_spread",
-        "time_to_goal",
-    }
-)
-"""Metrics of which less is better where nothing else is said; of all others more is."""
 
 
 class Aim(NamedTuple):
@@ -38,7 +25,13 @@ def aim(study: StoredStudy, text: str) -> Aim:
     metric = recorded(study, text.rstrip("+-"))
     return Aim(
         metric,
-        not text.endswith("-")
-        if text[-1:] in ("+", "-")
-        else metric.removesuffix("_mean") not in LOW_IS_BETTER,
+        not text.endswith("-") if text[-1:] in ("+", "-") else more_is_better(metric),
     )
+
+
+def more_is_better(column: str) -> bool:
+    """Whether high values of a metric, or of its mean, are better where nothing else is
+    said; those of a metric that only another version knows are.
+    """
+    about = METRICS.get(Column.read(column).metric)
+    return about is None or about.better == "high"

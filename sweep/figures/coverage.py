@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
+from kernels.metrics import METRICS
 from sweep.analysis import CONFIDENCE, mean_interval
 from sweep.errors import ChoiceError, StoreError
 from sweep.figures.pieces import (
@@ -28,7 +29,6 @@ from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
 
-NAMED = ("coverage", "coverage_cv")
 DARKEST = 0.99
 
 
@@ -176,27 +176,28 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
     """Coverage and CV of a point with intervals, in words, as far as recorded."""
     trials = among(selection.trials, facet.points)
     lines = []
-    for metric in NAMED:
-        if metric in selection.study.metrics:
-            confidence = selection.study.repeated.get(metric, CONFIDENCE)
-            value, low, high, _ = mean_interval(
-                trials[metric].to_numpy(np.float64), confidence
-            )
-            unit = units_of(selection.study).get(metric, "")
-            lines.append(
-                f"{metric.replace('coverage_cv', 'CV')} {estimated(value, low, high)}"
-                f" {unit}".rstrip()
-            )
+    for metric, short in _named(selection).items():
+        confidence = selection.study.repeated.get(metric, CONFIDENCE)
+        value, low, high, _ = mean_interval(
+            trials[metric].to_numpy(np.float64), confidence
+        )
+        unit = units_of(selection.study).get(metric, "")
+        lines.append(f"{short} {estimated(value, low, high)} {unit}".rstrip())
     return lines
+
+
+def _named(selection: Selection) -> dict[str, str]:
+    """The short names of the recorded metrics that have one."""
+    return {
+        name: about.short
+        for name, about in METRICS.items()
+        if about.short and name in selection.study.metrics
+    }
 
 
 def _note(selection: Selection, visits: list[Visits]) -> str:
     counts = [len(one.trials) for one in visits]
-    named = [
-        name.replace("coverage_cv", "CV")
-        for name in NAMED
-        if name in selection.study.metrics
-    ]
+    named = _named(selection).values()
     interval = f"{' and '.join(named)} with 95 % interval" if named else ""
     same = all(one.same_obstacles for one in visits if one.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"

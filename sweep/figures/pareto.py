@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
-from sweep.figures.aims import LOW_IS_BETTER, Aim, aim
+from sweep.figures.aims import Aim, aim, more_is_better
 from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
@@ -94,8 +94,8 @@ def pareto_layout(
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
     """The first metric of which more is better and the first of which less is."""
-    better = [name for name in study.metrics if name not in LOW_IS_BETTER][:1]
-    worse = [name for name in study.metrics if name in LOW_IS_BETTER][:1]
+    better = [name for name in study.metrics if more_is_better(name)][:1]
+    worse = [name for name in study.metrics if not more_is_better(name)][:1]
     return [*better, *worse] if better and worse else []
 
 

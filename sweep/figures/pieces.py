@@ -115,7 +115,7 @@ def draw_visits(
         extent=extent,
         interpolation="antialiased",
     )
-    draw_map(axes, world, unit, face="none", edge=BLUE, downwards=unit == "px")
+    draw_map(axes, world, unit, face="none", edge=BLUE, downwards=world.y_down)
     return image
 
 

@@ -26,7 +26,6 @@ MOST_TRIALS = 4
 BOID = 0.022
 """The length of a boid's triangle as a part of the width of its map."""
 FADING = 3
-GOAL_WEIGHTS = ("goal_weight", "seek_weight", "arrival_weight")
 
 
 class Flights(NamedTuple):
@@ -115,7 +114,7 @@ def draw_trajectories(layout: Flights) -> Figure:
         ]
         for axes in panels[len(trials) :]:
             axes.set_axis_off()
-        goal = "; cross: goal" if any(_seeks(row) for _, row in trials) else ""
+        goal = "; cross: goal" if any(world.goal for world in worlds) else ""
         text = (
             "one trial a panel, of {n} that are done;"
             f" frames 0 to {span(frames)}{goal}"
@@ -138,7 +137,7 @@ def _panel(
 ) -> int:
     """Draw one flight, and return its last frame."""
     frames, flight = study.trajectory(trial["trial_id"])
-    draw_map(axes, world, unit, downwards=unit == "px")
+    draw_map(axes, world, unit, downwards=world.y_down)
     _widen(axes, flight[:, :2], (world.width, world.height))
     points = world.obstacles[world.obstacles[:, 2] == 0.0]
     axes.plot(
@@ -151,10 +150,9 @@ def _panel(
     )
     _trails(axes, flight[:, :2], (world.width, world.height))
     draw_flock(axes, flight[-1], BOID * world.width)
-    if _seeks(trial):
+    if world.goal:
         axes.plot(
-            trial["goal_x"],
-            trial["goal_y"],
+            *world.goal[:2],
             "X",
             markersize=7,
             color=VERMILION,
@@ -211,12 +209,4 @@ def _replicate(trial: "pd.Series[Any]") -> str:
         f"seed {trial['seed']}"
         if trial["seed_listed"]
         else f"replicate {trial['replicate']}"
-    )
-
-
-def _seeks(trial: "pd.Series[Any]") -> bool:
-    """Whether some force of the trial's model leads to a goal."""
-    return (
-        any(trial.get(name, 0.0) > 0.0 for name in GOAL_WEIGHTS)
-        and trial.get("leader_share", 1.0) > 0.0
     )

@@ -28,8 +28,6 @@ MOST_FRAMES = 600
 WIDTH_INCHES, DPI = 6.4, 110
 TRIANGLES = 45
 """How many triangles, one behind the other, the longer side of a world would hold."""
-PULLS = ("goal_weight", "arrival_weight", "seek_weight")
-"""Settings by which boids are drawn to the goal."""
 
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3), red, green and blue."""
@@ -49,7 +47,7 @@ class Scene:
                 self.axes,
                 self.world,
                 self.model.length,
-                downwards=self.model.length == "px",
+                downwards=self.world.y_down,
             )
             self._draw_goal()
             self.figure.suptitle(
@@ -83,14 +81,13 @@ class Scene:
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
 
     def _draw_goal(self) -> None:
-        settings = self.job.settings
-        if any(float(settings.get(name, 0.0)) > 0.0 for name in PULLS):
-            goal = float(settings["goal_x"]), float(settings["goal_y"])
-            self.axes.plot(*goal, marker="x", markersize=8, color=GREEN, zorder=2)
+        if self.world.goal:
+            x, y, radius = self.world.goal
+            self.axes.plot(x, y, marker="x", markersize=8, color=GREEN, zorder=2)
             self.axes.add_patch(
                 Circle(
-                    goal,
-                    float(settings["goal_radius"]),
+                    (x, y),
+                    radius,
                     fill=False,
                     edgecolor=GREEN,
                     linestyle="--",

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from kernels.metrics import METRICS
+from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import Model
 from sweep.spec.document import Entry
 from sweep.text import unknown
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from kernels.settings import Model
+from kernels.model import Model
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.document import Entry, Place
 from sweep.spec.limits import MOST_SEARCHED

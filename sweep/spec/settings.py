@@ -44,7 +44,7 @@ class NotAllowedError(ValueError):
 @dataclass(frozen=True)
 class Field:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
-    numbers.
+    numbers. `rule` names the rule whose weight it is.
     """
 
     name: str
@@ -56,6 +56,7 @@ class Field:
     high: float = math.inf
     exclusive: bool = False
     choices: tuple[str, ...] = ()
+    rule: str = ""
 
     def coerce(self, value: Any) -> Value:
         """`value` in the type of this setting, so that 1 and 1.0 are the same point,
@@ -156,6 +157,7 @@ def _field(name: str, hint: Any, group: str, model: str) -> Field:
         about.high,
         about.exclusive,
         choices,
+        about.rule,
     )
 
 

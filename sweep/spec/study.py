@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from kernels.metrics import METRICS
+from kernels.model import Model
 from kernels.models import MODELS
-from kernels.settings import Model
 from kernels.worlds import MAPS
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader

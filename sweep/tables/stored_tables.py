@@ -14,7 +14,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.models import MODELS
-from sweep.design.consistency import MOST_PIXELS
+from kernels.settings import MOST_PIXELS
 from sweep.errors import StoreError
 from sweep.spec.settings import fields
 from sweep.store.locations import Location

@@ -1,10 +1,12 @@
 """From a job to its Result: the one door to the kernels.
 
-simulation  a flock in its world, call by call
+simulation  a flight of the kernels, call by call
+scenery     the world and its obstacles, drawn from the job
 state       what is between two calls
 result      what a trial gave
 generators  random numbers for kernels
 world       the same world, to be shown
+looking     what boids see and rules do, to be shown
 compiled    where kernels are kept
 interrupts  how a run is told to stop
 """

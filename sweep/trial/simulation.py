@@ -1,4 +1,4 @@
-"""One trial, from a job to its numbers. Kernels are called only here.
+"""One trial, from a job to its numbers: a flight of the kernels, call by call.
 
 A trial is pure: its result depends only on the job, it reads and writes nothing, and it
 takes one process and one thread.
@@ -8,53 +8,35 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from kernels.coverage import Coverage, build_coverage, heatmap, no_coverage
-from kernels.events import (
-    BOID_COLLISIONS,
-    COLLISIONS,
-    ESCAPES,
-    SETTLED,
-    Watch,
-    build_watch,
-    count,
+from kernels.coverage import heatmap, no_coverage
+from kernels.flight import (
+    Flight,
+    Memory,
+    advance,
+    begin,
+    forget_frames,
+    go_on_from,
+    measure,
+    rebuild_grid,
 )
-from kernels.metrics import METRICS, Ground
 from kernels.models import MODELS
-from kernels.neighbours import build_grid
-from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
-from kernels.recording import FILLED, Frames, Record, build_frames, keep_frame
-from kernels.settings import (
-    NO_POTENTIAL,
-    PYTHON_RANDOM,
-    Model,
-    Observation,
-    OccupancySettings,
-    Schedule,
-    StartSettings,
-    WorldSettings,
-)
-from kernels.starts import start_numpy, start_python_random
+from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
+from kernels.starts import start
 from kernels.state import Flock, World
-from kernels.workspace import build_workspace
-from kernels.worlds import MAPS, Reach, build_reach, build_world
 from sweep.design.jobs import Job, literal_seed, stream
-from sweep.spec.maps import Obstacles
 from sweep.spec.settings import fields, settings_tuple
+from sweep.spec.study import RecordSpec
 from sweep.trial.generators import Randomness
 from sweep.trial.result import ENDINGS, Result
+from sweep.trial.scenery import coverage_of, scenery_of
 from sweep.trial.state import State, Taken, changing, check, joined
 
 BOID_STEPS_A_CALL = 200_000
 """So many boid-steps a call take about 30 ms. A kernel call cannot be interrupted, so
 we look at the clock, and at the room in the grid, between calls.
 """
-MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
 
 
 def run(job: Job) -> Result:
@@ -87,41 +69,31 @@ def is_brief(job: Job) -> bool:
 
 
 class Simulation:
-    """A flock in its world, advanced call by call: `flock`, `world`, `params` and
-    `record` are the kernels' own.
-    """
+    """The flight of a job, advanced call by call."""
 
     def __init__(self, job: Job) -> None:
-        known = fields(job.model)
         self.job = job
-        self.model = MODELS[job.model]
-        self.params = settings_tuple(self.model.params, job.settings, known)
-        self.schedule: Schedule = settings_tuple(Schedule, job.settings, known)
-        self.observation: Observation = settings_tuple(Observation, job.settings, known)
-        world_settings = settings_tuple(WorldSettings, job.settings, known)
-        start_settings = settings_tuple(StartSettings, job.settings, known)
-        margin = float(job.settings.get("obstacle_range", 0.0))
-        grid = self.model.occupancy(self.params) if self.model.occupancy else None
-        self.place = _place(job, world_settings, margin, grid)
-        self.world = self.place.world
-        self.flock = _start(
-            job, self.schedule.n, start_settings, self.world, self.place.contact
-        )
         self.noise = Randomness(stream(job, "noise"))
-        reach = self.model.interaction_range(self.params)
-        self.work = build_workspace(
-            self.flock, self.world, reach, self.place.reach, self.place.occupancy
-        )
-        self.record = _record(
-            job, self.schedule, self.place, world_settings, self.observation
-        )
-        self.ground = _ground(
-            self.model, self.params, self.world, self.record.coverage, self.schedule.n
-        )
-        note_start(self.flock, self.world, self.record.watch)
-        keep_frame(self.flock, self.record)
-        self.step = 0
+        self.flight = _flight(job)
         self.taken: list[Taken] = []
+
+    @property
+    def flock(self) -> Flock:
+        """The flock as it is; its arrays are those in use."""
+        return self.flight.flock
+
+    @property
+    def world(self) -> World:
+        return self.flight.world
+
+    @property
+    def schedule(self) -> Schedule:
+        return self.flight.schedule
+
+    @property
+    def step(self) -> int:
+        """The steps done."""
+        return self.flight.step
 
     @property
     def steps_left(self) -> int:
@@ -131,62 +103,51 @@ class Simulation:
         """Take up to `steps` steps, but no more than frames have room for. False if the
         state is not finite.
 
-        Frames stay recorded until `take_frames`.
+        Frames stay recorded until they are taken.
         """
-        steps = min(steps, self.steps_left, self._room())
         with self.noise.lent() as rng:
-            going = self.model.advance(
-                self.flock, self.world, self.params, self.work, self.record, rng, steps
-            )
-        self.step = int(self.record.progress[0])
-        grid = self.work.grid
-        room = grid.members.shape[1]
-        if going and grid.full[0] and room > 0:
-            self.rebuild_grid(2 * room)
-        return going
+            return advance(self.flight, rng, steps)
 
-    def rebuild_grid(self, room: int) -> None:
-        """Enter the whole flock into a new grid with this `room`, see
-        kernels.neighbours.build_grid.
+    def take_frames(self, wanted: RecordSpec | None = None) -> Taken:
+        """What was recorded since the last call.
+
+        It has the metrics and the trajectories that the job records, or those `wanted`,
+        as far as what the job records is enough for them.
         """
-        reach = self.model.interaction_range(self.params)
-        self.work = self.work._replace(
-            grid=build_grid(self.flock, self.world, reach, room)
+        record, flight = wanted or self.job.record, self.flight
+        values, frames = measure(flight, record.metrics), flight.record.frames
+        bodies = self.schedule.n if record.trajectories else 0
+        taken = Taken(
+            frames.step[: flight.filled].copy(),
+            values,
+            frames.bodies[: flight.filled, :4, :bodies].copy(),
         )
+        forget_frames(flight)
+        return taken
 
-    def _room(self) -> int:
-        """The steps for which frames have room, that of the last step included."""
-        free = len(self.record.frames.step) - int(self.record.progress[FILLED]) - 1
-        return max(0, free * self.record.every)
-
-    def take_frames(self) -> Taken:
-        """What was recorded since the last call."""
-        filled = int(self.record.progress[FILLED])
-        self.record.progress[FILLED] = 0
-        values = np.empty((len(self.job.record.metrics), filled))
-        for row, name in zip(values, self.job.record.metrics, strict=True):
-            METRICS[name].measure(
-                self.record.frames, filled, self.ground, self.observation, row
-            )
-        wanted = self.schedule.n if self.job.record.trajectories else 0
-        bodies = self.record.frames.bodies[:filled, :4, :wanted]
-        return Taken(self.record.frames.step[:filled].copy(), values, bodies.copy())
+    def go_on_from(self, earlier: "Simulation") -> None:
+        """Take the place of a simulation of as many boids: with its flock, random
+        numbers, steps and counts.
+        """
+        self.noise.state = earlier.noise.state
+        go_on_from(self.flight, earlier.flight)
 
     def state(self) -> State:
         """The state between two calls, after all frames were taken. Its arrays are not
         copies.
         """
-        parts = {"flock": self.flock, "work": self.work, "record": self.record}
+        flight = self.flight
+        parts = {"flock": flight.flock, "work": flight.work, "record": flight.record}
         fixed = (
-            self.place,
-            self.work.grid,
-            self.record.frames,
-            self.record.coverage.stamp,
+            flight.scenery,
+            flight.work.grid,
+            flight.record.frames,
+            flight.record.coverage.stamp,
         )
         return State(
             changing(parts, fixed),
             dict(self.noise.state),
-            self.work.grid.members.shape[1],
+            flight.work.grid.members.shape[1],
         )
 
     def restore(self, state: State) -> None:
@@ -197,8 +158,7 @@ class Simulation:
         self.noise.state = state.generator
         for name, array in self.state().arrays.items():
             array[...] = state.arrays[name]
-        self.rebuild_grid(state.room)
-        self.step = int(self.record.progress[0])
+        rebuild_grid(self.flight, state.room)
 
     def result(
         self, began: float, between: Callable[[float], None] | None = None
@@ -240,155 +200,43 @@ class Simulation:
             else {},
             taken.steps if wanted.series or wanted.trajectories else None,
             {name: values[name] for name in wanted.series},
-            heatmap(self.record.coverage) if wanted.heatmaps and done else None,
+            heatmap(self.flight.record.coverage) if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
         )
 
 
-class Place(NamedTuple):
-    """The world, the reach of its obstacles' surfaces, that of their forces, and the
-    model's occupancy grid.
-    """
+def _flight(job: Job) -> Flight:
+    """The flight of a job at its start."""
+    known = fields(job.model)
 
-    world: World
-    contact: Reach
-    reach: Reach
-    occupancy: Occupancy
+    def group(kind: type[Any]) -> Any:
+        return settings_tuple(kind, job.settings, known)
 
-
-def _place(
-    job: Job, settings: WorldSettings, margin: float, grid: OccupancySettings | None
-) -> Place:
-    if _is_drawn_anew(job):
-        return _build_place(settings, margin, grid, obstacles(job))
-    return _fixed_place(settings, margin, grid, job.obstacles)
-
-
-def _is_drawn_anew(job: Job) -> bool:
-    return job.obstacles is None and MAPS[str(job.settings["map"])].random
-
-
-def obstacles(job: Job) -> NDArray[np.float64]:
-    """The obstacles of the trial's world, shape (M, 5), see kernels.worlds."""
-    settings: WorldSettings = settings_tuple(
-        WorldSettings, job.settings, fields(job.model)
-    )
-    return _obstacles(
-        settings, job.obstacles, np.random.default_rng(stream(job, "world"))
-    )
-
-
-def _obstacles(
-    settings: WorldSettings, own: Obstacles | None, rng: np.random.Generator
-) -> NDArray[np.float64]:
-    return (
-        MAPS[settings.map].draw(settings, rng)
-        if own is None
-        else np.array(own).reshape(-1, 5)
-    )
-
-
-@lru_cache(maxsize=16)
-def _fixed_place(
-    settings: WorldSettings,
-    margin: float,
-    grid: OccupancySettings | None,
-    own: Obstacles | None,
-) -> Place:
-    return _build_place(
-        settings, margin, grid, _obstacles(settings, own, np.random.default_rng(0))
-    )
-
-
-def _build_place(
-    settings: WorldSettings,
-    margin: float,
-    grid: OccupancySettings | None,
-    drawn: NDArray[np.float64],
-) -> Place:
-    world = build_world(settings, drawn)
-    occupancy = build_occupancy(world, grid) if grid else no_occupancy()
-    return Place(world, build_reach(world, 0.0), build_reach(world, margin), occupancy)
-
-
-def _start(
-    job: Job, n: int, settings: StartSettings, world: World, contact: Reach
-) -> Flock:
-    if settings.start_draws == PYTHON_RANDOM:
-        return start_python_random(
-            n, settings, world, contact, literal_seed(job, "start")
-        )
+    model, record = MODELS[job.model], job.record
+    params, settings = group(model.params), group(WorldSettings)
+    schedule, observation = group(Schedule), group(Observation)
+    scenery = scenery_of(job, params, settings)
+    memory = Memory(record.metrics, record.every, record.heatmaps, record.trajectories)
     with Randomness(stream(job, "start")).lent() as rng:
-        return start_numpy(n, settings, world, contact, rng)
-
-
-@lru_cache(maxsize=4)
-def _unvisited(
-    settings: WorldSettings, observation: Observation, own: Obstacles | None
-) -> Coverage:
-    place = _fixed_place(settings, 0.0, None, own)
-    return build_coverage(place.world, place.contact, observation)
-
-
-def _coverage(
-    job: Job, settings: WorldSettings, place: Place, observation: Observation
-) -> Coverage:
-    if _is_drawn_anew(job):
-        return build_coverage(place.world, place.contact, observation)
-    fresh = _unvisited(settings, observation, job.obstacles)
-    return fresh._replace(visits=fresh.visits.copy(), sums=fresh.sums.copy())
-
-
-def _record(
-    job: Job,
-    schedule: Schedule,
-    place: Place,
-    settings: WorldSettings,
-    observation: Observation,
-) -> Record:
-    metrics = [METRICS[name] for name in job.record.metrics]
-    covers = job.record.heatmaps or any(metric.covers for metric in metrics)
-    counts, pairs = (
-        any(metric.counts for metric in metrics),
-        any(metric.pairs for metric in metrics),
-    )
-    looks = job.record.trajectories or any(metric.looks for metric in metrics)
-    return Record(
-        frames=_frames(schedule.n if looks else 0),
-        progress=np.zeros(2, np.int64),
-        every=job.record.every,
-        last=schedule.steps,
-        covering=covers,
-        coverage=_coverage(job, settings, place, observation)
-        if covers
+        flock = start(
+            schedule.n,
+            group(StartSettings),
+            scenery.world,
+            scenery.contact,
+            rng,
+            literal_seed(job, "start"),
+        )
+    return begin(
+        model,
+        params,
+        schedule,
+        observation,
+        scenery,
+        flock,
+        memory,
+        coverage_of(job, settings, observation, scenery)
+        if memory.covering
         else no_coverage(),
-        watch=build_watch(schedule.n, counts, pairs, place.contact, observation),
-    )
-
-
-def note_start(flock: Flock, world: World, watch: Watch) -> None:
-    """Note where boids start. Being outside, in an obstacle or in contact at the start
-    is not counted; being at the goal counts as an arrival.
-    """
-    count(flock, world, watch, 0)
-    watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED]] = 0
-    watch.in_step[:] = 0
-
-
-def _ground(
-    model: Model, params: Any, world: World, coverage: Coverage, n: int
-) -> Ground:
-    """What the metrics need to know of the trial."""
-    potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
-    return Ground(
-        world, n, coverage.traversable, coverage.visits.size, params.dt, potential
-    )
-
-
-def _frames(bodies: int) -> Frames:
-    """Room for FRAME_BYTES of frames, and for two at least: one on time, the last."""
-    return build_frames(
-        max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * bodies + 48))), bodies
     )
 
 

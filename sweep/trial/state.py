@@ -31,6 +31,12 @@ class State(NamedTuple):
     generator: dict[str, Any]
     room: int
 
+    def copied(self) -> "State":
+        """The state with arrays of its own, to be kept while the trial goes on."""
+        return self._replace(
+            arrays={name: array.copy() for name, array in self.arrays.items()}
+        )
+
 
 def joined(taken: Sequence[Taken]) -> Taken:
     """Frames one after the other."""

@@ -5,25 +5,40 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.models import MODELS
 from sweep.design.jobs import Job
-from sweep.trial.simulation import obstacles
+from sweep.spec.settings import fields, settings_tuple
+from sweep.trial.scenery import obstacles
 
 
 class TrialWorld(NamedTuple):
     """The size of a trial's world, and its obstacles (M, 5) as kernels.worlds has them.
 
     A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
-    rectangle. Lengths are in the model's unit.
+    rectangle. `goal` is x and y of the goal and the radius about it, None where no boid
+    seeks it. Lengths are in the model's unit; `y_down` says that y points down.
     """
 
     width: float
     height: float
     obstacles: NDArray[np.float64]
+    goal: tuple[float, float, float] | None = None
+    y_down: bool = True
 
 
 def world_of(job: Job) -> TrialWorld:
     """The world in which the trial of `job` runs."""
-    settings = job.settings
+    settings, model = job.settings, MODELS[job.model]
+    params = settings_tuple(model.params, settings, fields(job.model))
+    width, height, x, y, radius = (
+        float(settings[name])
+        for name in ("width", "height", "goal_x", "goal_y", "goal_radius")
+    )
+    sought = model.seeks_goal(params, int(settings["n"]))
     return TrialWorld(
-        float(settings["width"]), float(settings["height"]), obstacles(job)
+        width,
+        height,
+        obstacles(job),
+        (x, y, radius) if sought else None,
+        model.y_down,
     )

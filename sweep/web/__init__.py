@@ -15,7 +15,7 @@ that sweeps use.
     protocol       the whole conversation
     outbox         what is on its way to the page
     encoding       frames in a few bytes
-    overlays       whom a boid sees, what rules do
+    overlays       visits in as few cells as are drawn
     flight         a run with its frames in memory
     filing         what the page wants as a file
     export         pictures and films of a run

@@ -31,8 +31,8 @@ def controls(
     """The controls message of a preset: models, groups of fields, maps, metrics; `own`
     are maps of the spec's own.
 
-    A field has name, kind, text, unit, low, high, slider, logarithmic, choices and
-    default, see sweep.web.protocol.
+    A field has name, kind, text, unit, low, high, slider, logarithmic, rule, choices
+    and default, see sweep.web.protocol.
     """
     values = preset_settings(model, preset)
     groups: dict[str, list[Reply]] = {}
@@ -76,6 +76,7 @@ def _field(field: Field, default: Value) -> Reply:
         "logarithmic": slider is not None
         and slider[0] > 0
         and slider[1] / slider[0] >= LOGARITHMIC,
+        "rule": field.rule,
         "choices": list(field.choices),
         "default": plain(default),
     }

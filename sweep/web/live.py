@@ -3,13 +3,15 @@
 import time
 from collections.abc import Callable
 
+from kernels.models import MODELS
 from sweep.errors import SpecError
-from sweep.spec.settings import fields
-from sweep.web import encoding, messages, overlays
+from sweep.trial import looking
+from sweep.web import encoding, messages
 from sweep.web.controls import controls
 from sweep.web.filing import Order, filed
 from sweep.web.history import Cursor
 from sweep.web.messages import Message
+from sweep.web.overlays import coarsened
 from sweep.web.protocol import Reply, plain
 from sweep.web.session import Session
 from sweep.web.state import Range
@@ -82,21 +84,21 @@ class Live(Session):
         replies: list[Reply] = [metrics] if metrics else []
         replies.append(self.selection())
         if "accelerations" in self.overlays:
-            replies.append({"type": "rules", "names": overlays.rules(self.simulation)})
+            replies.append({"type": "rules", "names": looking.rules(self.simulation)})
         return replies, cursor
 
     def picture(self) -> bytes:
         """The frame with the overlays that are wanted."""
         simulation, sections = self.simulation, []
         if "flocks" in self.overlays:
-            sections.append(encoding.flocks(overlays.flocks(simulation)))
+            sections.append(encoding.flocks(looking.flocks(simulation)))
         if "accelerations" in self.overlays:
-            sections.append(encoding.accelerations(overlays.accelerations(simulation)))
+            sections.append(encoding.accelerations(looking.accelerations(simulation)))
         if "coverage" in self.overlays and (
             not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD
         ):
             self.covered = time.monotonic()
-            sections.append(encoding.coverage(overlays.coverage(simulation)))
+            sections.append(encoding.coverage(coarsened(looking.visits(simulation))))
         world = simulation.world
         return encoding.frame(
             self.step, self.bodies, (world.width, world.height), sections
@@ -129,7 +131,7 @@ class Live(Session):
     def scene(self) -> Reply:
         """The scene message."""
         simulation = self.simulation
-        world, model = simulation.world, simulation.model
+        world, model = simulation.world, MODELS[self.state.model]
         columns = (
             world.obstacle_x,
             world.obstacle_y,
@@ -137,13 +139,9 @@ class Live(Session):
             world.half_height,
             world.is_round,
         )
-        drawn = any(
-            "goal" in field.text
-            for field in fields(model.name).values()
-            if field.group == "parameters"
-        )
+        drawn = any(rule.to_goal for rule in model.rules)
         goal = (
-            [world.goal_x, world.goal_y, simulation.observation.goal_radius]
+            [world.goal_x, world.goal_y, float(self.state.settings["goal_radius"])]
             if drawn
             else None
         )
@@ -154,7 +152,7 @@ class Live(Session):
             "borders": str(self.state.settings["borders"]),
             "length": model.length,
             "time": model.time,
-            "downwards": model.length == "px",
+            "downwards": model.y_down,
             "obstacles": [
                 list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)
             ],
@@ -166,7 +164,7 @@ class Live(Session):
         boid = self.selected
         if boid is None:
             return {"type": "selection", "boid": None}
-        seen, flock = overlays.view(self.simulation, boid), self.simulation.flock
+        seen, flock = looking.seen_by(self.simulation, boid), self.simulation.flock
         place = {"x": float(flock.x[boid]), "y": float(flock.y[boid])}
         return {
             "type": "selection",

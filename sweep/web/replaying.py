@@ -26,7 +26,7 @@ from sweep.web.live import Live
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job
-from sweep.web.track import go_to, quiet, survey
+from sweep.web.track import NOTHING, go_to, quiet, survey
 
 CHANGING = (
     messages.Set
@@ -100,7 +100,7 @@ class Replay(Live):
             self.simulation.advance(min(steps, most))
         if self.step >= self.track.last:
             self.pause()
-        taken = self.simulation.take_frames()
+        taken = self.simulation.take_frames(NOTHING)
         self._look()
         return taken
 

@@ -3,13 +3,12 @@
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
-
 from kernels.metrics import METRICS
 from sweep.design.jobs import Job
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
-from sweep.trial.simulation import Simulation, warm
+from sweep.trial.looking import seen_by
+from sweep.trial.simulation import Simulation
 
 MOST_PIXELS = 4_000_000
 """Of a world whose visits are counted in any case."""
@@ -34,34 +33,20 @@ def simulation_of(job: Job) -> Simulation:
             for name in wanted
             if not METRICS[name].covers or name in job.record.metrics
         ]
-    simulation = Simulation(
-        replace(job, record=RecordSpec(tuple(wanted), trajectories=True))
-    )
-    simulation.job = replace(
-        job, record=RecordSpec(job.record.series, trajectories=True)
-    )
-    return simulation
+    return Simulation(replace(job, record=RecordSpec(tuple(wanted), trajectories=True)))
 
 
 @cache
 def _compile(model: str, preset: str) -> None:
     """Compile what runs of a model need, so that the first step need not."""
     settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
-    warm(
-        Job(
-            "",
-            "",
-            0,
-            0,
-            False,
-            model,
-            preset,
-            settings,
-            RecordSpec(()),
-            Streams(),
-            None,
-        )
+    streams = Streams("common", "common", "common")  # it is of no point
+    job = Job(
+        "", "", 0, 0, False, model, preset, settings, RecordSpec(()), streams, None
     )
+    simulation = Simulation(job)
+    simulation.advance(1)
+    seen_by(simulation, 0)
 
 
 def _can_cover(job: Job) -> bool:
@@ -80,16 +65,5 @@ def changed(earlier: Simulation, job: Job) -> Simulation:
     Visits are kept where the same pixels can be visited.
     """
     simulation = simulation_of(job)
-    simulation.noise.state, simulation.step = earlier.noise.state, earlier.step
-    simulation.record.progress[:] = earlier.record.progress
-    watches = zip(simulation.record.watch, earlier.record.watch, strict=True)
-    for mine, theirs in (*zip(simulation.flock, earlier.flock, strict=True), *watches):
-        if isinstance(mine, np.ndarray):
-            mine[:] = theirs
-    simulation.work.heading_x[:] = earlier.work.heading_x
-    simulation.work.heading_y[:] = earlier.work.heading_y
-    simulation.rebuild_grid(0)
-    ground, before = simulation.record.coverage, earlier.record.coverage
-    if np.array_equal(ground.visits < 0, before.visits < 0):
-        ground.visits[:], ground.sums[:] = before.visits, before.sums
+    simulation.go_on_from(earlier)
     return simulation

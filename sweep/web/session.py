@@ -7,7 +7,6 @@ often.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from kernels.settings import StartSettings
 from sweep.errors import SpecError
 from sweep.spec.study import RecordSpec
 from sweep.text import unknown
+from sweep.trial.looking import counts_visits
 from sweep.trial.state import Taken
 from sweep.web.history import History
 from sweep.web.protocol import OVERLAYS
@@ -63,12 +63,10 @@ class Session:
 
     def _show(self, state: ViewState) -> None:
         self.state = state
-        self.simulation.job = replace(
-            state.job, record=RecordSpec(state.plots, trajectories=True)
-        )
 
     def _take(self) -> Taken:
-        taken = self.simulation.take_frames()
+        wanted = RecordSpec(self.state.plots, trajectories=True)
+        taken = self.simulation.take_frames(wanted)
         if len(taken.steps):
             self.bodies: NDArray[np.float64] = taken.bodies[-1]
             self.history.add(taken.steps, taken.values)
@@ -192,9 +190,8 @@ class Session:
         were not counted.
         """
         state = self.state.follow(metrics)
-        uncounted = (
-            any(METRICS[name].covers for name in metrics)
-            and not self.simulation.record.covering
+        uncounted = any(METRICS[name].covers for name in metrics) and not counts_visits(
+            self.simulation
         )
         if self.step == 0 or uncounted:
             self._again(state)
@@ -210,7 +207,7 @@ class Session:
         for name in overlays:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
-        if "coverage" in overlays and not self.simulation.record.covering:
+        if "coverage" in overlays and not counts_visits(self.simulation):
             raise SpecError(
                 "visits are not counted in a world of so many pixels:"
                 " plot coverage first, or change pixel"

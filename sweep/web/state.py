@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from kernels import KERNELS_SHA
+from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.design.design import expand
@@ -27,6 +28,10 @@ from sweep.spec.study import Streams, Study, parse_spec
 from sweep.text import unknown
 
 COMMON = Streams(noise="common")
+ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
+"""A spec records one at least. Every trial can have one of the bodies."""
+PRESET = "as_run"
+"""What is shown unless a user says otherwise; every model has it."""
 EDITED = "edited"
 """The name of a map once its shapes were changed."""
 MOST_BOIDS = 100_000
@@ -214,7 +219,7 @@ class ViewState:
     def _record(self) -> dict[str, Any]:
         plots = list(self.plots)
         record: dict[str, Any] = (
-            {"metrics": plots, "series": plots} if plots else {"metrics": ["speed"]}
+            {"metrics": plots, "series": plots} if plots else {"metrics": [ANY_METRIC]}
         )
         record["every"] = 1
         known = preset_settings(self.model, self.preset) | dict(self.fixed)
@@ -273,8 +278,13 @@ class ViewState:
         )
 
 
-def begin(model: str, preset: str, seed: int = 1) -> ViewState:
-    """The state that shows a preset as it is, and follows the model's first metric."""
+def begin(
+    model: str | None = None, preset: str | None = None, seed: int = 1
+) -> ViewState:
+    """The state that shows a preset as it is, and follows the model's first metrics.
+    Without a model it is the first that there is.
+    """
+    model, preset = model or next(iter(MODELS)), preset or PRESET
     if model not in MODELS:
         raise SpecError(unknown("model", model, MODELS))
     if preset not in MODELS[model].presets:

@@ -23,6 +23,10 @@ further from one.
 """
 
 
+NOTHING = RecordSpec(())
+"""What is taken of frames that nobody looks at."""
+
+
 class Track(NamedTuple):
     """The run of `job`, which records metrics at every step.
 
@@ -45,19 +49,18 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
     """Run `job` from its start to its end; an exception is raised as it is."""
     job = replace(job, record=RecordSpec(metrics))
     simulation = simulation_of(job)
-    simulation.job = job
-    taken, states = [simulation.take_frames()], dict[int, State]()
+    taken, states = [simulation.take_frames(job.record)], dict[int, State]()
     apart, going = _steps_apart(simulation), True
     while going and simulation.steps_left > 0:
         going = simulation.advance(_steps_a_call(simulation))
-        taken.append(simulation.take_frames())
+        taken.append(simulation.take_frames(job.record))
         report(simulation.step, simulation.schedule.steps)
         if (
             going
             and simulation.steps_left > 0
             and simulation.step >= max(states, default=0) + apart
         ):
-            states[simulation.step] = _copied(simulation.state())
+            states[simulation.step] = simulation.state().copied()
     steps, values, _ = joined(taken)
     return Track(job, steps, dict(zip(metrics, values, strict=True)), states)
 
@@ -74,12 +77,6 @@ def _steps_a_call(simulation: Simulation) -> int:
     return max(1, BOID_STEPS_APART // simulation.schedule.n)
 
 
-def _copied(state: State) -> State:
-    return state._replace(
-        arrays={name: array.copy() for name, array in state.arrays.items()}
-    )
-
-
 def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
     """A simulation of the track's job at `step`: `simulation`, put there, or a new one.
     No frames are left in it.
@@ -92,15 +89,12 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
             simulation = quiet(track.job)
     while simulation.step < step:
         simulation.advance(min(step - simulation.step, _steps_a_call(simulation)))
-        simulation.take_frames()
+        simulation.take_frames(NOTHING)
     return simulation
 
 
 def quiet(job: Job) -> Simulation:
-    """A simulation that counts what the metrics of `job` need, measures nothing of its
-    frames, and has none left.
-    """
+    """A simulation that counts what the metrics of `job` need, and has no frames."""
     simulation = simulation_of(job)
-    simulation.job = replace(job, record=RecordSpec(()))
-    simulation.take_frames()
+    simulation.take_frames(NOTHING)
     return simulation

@@ -149,7 +149,9 @@ class _Line(Thread):
         self.view.send({"type": "frame"}, buffers=[frame])
 
 
-def live(model: str, preset: str, seed: int, settings: Mapping[str, Value]) -> View:
+def live(
+    model: str | None, preset: str | None, seed: int, settings: Mapping[str, Value]
+) -> View:
     """The widget of a live run. Raises SpecError for what a spec would not accept."""
     try:
         state = begin(model, preset, seed)

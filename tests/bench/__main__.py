@@ -84,7 +84,7 @@ def ours(one: Job) -> tuple[float, int]:
     simulation = Simulation(one)
     began = time.perf_counter()
     simulation.result(began)
-    return time.perf_counter() - began, int(simulation.record.coverage.sums[0])
+    return time.perf_counter() - began, int(simulation.flight.record.coverage.sums[0])
 
 
 def plain(one: Job) -> tuple[float, int]:
@@ -93,7 +93,7 @@ def plain(one: Job) -> tuple[float, int]:
     world, flock, coverage = (
         simulation.world,
         simulation.flock,
-        simulation.record.coverage,
+        simulation.flight.record.coverage,
     )
     obstacles = np.column_stack([world.obstacle_x, world.obstacle_y, world.half_width])
     weights = tuple(

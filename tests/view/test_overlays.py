@@ -11,8 +11,8 @@ import pytest
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS, _skeleton
-from kernels.neighbours import build_near, cone, search, square_range
 from sweep.spec.settings import fields
+from sweep.trial import looking
 from sweep.trial.simulation import Simulation
 from sweep.web import encoding, overlays
 from sweep.web.controls import EXPERIMENTS, controls, published
@@ -40,37 +40,36 @@ def flown(
     return simulation
 
 
-def searched(simulation: Simulation, boid: int) -> list[int]:
-    """The neighbours of a boid as the kernel finds them."""
-    params, near = simulation.params, build_near(simulation.schedule.n)
-    inclusive = getattr(params, "range_inclusive", False)
-    range2 = square_range(simulation.model.interaction_range(params), inclusive)
-    view = cone(getattr(params, "fov", 360.0))
-    ahead = simulation.work.heading_x[boid], simulation.work.heading_y[boid]
-    if simulation.model.name != "rustamani2024":
-        ahead = simulation.flock.vx[boid], simulation.flock.vy[boid]
-    found = search(
-        simulation.flock,
-        simulation.world,
-        simulation.work.grid,
-        boid,
-        range2,
-        view,
-        *ahead,
-        near,
-    )
-    return [int(other) for other in near.boid[:found]]
+def found_slowly(simulation: Simulation, boid: int) -> list[int]:
+    """The neighbours of a boid, by distances and angles of all."""
+    flock, world, settings = simulation.flock, simulation.world, simulation.job.settings
+    reach, fov, inclusive = simulation.flight.model.sight(simulation.flight.params)
+    dx, dy = flock.x - flock.x[boid], flock.y - flock.y[boid]
+    if settings["minimum_image"]:
+        dx = dx - world.width * np.round(dx / world.width)
+        dy = dy - world.height * np.round(dy / world.height)
+    distance = np.hypot(dx, dy)
+    seen = distance <= reach if inclusive else distance < reach
+    vx, vy = flock.vx[boid], flock.vy[boid]
+    if simulation.job.model == "rustamani2024":
+        work = simulation.flight.work
+        vx, vy = work.heading_x[boid], work.heading_y[boid]
+    if vx != 0.0 or vy != 0.0:
+        turn = np.arctan2(dy, dx) - np.arctan2(vy, vx)
+        seen &= np.abs((turn + np.pi) % (2 * np.pi) - np.pi) <= np.radians(fov / 2)
+    seen[boid] = False
+    return [int(other) for other in np.flatnonzero(seen)]
 
 
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
 @pytest.mark.parametrize("minimum_image", [False, True])
-def test_neighbours_are_those_that_the_kernel_finds(
+def test_neighbours_are_those_in_range_and_in_view(
     model: str, preset: str, minimum_image: bool
 ) -> None:
     simulation = flown(model, preset, borders="torus", minimum_image=minimum_image)
-    views = [overlays.view(simulation, boid) for boid in range(60)]
+    views = [looking.seen_by(simulation, boid) for boid in range(60)]
     assert [view.neighbours for view in views] == [
-        searched(simulation, boid) for boid in range(60)
+        found_slowly(simulation, boid) for boid in range(60)
     ]
     assert any(view.neighbours for view in views)
 
@@ -82,14 +81,14 @@ def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(
     changes = {"fov": 120} if "fov" in fields(model) else {}
     simulation = flown(model, preset, **changes)
     flock = simulation.flock
-    seen = overlays.view(simulation, 7)
+    seen = looking.seen_by(simulation, 7)
     limited = "fov" in fields(model)
-    assert seen.range == simulation.model.interaction_range(simulation.params)
+    assert seen.range == simulation.flight.model.sight(simulation.flight.params).range
     assert seen.fov == (120 if limited else 360)
     assert seen.heading == (math.atan2(flock.vy[7], flock.vx[7]) if limited else None)
     flock.vx[7] = flock.vy[7] = 0.0
-    at_rest = overlays.view(simulation, 7)
-    assert at_rest.neighbours == searched(simulation, 7)
+    at_rest = looking.seen_by(simulation, 7)
+    assert at_rest.neighbours == found_slowly(simulation, 7)
     assert at_rest.heading == (seen.heading if model == "rustamani2024" else None)
 
 
@@ -97,16 +96,16 @@ def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(
 def test_looking_at_everything_leaves_the_run_as_it_is(model: str) -> None:
     watched, plain = flown(model), flown(model)
     (
-        overlays.accelerations(watched),
-        overlays.flocks(watched),
-        overlays.coverage(watched),
-        overlays.view(watched, 3),
+        looking.accelerations(watched),
+        looking.flocks(watched),
+        looking.visits(watched),
+        looking.seen_by(watched, 3),
     )
     for simulation in (watched, plain):
         simulation.advance(3)
     np.testing.assert_array_equal(np.stack(watched.flock), np.stack(plain.flock))
     np.testing.assert_array_equal(
-        watched.record.watch.events, plain.record.watch.events
+        watched.flight.record.watch.events, plain.flight.record.watch.events
     )
 
 
@@ -117,8 +116,8 @@ def test_a_rule_alone_has_the_acceleration_of_a_model_with_that_rule_only() -> N
     simulation = flown(
         "nguyen2024", drag=0.0, dt=0.5, update="synchronous", obstacle_range=500
     )
-    by_rule = overlays.accelerations(simulation)
-    assert overlays.rules(simulation) == [
+    by_rule = looking.accelerations(simulation)
+    assert looking.rules(simulation) == [
         "separation",
         "alignment",
         "cohesion",
@@ -134,19 +133,20 @@ def test_a_rule_alone_has_the_acceleration_of_a_model_with_that_rule_only() -> N
 
 def test_a_rule_without_weight_has_no_arrows() -> None:
     simulation = flown("patel2023", cohesion_weight=0.0)
-    assert overlays.rules(simulation) == ["separation", "alignment", "obstacle"]
-    assert overlays.accelerations(simulation).shape == (3, 2, 60)
+    assert looking.rules(simulation) == ["separation", "alignment", "obstacle"]
+    assert looking.accelerations(simulation).shape == (3, 2, 60)
     none = flown("nanobot", separation_weight=0, alignment_weight=0, cohesion_weight=0)
-    assert overlays.accelerations(none).shape == (0, 2, 60)
+    assert looking.accelerations(none).shape == (0, 2, 60)
 
 
 def test_flocks_are_those_of_the_metric() -> None:
     simulation = flown("nanobot", steps=40)
-    labels = overlays.flocks(simulation)
+    labels = looking.flocks(simulation)
     values = np.empty(1)
-    simulation.record.frames.bodies[0, :4] = np.stack(simulation.flock[:4])
+    flight = simulation.flight
+    flight.record.frames.bodies[0, :4] = np.stack(simulation.flock[:4])
     METRICS["flock_count"].measure(
-        simulation.record.frames, 1, simulation.ground, simulation.observation, values
+        flight.record.frames, 1, flight.ground, flight.observation, values
     )
     assert len(set(labels.tolist())) == values[0]
     flag, section = encoding.flocks(labels)
@@ -159,9 +159,11 @@ def test_flocks_are_those_of_the_metric() -> None:
 
 def test_coverage_is_what_the_metric_counts_and_coarsened_by_its_most() -> None:
     simulation = flown("aziel_chen2025", steps=30, map="cafeteria")
-    counted = simulation.record.coverage
-    pixels = counted.visits.reshape(counted.rows, counted.columns)
-    coarse = overlays.coverage(simulation)
+    counted = simulation.flight.record.coverage
+    pixels = looking.visits(simulation)
+    assert (pixels >= 0).sum() == counted.traversable
+    assert (pixels > 0).sum() == counted.sums[0]
+    coarse = overlays.coarsened(pixels)
     assert coarse.size <= overlays.MOST_CELLS < pixels.size
     side = -(-counted.rows // coarse.shape[0])
     for row, column in ((0, 0), (66, 66), (100, 20), coarse.shape):

@@ -18,8 +18,9 @@ from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import RecordSpec
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
+from sweep.trial import looking
 from sweep.trial.simulation import Simulation, simulate
-from sweep.web import messages, overlays
+from sweep.web import messages
 from sweep.web.export import draw_frame
 from sweep.web.history import Cursor
 from sweep.web.replaying import Replay
@@ -121,13 +122,13 @@ def test_any_step_is_reached_from_anywhere_with_all_that_belongs_to_it(
     seen = {}
     for step in range(13):
         state = np.stack(straight.flock[:4])
-        view = overlays.view(straight, 3)
-        seen[step] = state.tobytes(), overlays.coverage(straight).tobytes(), view
+        view = looking.seen_by(straight, 3)
+        seen[step] = state.tobytes(), looking.visits(straight).tobytes(), view
         straight.advance(1)
     for step in np.random.default_rng(1).permutation(13).tolist():
         show.handle(messages.Seek(step))
-        found = show.bodies.tobytes(), overlays.coverage(show.simulation).tobytes()
-        assert (*found, overlays.view(show.simulation, 3)) == seen[step]
+        found = show.bodies.tobytes(), looking.visits(show.simulation).tobytes()
+        assert (*found, looking.seen_by(show.simulation, 3)) == seen[step]
         assert struct.unpack("<I", show.picture()[8:12]) == (step,)
 
 

@@ -114,12 +114,14 @@ def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
             simulation.advance(30)
             simulation.take_frames()
     np.testing.assert_array_equal(np.stack(later.flock), np.stack(whole.flock))
-    np.testing.assert_array_equal(later.record.watch.events, whole.record.watch.events)
     np.testing.assert_array_equal(
-        later.record.coverage.visits, whole.record.coverage.visits
+        later.flight.record.watch.events, whole.flight.record.watch.events
     )
     np.testing.assert_array_equal(
-        later.record.coverage.sums, whole.record.coverage.sums
+        later.flight.record.coverage.visits, whole.flight.record.coverage.visits
+    )
+    np.testing.assert_array_equal(
+        later.flight.record.coverage.sums, whole.flight.record.coverage.sums
     )
 
 

@@ -82,6 +82,8 @@ export interface Setting {
   high: number | null;
   slider: [low: number, high: number, step: number] | null;
   logarithmic: boolean;
+  /** Whose weight the setting is, or empty. */
+  rule: string;
   choices: string[];
   default: Value | null;
 }

@@ -78,6 +78,7 @@ const SEED = {
   high: null,
   slider: null,
   logarithmic: false,
+  rule: "",
   choices: [],
   default: null,
 };
@@ -385,7 +386,7 @@ export class View {
     const rows = about.map((field) => {
       const row = new Field(field, this.prefix, this.send, this.tip);
       this.fields.set(field.name, row);
-      if (field.name.endsWith("_weight") && row.slide) this.weights.push(row);
+      if (field.rule && row.slide) this.weights.push(row);
       return row.element;
     });
     const count = make("span", { className: "count" });

@@ -1,0 +1,244 @@
+"""One flock under way: put together, advanced call by call, and measured.
+
+Whoever runs it keeps the clock, and passes in what is random.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from kernels.coverage import Coverage
+from kernels.events import build_watch, note_start
+from kernels.metrics import METRICS, Ground
+from kernels.model import NO_POTENTIAL, Model, OccupancySettings
+from kernels.neighbours import build_grid
+from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
+from kernels.recording import FILLED, STEP, Record, build_frames, keep_frame
+from kernels.settings import Observation, Schedule, WorldSettings
+from kernels.state import Flock, World
+from kernels.workspace import Workspace, build_workspace
+from kernels.worlds import Obstacles, Reach, build_reach, build_world
+
+MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
+"""Of the frames that are kept until they are taken."""
+
+
+class Scenery(NamedTuple):
+    """The world, the reach of its obstacles' surfaces, that of their forces, and the
+    model's occupancy grid. Flights that differ in their boids may share one.
+    """
+
+    world: World
+    contact: Reach
+    reach: Reach
+    occupancy: Occupancy
+
+
+class Memory(NamedTuple):
+    """What is to be remembered of a flight: what the `metrics` of these names need, and
+    a frame `every` so many steps; in any case `visits` by pixel, and `bodies`.
+    """
+
+    metrics: tuple[str, ...]
+    every: int = 1
+    visits: bool = False
+    bodies: bool = False
+
+    @property
+    def covering(self) -> bool:
+        """Whether visits must be counted."""
+        return self.visits or any(METRICS[name].covers for name in self.metrics)
+
+
+@dataclass
+class Flight:
+    """A flock in its world, and all that a model's `advance` works with.
+
+    `work` is replaced where its grid has become too small.
+    """
+
+    model: Model
+    params: Any
+    schedule: Schedule
+    observation: Observation
+    scenery: Scenery
+    flock: Flock
+    work: Workspace
+    record: Record
+    ground: Ground
+
+    @property
+    def world(self) -> World:
+        return self.scenery.world
+
+    @property
+    def step(self) -> int:
+        """The steps done."""
+        return int(self.record.progress[STEP])
+
+    @property
+    def filled(self) -> int:
+        """The frames kept since they were last taken."""
+        return int(self.record.progress[FILLED])
+
+
+def build_scenery(
+    settings: WorldSettings,
+    obstacles: Obstacles,
+    reach: float = 0.0,
+    grid: OccupancySettings | None = None,
+) -> Scenery:
+    """The world of `settings` with these obstacles (M, 5), as a model meets it whose
+    obstacles act up to `reach` beyond their surface and which looks at such a `grid`.
+    """
+    world = build_world(settings, obstacles)
+    occupancy = build_occupancy(world, grid) if grid else no_occupancy()
+    return Scenery(world, build_reach(world, 0.0), build_reach(world, reach), occupancy)
+
+
+def begin(
+    model: Model,
+    params: Any,
+    schedule: Schedule,
+    observation: Observation,
+    scenery: Scenery,
+    flock: Flock,
+    memory: Memory,
+    coverage: Coverage,
+) -> Flight:
+    """A flight at its start, which is its first frame.
+
+    `coverage` is that of the world with nothing visited, see kernels.coverage, and
+    without pixels where `memory` is not covering. `flock` and `coverage` become the
+    flight's own.
+    """
+    potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
+    flight = Flight(
+        model,
+        params,
+        schedule,
+        observation,
+        scenery,
+        flock,
+        build_workspace(
+            flock,
+            scenery.world,
+            model.sight(params).range,
+            scenery.reach,
+            scenery.occupancy,
+        ),
+        _record(schedule, observation, scenery, memory, coverage),
+        Ground(
+            scenery.world,
+            schedule.n,
+            coverage.traversable,
+            coverage.visits.size,
+            params.dt,
+            potential,
+        ),
+    )
+    note_start(flock, scenery.world, flight.record.watch)
+    keep_frame(flock, flight.record)
+    return flight
+
+
+def _record(
+    schedule: Schedule,
+    observation: Observation,
+    scenery: Scenery,
+    memory: Memory,
+    coverage: Coverage,
+) -> Record:
+    """Nothing remembered yet. There is room for FRAME_BYTES of frames, and for two at
+    least: one on time, the last.
+    """
+    metrics = [METRICS[name] for name in memory.metrics]
+    looks = memory.bodies or any(metric.looks for metric in metrics)
+    n = schedule.n if looks else 0
+    room = max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * n + 48)))
+    return Record(
+        frames=build_frames(room, n),
+        progress=np.zeros(2, np.int64),
+        every=memory.every,
+        last=schedule.steps,
+        covering=memory.covering,
+        coverage=coverage,
+        watch=build_watch(
+            schedule.n,
+            any(metric.counts for metric in metrics),
+            any(metric.pairs for metric in metrics),
+            scenery.contact,
+            observation,
+        ),
+    )
+
+
+def advance(flight: Flight, rng: Generator, steps: int) -> bool:
+    """Take up to `steps` steps, but no more than are left and than frames have room
+    for. False if the state is not finite.
+
+    A grid that has overflowed is made anew, with twice the room.
+    """
+    free = len(flight.record.frames.step) - flight.filled - 1
+    room = max(0, free * flight.record.every)
+    going = flight.model.advance(
+        flight.flock,
+        flight.world,
+        flight.params,
+        flight.work,
+        flight.record,
+        rng,
+        min(steps, flight.schedule.steps - flight.step, room),
+    )
+    grid = flight.work.grid
+    capacity = grid.members.shape[1]
+    if going and grid.full[0] and capacity > 0:
+        rebuild_grid(flight, 2 * capacity)
+    return going
+
+
+def rebuild_grid(flight: Flight, capacity: int) -> None:
+    """Enter the whole flock into a new grid whose lists have room for `capacity` boids,
+    see kernels.neighbours.build_grid.
+    """
+    reach = flight.model.sight(flight.params).range
+    grid = build_grid(flight.flock, flight.world, reach, capacity)
+    flight.work = flight.work._replace(grid=grid)
+
+
+def measure(flight: Flight, metrics: Sequence[str]) -> NDArray[np.float64]:
+    """The values of metrics in the frames kept, shape (number of metrics, F)."""
+    values = np.empty((len(metrics), flight.filled))
+    for row, name in zip(values, metrics, strict=True):
+        METRICS[name].measure(
+            flight.record.frames, flight.filled, flight.ground, flight.observation, row
+        )
+    return values
+
+
+def forget_frames(flight: Flight) -> None:
+    """Make room for new frames."""
+    flight.record.progress[FILLED] = 0
+
+
+def go_on_from(flight: Flight, earlier: Flight) -> None:
+    """Put a flight in the place of `earlier`, which has as many boids: the flock, the
+    steps and the counts become those of `earlier`. All frames must have been taken.
+
+    Visits are kept if both have the same pixels outside obstacles.
+    """
+    flight.record.progress[:] = earlier.record.progress
+    watches = zip(flight.record.watch, earlier.record.watch, strict=True)
+    for mine, theirs in (*zip(flight.flock, earlier.flock, strict=True), *watches):
+        if isinstance(mine, np.ndarray):
+            mine[:] = theirs
+    flight.work.heading_x[:] = earlier.work.heading_x
+    flight.work.heading_y[:] = earlier.work.heading_y
+    rebuild_grid(flight, 0)
+    coverage, before = flight.record.coverage, earlier.record.coverage
+    if np.array_equal(coverage.visits < 0, before.visits < 0):
+        coverage.visits[:], coverage.sums[:] = before.visits, before.sums

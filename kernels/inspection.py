@@ -1,0 +1,84 @@
+"""What can be seen of a flight without changing it: whom a boid sees, who flocks
+together, what one step would do.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from kernels.flight import Flight
+from kernels.metrics.flocks import labels
+from kernels.neighbours import build_near, cone, search, square_range
+from kernels.recording import silent
+from kernels.state import Floats
+
+
+class Seen(NamedTuple):
+    """What one boid sees: the range, the field of view in degrees, the angle it is
+    about, and who is in it.
+
+    The angle is None where the boid sees all round.
+    """
+
+    range: float
+    fov: float
+    heading: float | None
+    neighbours: list[int]
+
+
+def seen_by(flight: Flight, boid: int) -> Seen:
+    """What `boid` sees of the flock as it is, as a model's `advance` searches.
+
+    In a sequential update those before it move first. The range is the longest of the
+    model's.
+    """
+    reach, fov, inclusive = flight.model.sight(flight.params)
+    flock, work = flight.flock, flight.work
+    faced = flight.model.faces_heading
+    ahead_x = float((work.heading_x if faced else flock.vx)[boid])
+    ahead_y = float((work.heading_y if faced else flock.vy)[boid])
+    near = build_near(flock.x.size)
+    found = search(
+        flock,
+        flight.world,
+        work.grid,
+        boid,
+        square_range(reach, inclusive),
+        cone(fov),
+        ahead_x,
+        ahead_y,
+        near,
+    )
+    all_round = fov >= 360.0 or ahead_x == ahead_y == 0.0
+    return Seen(
+        reach,
+        360.0 if all_round else fov,
+        None if all_round else math.atan2(ahead_y, ahead_x),
+        near.boid[:found].tolist(),
+    )
+
+
+def flocks(flight: Flight) -> NDArray[np.int64]:
+    """For every boid the label of its flock, as the metrics of flocks find them; shape
+    (N,).
+    """
+    flock = flight.flock
+    return labels(flock.x, flock.y, flight.observation.flock_range)
+
+
+def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
+    """The velocities (2, N) that one step with `params` would give."""
+    flock, work = _copied(flight.flock), _copied(flight.work)
+    record = silent(flight.record)
+    flight.model.advance(flock, flight.world, params, work, record, rng, 1)
+    return np.stack([flock.vx, flock.vy])
+
+
+def _copied(tree: Any) -> Any:
+    """A NamedTuple whose arrays, and those of the NamedTuples in it, are its own."""
+    if isinstance(tree, np.ndarray):
+        return tree.copy()
+    return type(tree)(*map(_copied, tree)) if isinstance(tree, tuple) else tree

@@ -1,0 +1,130 @@
+"""What a model says of itself: its settings, what its authors wrote and ran, whom its
+boids see, and the kernel that advances a flock.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+from kernels.settings import About, Demand
+
+
+class Sight(NamedTuple):
+    """Whom a boid sees: others up to `range`, within the cone of `fov` degrees in all.
+
+    `inclusive` says that one exactly at the range is seen too. The cells of the search
+    are no smaller than the range.
+    """
+
+    range: float
+    fov: float = 360.0
+    inclusive: bool = False
+
+
+class Rule(NamedTuple):
+    """A rule by which boids steer, and the setting that is its weight: 0 switches the
+    rule off. `to_goal` says that it leads boids to the goal.
+    """
+
+    name: str
+    weight: str
+    to_goal: bool
+
+
+class PairPotential(NamedTuple):
+    """The potential behind linear separation and cohesion; see kernels.metrics.energy.
+
+    Separation gives boid i the acceleration strength * sum(x_i - x_j) over the boids
+    nearer than its range; cohesion gives it strength * (mean x_j - x_i) over those
+    nearer than its own, less the crowding ones if `cohesion_outside`.
+    """
+
+    separation: float
+    separation_range: float
+    cohesion: float
+    cohesion_range: float
+    cohesion_outside: bool
+
+
+NO_POTENTIAL = PairPotential(0.0, 0.0, 0.0, 0.0, False)
+NARROW_POTENTIAL = (
+    "the pair potential that is recorded needs a separation_range within that of"
+    " cohesion"
+)
+"""What to say where cohesion has the shorter range: see kernels.metrics.energy."""
+
+
+class OccupancySettings(NamedTuple):
+    """The grid on which a model looks for obstacles: side of a cell, and how far from
+    an obstacle cells are taken.
+    """
+
+    cell: float
+    inflation: float
+
+
+MOST_CELLS = 10**7
+"""Of an occupancy grid."""
+
+
+def only_surfaces(_params: Any) -> float:
+    """The `obstacle_reach` of a model in which no force begins at an obstacle."""
+    return 0.0
+
+
+def everyone(_params: Any, n: int) -> int:
+    """The `goal_seekers` of a model in which all boids know the goal."""
+    return n
+
+
+class Model(NamedTuple):
+    """A published model.
+
+    `presets` gives every setting a value, choices by name; `metrics` are those recorded
+    unless a study says otherwise. These are functions of the model's Params:
+    `sight(params)` says whom a boid sees, `obstacle_reach(params)` how far beyond its
+    surface an obstacle acts, and `goal_seekers(params, n)` how many of n boids know
+    the goal. `pair_potential(params)` and `occupancy(params)` are for models that have
+    one. `faces_heading` says that a boid at rest looks where it last flew; else it
+    looks all round.
+
+    `demands` are conditions on the settings, and `potential_demands` those of metrics
+    of the potential. `length` and `time` are the units of the model, and `y_down` says
+    that pictures of it have y point down.
+    """
+
+    name: str
+    source: str
+    params: type[Any]
+    presets: dict[str, dict[str, Any]]
+    metrics: tuple[str, ...]
+    sight: Callable[[Any], Sight]
+    advance: Callable[..., bool]
+    obstacle_reach: Callable[[Any], float] = only_surfaces
+    goal_seekers: Callable[[Any, int], int] = everyone
+    pair_potential: Callable[[Any], PairPotential] | None = None
+    occupancy: Callable[[Any], OccupancySettings] | None = None
+    faces_heading: bool = False
+    demands: tuple[Demand, ...] = ()
+    potential_demands: tuple[Demand, ...] = ()
+    length: str = "px"
+    time: str = "step"
+    y_down: bool = True
+
+    @property
+    def rules(self) -> tuple[Rule, ...]:
+        """Its rules, in the order of their weights among the settings."""
+        hints = get_type_hints(self.params, include_extras=True)
+        settings: dict[str, About] = {
+            name: get_args(hint)[1] for name, hint in hints.items()
+        }
+        return tuple(
+            Rule(about.rule, name, about.to_goal)
+            for name, about in settings.items()
+            if about.rule
+        )
+
+    def seeks_goal(self, params: Any, n: int) -> bool:
+        """Whether some rule with a weight leads some of `n` boids to the goal."""
+        return self.goal_seekers(params, n) > 0 and any(
+            getattr(params, rule.weight) > 0 for rule in self.rules if rule.to_goal
+        )

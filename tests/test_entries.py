@@ -1,0 +1,274 @@
+"""A model, a metric and a map are entered in one place each, and nobody else knows any
+of them by name.
+"""
+
+import ast
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import builders
+import numpy as np
+import pytest
+from commands import sweep
+from test_house import TREES, modules
+
+from kernels.jit import jit
+from kernels.metrics import METRICS, Metric
+from kernels.models import MODELS, _skeleton
+from kernels.recording import Frames
+from kernels.settings import Demand, Observation
+from kernels.worlds import MAPS, Map
+from sweep.design.cost import trial_seconds
+from sweep.figures.aims import aim
+from sweep.spec.schema import json_schema
+from sweep.spec.settings import fields, preset_settings
+from sweep.spec.study import RecordSpec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import run
+from sweep.trial.world import world_of
+from sweep.web.history import Cursor
+from sweep.web.live import Live
+from sweep.web.state import begin
+
+OWN_PLACES = ("kernels/metrics/__init__.py", "kernels/models/")
+"""The registries, presets and each model's own file."""
+WORDS = {
+    "coverage": {
+        "sweep/figures/kinds.py",  # a kind of figure
+        "sweep/figures/coverage.py",  # and the figure itself, in an error
+        "sweep/web/protocol.py",  # an overlay of the page
+        "sweep/web/live.py",
+        "sweep/web/session.py",
+    },
+    "speed": {  # the steps a second of a run
+        "sweep/web/live.py",
+        "sweep/web/messages.py",
+    },
+}
+"""Names that are words too, and where they mean something else."""
+EXAMPLES = {
+    "sweep/cli/app.py": "nguyen2024",  # in help: the name of a study
+    "sweep/cli/reading.py": "coverage_cv",  # in help: how a direction is written
+}
+
+
+def known_by_name() -> set[str]:
+    """Models, metrics, and settings that are the weight of a rule."""
+    weights = {rule.weight for model in MODELS.values() for rule in model.rules}
+    return {*MODELS, *METRICS} | weights
+
+
+def texts(name: str) -> Iterator[str]:
+    """The texts in the code of a module, without its docstrings."""
+    said = {
+        id(node.value) for node in ast.walk(TREES[name]) if isinstance(node, ast.Expr)
+    }
+    for node in ast.walk(TREES[name]):
+        is_text = isinstance(node, ast.Constant) and isinstance(node.value, str)
+        if is_text and id(node) not in said:
+            yield node.value
+
+
+@pytest.mark.parametrize(
+    "name", [one for one in TREES if not one.startswith(OWN_PLACES)]
+)
+def test_nobody_knows_a_model_a_metric_or_a_weight_by_name(name: str) -> None:
+    """As a text; one that is no plain word not within a text of `sweep` either."""
+    allowed = {word for word, places in WORDS.items() if name in places}
+    found = set(texts(name)) & known_by_name()
+    assert found == allowed
+    if name in modules("sweep"):
+        told = {
+            known
+            for known in known_by_name()
+            if re.search("[_0-9]", known)
+            for text in texts(name)
+            if re.search(rf"\b{known}\b", text)
+        }
+        assert told == {EXAMPLES[name]} if name in EXAMPLES else not told
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_knows_no_other(model: str) -> None:
+    assert set(texts(f"kernels/models/{model}.py")) & set(MODELS) == {model}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_weight_is_called_by_its_rule(model: str) -> None:
+    rules = {rule.weight: rule.name for rule in MODELS[model].rules}
+    weights = [name for name in fields(model) if name.endswith("_weight")]
+    assert list(rules) == weights
+    assert [rules[name] + "_weight" for name in weights] == weights
+
+
+@jit
+def eastward(
+    frames: Frames,
+    filled: int,
+    _ground: Any,
+    _observation: Observation,
+    values: np.ndarray,
+) -> None:
+    """Mean x component of the velocity: a metric nobody has entered."""
+    for f in range(filled):
+        total = 0.0
+        for i in range(frames.bodies.shape[2]):
+            total += frames.bodies[f, 2, i]
+        values[f] = total / frames.bodies.shape[2]
+
+
+def pillar(settings: Any, _rng: np.random.Generator) -> np.ndarray:
+    """One disc in the middle of the world: a map nobody has entered."""
+    return np.array([[settings.width / 2, settings.height / 2, 40.0, 40.0, 1.0]])
+
+
+@pytest.fixture
+def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A model, a metric and a map, each with one entry of its dict."""
+    robots = _skeleton.MODEL._replace(
+        length="m",
+        time="s",
+        y_down=False,
+        demands=(Demand("fov > 0", "the boids are blind"),),
+    )
+    metric = Metric(
+        eastward,
+        unit="length/time",
+        text="mean velocity along x",
+        source="this test",
+        better="low",
+        pairwise=True,
+        demands=(Demand("n > 1", "one boid has no mean"),),
+    )
+    monkeypatch.setitem(MODELS, "skeleton", robots)
+    monkeypatch.setitem(METRICS, "eastward", metric)
+    monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
+    fields.cache_clear()
+    yield
+    fields.cache_clear()
+
+
+@pytest.mark.usefixtures("entered")
+@pytest.mark.parametrize("preset", _skeleton.MODEL.presets)
+def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None:
+    a_job = builders.job(
+        "skeleton",
+        preset,
+        map="pillar",
+        metrics=("eastward", "speed"),
+        series=("eastward",),
+        steps=30,
+    )
+    result = run(a_job)
+    assert result.status == "done", result.error
+    assert abs(result.last["eastward"]) <= result.last["speed"] <= 5.0
+    assert len(result.series["eastward"]) == 31
+    world = world_of(a_job)
+    assert (world.obstacles.shape, world.y_down, world.goal) == ((1, 5), False, None)
+
+
+SPEC = """
+study: new
+model: skeleton
+preset: as_run
+fixed: {map: pillar, n: 12, steps: 10}
+sweep: {cohesion_weight: [0.01, 0.1]}
+replicates: 2
+seed: 5
+record:
+  metrics: [eastward, coverage]
+  series: [eastward]
+  every: 5
+  trajectories: true
+"""
+
+
+@pytest.mark.usefixtures("entered")
+def test_every_command_knows_them(tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    for words, said in (
+        (["models"], "skeleton"),
+        (["models", "skeleton"], "cohesion_weight"),
+        (["metrics"], "eastward"),
+        (["maps"], "pillar"),
+        (["plan", "spec.yaml"], "skeleton, preset as_run"),
+        (["launch", "spec.yaml"], "4 done"),
+        (["table", "new"], "eastward"),
+        (["plot", "new"], "pareto"),
+    ):
+        done = sweep(tmp_path, *words)
+        assert done.returncode == 0, (words, done.stderr)
+        assert said in done.stdout + done.stderr, words
+    study = StoredStudy("new", tmp_path / "results")
+    assert study.statuses() == {"done": 4}
+    assert study.units["eastward"] == "m/s"
+    assert not aim(study, "eastward").high
+
+
+@pytest.mark.usefixtures("entered")
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [("fov: 0", "the boids are blind"), ("n: 1", "one boid has no mean")],
+)
+def test_what_they_demand_is_checked(
+    tmp_path: Path, setting: str, message: str
+) -> None:
+    spec = SPEC.replace("n: 12", setting)
+    (tmp_path / "spec.yaml").write_text(spec)
+    done = sweep(tmp_path, "plan", "spec.yaml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"spec.yaml:5: {message}")
+
+
+@pytest.mark.usefixtures("entered")
+def test_a_metric_that_compares_pairs_costs_more() -> None:
+    settings = preset_settings("skeleton", "as_run")
+    compared, plain = (
+        trial_seconds("skeleton", settings, RecordSpec((name,)))
+        for name in ("eastward", "speed")
+    )
+    assert compared > plain
+
+
+@pytest.mark.usefixtures("entered")
+def test_the_schema_and_the_page_know_them() -> None:
+    schema = json.dumps(json_schema())
+    assert all(f'"{name}"' in schema for name in ("skeleton", "eastward", "pillar"))
+    state = begin("skeleton").with_settings({"map": "pillar", "n": 12})
+    show = Live(state.follow(("eastward",)))
+    controls, scene, status = show.greeting()
+    assert controls["model"] == status["model"] == "skeleton"
+    assert "eastward" in {metric["name"] for metric in controls["metrics"]}
+    assert "pillar" in {one["name"] for one in controls["maps"]}
+    assert (scene["length"], scene["downwards"], scene["goal"]) == ("m", False, None)
+    show.draw(("accelerations", "coverage", "flocks"))
+    show.select(3)
+    show.take_steps(2)
+    show.advance(2)
+    assert show.picture()
+    replies = {reply["type"]: reply for reply in show.news(Cursor())[0]}
+    assert replies["rules"]["names"] == ["cohesion"]
+    assert replies["selection"]["fov"] == 270.0
+    assert len(replies["metrics"]["values"]["eastward"]) == 3
+
+
+@pytest.mark.usefixtures("entered")
+def test_the_skeleton_gathers_its_boids() -> None:
+    """As it says it does, in an open world that they all see."""
+    changes = {
+        "perception_range": 2000,
+        "fov": 360,
+        "cohesion_weight": 0.05,
+        "borders": "open",
+        "n": 30,
+        "steps": 20,
+    }
+    radius = run(
+        builders.job(
+            "skeleton", metrics=("flock_radius",), series=("flock_radius",), **changes
+        )
+    ).series["flock_radius"]
+    assert radius[-1] < radius[0]
