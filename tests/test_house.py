@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -202,6 +203,17 @@ def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
         if not re.search(rf"(^| ){re.escape(one)} +\S", map_of, re.MULTILINE)
     }
     assert not lost
+
+
+def test_a_class_name_occurs_once() -> None:
+    """But for Params, of which every model has its own."""
+    names = Counter(
+        node.name
+        for tree in TREES.values()
+        for node in tree.body
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == ["Params"]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -22,7 +22,7 @@ from sweep.replays.animation import MOST_FRAMES, Picture, Scene
 from sweep.replays.video import find_ffmpeg, write_gif, write_mp4
 from sweep.store.provenance import machine
 from sweep.tables.outputs import check_output, unfinished
-from sweep.web.flight import Flight
+from sweep.web.flight import KeptFlight
 
 MIME = {
     "png": "image/png",
@@ -110,7 +110,7 @@ def _svg(
     return file.getvalue()
 
 
-def animate(flight: Flight, kind: str) -> File:
+def animate(flight: KeptFlight, kind: str) -> File:
     """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError
     for MP4 without ffmpeg.
     """
@@ -129,7 +129,7 @@ def animate(flight: Flight, kind: str) -> File:
     )
 
 
-def thinned(flight: Flight, most: int) -> Flight:
+def thinned(flight: KeptFlight, most: int) -> KeptFlight:
     """The run with every second, third, ... frame and its last one, so that there are
     no more than `most`.
 

@@ -14,7 +14,7 @@ frame is kept, and so on.
 """
 
 
-class Flight(NamedTuple):
+class KeptFlight(NamedTuple):
     """The frames 0, `every`, 2 `every`, ... and the last of a run of `job`, a trial of
     `study`.
 
@@ -46,7 +46,7 @@ def fly(
     every: int = 0,
     until: int | None = None,
     report: Report = silent,
-) -> Flight:
+) -> KeptFlight:
     """Run a trial and keep its frames, up to the step `until`; `every` 0 keeps as many
     as MOST_BYTES hold.
 
@@ -67,7 +67,7 @@ def fly(
         else int(np.searchsorted(joined, until, side="right"))
     )
     series = dict(zip(metrics, np.hstack(values)[:, :count], strict=True))
-    return Flight(
+    return KeptFlight(
         study, job, every, joined[:count], np.concatenate(bodies)[:count], series
     )
 

@@ -17,7 +17,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.web.encoding import frame
 from sweep.web.export import MIME, File, about, file_name, thinned
-from sweep.web.flight import Flight
+from sweep.web.flight import KeptFlight
 from sweep.web.page import script, style
 
 MOST_BYTES = 16 * 2**20
@@ -29,7 +29,7 @@ AS_LAUNCHED = "The spec gives these very frames, bit for bit."
 Message = dict[str, Any]
 
 
-def record(flight: Flight, greeting: Iterable[Message], spec: str) -> File:
+def record(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
     """The page that plays a run; `greeting` has the messages controls, state and scene
     that a session begins with.
 
@@ -84,7 +84,7 @@ def _room(job: Job, frames: int) -> int:
     return room
 
 
-def _state(flight: Flight, state: Message) -> Message:
+def _state(flight: KeptFlight, state: Message) -> Message:
     """The session's state as it is at the beginning of its recording."""
     first, last = int(flight.steps[0]), int(flight.steps[-1])
     live = {

@@ -80,8 +80,9 @@ def in_the_cafeteria() -> Live:
 def in_a_thread(server: PageServer) -> Iterator[PageServer]:
     """`server`, running in a thread that leaves Python's generator alone.
 
-    Every 20 s uvicorn draws the content of a ping. hypothesis, in the main thread, takes
-    a change of Python's generator while it draws an example for a mistake of the test.
+    Every 20 s uvicorn draws the content of a ping. hypothesis, in the main thread,
+    takes a change of Python's generator while it draws an example for a mistake of the
+    test.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(websockets_sansio_impl, "random", random.Random())

@@ -17,7 +17,7 @@ from sweep.errors import ChoiceError, OutputError, StoreError
 from sweep.replays.animation import Scene
 from sweep.spec.study import RecordSpec
 from sweep.trial.simulation import simulate
-from sweep.web.flight import Flight, fly
+from sweep.web.flight import KeptFlight, fly
 
 JOB = replace(
     builders.job("nguyen2024", n=12, steps=30, n_obstacles=3),
@@ -27,11 +27,11 @@ STUDY = "some/study"
 
 
 @pytest.fixture(scope="module")
-def flight() -> Flight:
+def flight() -> KeptFlight:
     return fly(STUDY, JOB, ("speed", "polarization"))
 
 
-def test_a_flight_has_the_bits_of_the_trial(flight: Flight) -> None:
+def test_a_flight_has_the_bits_of_the_trial(flight: KeptFlight) -> None:
     names = ("speed", "polarization")
     result = simulate(
         replace(JOB, record=RecordSpec(names, names, 1, trajectories=True))
@@ -78,7 +78,7 @@ def test_the_place_of_a_step_is_the_latest_frame_before_it() -> None:
     ]
 
 
-def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: Flight) -> None:
+def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: KeptFlight) -> None:
     file = export.draw_frame(STUDY, JOB, 20, flight.bodies[20], "png")
     assert (file.name, file.mime) == ("some-study-01234567-step-20.png", "image/png")
     with Image.open(io.BytesIO(file.content)) as image:
@@ -90,7 +90,7 @@ def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: Flight) -> None
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
-def test_a_picture_has_the_same_bytes_again(flight: Flight, kind: str) -> None:
+def test_a_picture_has_the_same_bytes_again(flight: KeptFlight, kind: str) -> None:
     one, other = (
         export.draw_frame(STUDY, JOB, 3, flight.bodies[3], kind) for _ in range(2)
     )
@@ -100,7 +100,7 @@ def test_a_picture_has_the_same_bytes_again(flight: Flight, kind: str) -> None:
     )
 
 
-def test_an_svg_has_a_shape_for_every_boid_and_its_origin(flight: Flight) -> None:
+def test_an_svg_has_a_shape_for_every_boid_and_its_origin(flight: KeptFlight) -> None:
     root = Tree.fromstring(
         export.draw_frame(STUDY, JOB, 20, flight.bodies[20], "svg").content
     )
@@ -120,7 +120,7 @@ def test_an_svg_has_a_shape_for_every_boid_and_its_origin(flight: Flight) -> Non
 
 
 def test_an_animation_has_the_frames_of_the_flight(
-    flight: Flight, monkeypatch: pytest.MonkeyPatch
+    flight: KeptFlight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(export, "MOST_FRAMES", 12)
     file = export.animate(flight, "gif")
@@ -133,7 +133,7 @@ def test_an_animation_has_the_frames_of_the_flight(
 
 
 def test_an_mp4_without_ffmpeg_is_refused_before_any_work(
-    flight: Flight, monkeypatch: pytest.MonkeyPatch
+    flight: KeptFlight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing() -> str:
         raise StoreError("MP4 needs ffmpeg")
@@ -148,7 +148,7 @@ def test_an_mp4_without_ffmpeg_is_refused_before_any_work(
     ("most", "kept"), [(31, 31), (30, 16), (16, 16), (15, 11), (3, 3), (2, 2)]
 )
 def test_a_thinned_flight_keeps_the_first_and_the_last_frame(
-    flight: Flight, most: int, kept: int
+    flight: KeptFlight, most: int, kept: int
 ) -> None:
     few = export.thinned(flight, most)
     assert len(few.steps) == len(few.bodies) == len(few.values["speed"]) == kept <= most
@@ -157,13 +157,13 @@ def test_a_thinned_flight_keeps_the_first_and_the_last_frame(
     assert few.bodies.tobytes() == flight.bodies[few.steps].tobytes()
 
 
-def test_a_flight_of_one_frame_is_refused(flight: Flight) -> None:
+def test_a_flight_of_one_frame_is_refused(flight: KeptFlight) -> None:
     with pytest.raises(ChoiceError, match="two at least"):
         export.thinned(flight, 1)
 
 
 def test_a_file_is_saved_whole_under_its_ending_and_replaces_none(
-    flight: Flight, tmp_path: Path
+    flight: KeptFlight, tmp_path: Path
 ) -> None:
     file = export.draw_frame(STUDY, JOB, 3, flight.bodies[3], "svg")
     file.save(tmp_path / "x.svg")

@@ -21,7 +21,7 @@ from kernels import KERNELS_SHA
 from sweep.cli.showing import Wanted, check, show
 from sweep.errors import ChoiceError
 from sweep.web.export import File
-from sweep.web.flight import Flight, fly
+from sweep.web.flight import KeptFlight, fly
 from sweep.web.live import Live
 from sweep.web.replaying import AS_STORED
 from sweep.web.state import ViewState
@@ -38,12 +38,12 @@ HEAD, BYTES_A_BOID = 32, 5
 
 
 @pytest.fixture(scope="module")
-def flight() -> Flight:
+def flight() -> KeptFlight:
     return fly(STUDY, STATE.job, STATE.plots)
 
 
 @pytest.fixture(scope="module")
-def file(flight: Flight) -> File:
+def file(flight: KeptFlight) -> File:
     return recording.record(flight, Live(STATE).greeting(), STATE.as_text())
 
 
@@ -60,7 +60,7 @@ def content_of(page: bytes) -> dict[str, Any]:
 
 
 def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(
-    file: File, flight: Flight
+    file: File, flight: KeptFlight
 ) -> None:
     content = content_of(file.content)
     assert content["steps"] == list(range(61))
@@ -83,7 +83,7 @@ def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(
             )
 
 
-def test_a_recording_says_what_it_is_of(file: File, flight: Flight) -> None:
+def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     content = content_of(file.content)
     assert file.name == f"some-study-{STATE.job.trial_id[:8]}.html"
     assert content["about"]["Trial"] == STATE.job.trial_id
@@ -145,7 +145,7 @@ def test_a_recording_may_load_nothing_and_run_its_own_script_only(file: File) ->
     assert not re.search(r'(src|href)="', text)
 
 
-def test_no_text_in_a_recording_becomes_an_element(flight: Flight) -> None:
+def test_no_text_in_a_recording_becomes_an_element(flight: KeptFlight) -> None:
     evil = "</script><script>alert(1)</script>"
     greeting = Live(STATE).greeting()
     greeting[-1]["note"] = evil
@@ -160,7 +160,7 @@ def test_no_text_in_a_recording_becomes_an_element(flight: Flight) -> None:
 
 
 def test_a_long_run_is_thinned_and_an_overfull_one_refused(
-    flight: Flight, monkeypatch: pytest.MonkeyPatch
+    flight: KeptFlight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     greeting = Live(STATE).greeting()
     bytes_a_frame = 4 * (HEAD + 40 * BYTES_A_BOID + 3) // 3 + 1

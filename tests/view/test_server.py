@@ -607,7 +607,8 @@ def test_a_picture_of_the_frame_is_made_while_it_runs(
         assert len(file["data"]) > 1000
 
 
-def test_pings_leave_python_s_generator_alone(server: PageServer) -> None:
+@pytest.mark.usefixtures("server")
+def test_pings_leave_python_s_generator_alone() -> None:
     """Hypothesis watches it, in whatever test runs while the server pings."""
     connection = Mock(close_sent=False)
     connection.transport.is_closing.return_value = False
