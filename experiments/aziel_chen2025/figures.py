@@ -9,7 +9,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.aziel_chen2025.search import (  # noqa: F401 (measures for published.yaml)
+from experiments.aziel_chen2025.search import (  # noqa: F401 (for published.yaml)
     GAINS,
     SIZES,
     Studies,

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.patel2023.flights import (  # noqa: F401 (measures for published.yaml)
+from experiments.patel2023.flights import (  # noqa: F401 (for published.yaml)
     FRAMES_A_SECOND,
     Flight,
     Floats,

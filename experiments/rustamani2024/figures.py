@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.rustamani2024.flights import (  # noqa: F401 (measures for published.yaml)
+from experiments.rustamani2024.flights import (  # noqa: F401 (for published.yaml)
     ALONE,
     ARRIVAL,
     BOTH,

@@ -63,7 +63,8 @@ class Liar:
 
     @property
     def url(self) -> str:
-        return f"s3://bucket/results?endpoint_override=127.0.0.1:{self.server.port}&scheme=http&region=us-east-1"
+        server = f"endpoint_override=127.0.0.1:{self.server.port}&scheme=http"
+        return f"s3://bucket/results?{server}&region=us-east-1"
 
 
 def answer(

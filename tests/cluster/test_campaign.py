@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -163,10 +164,8 @@ def test_whatever_is_disturbed_the_tables_are_those_of_an_undisturbed_launch(
             for _ in range(4 if what in ("launches", "all") else 0):
                 launch = started(tmp_path, line)
                 before = stored(tmp_path)
-                until(
-                    lambda: launch.poll() is not None or stored(tmp_path) > before,  # noqa: B023
-                    "a part is stored",
-                )
+                stirred = partial(has_stored_or_ended, launch, tmp_path, before)
+                until(stirred, "a part is stored")
                 launch.kill()
                 launch.wait()
                 done["launches"] += 1
@@ -190,3 +189,10 @@ def started(folder: Path, line: Line) -> "subprocess.Popen[bytes]":
 
 def stored(folder: Path) -> int:
     return len(list((folder / "results" / "faulty" / "parts").glob("*")))
+
+
+def has_stored_or_ended(
+    launch: "subprocess.Popen[bytes]", folder: Path, before: int
+) -> bool:
+    """Whether a launch has stored another part than `before`, or is over."""
+    return launch.poll() is not None or stored(folder) > before
