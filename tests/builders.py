@@ -15,7 +15,7 @@ from kernels.state import Flock, World, empty_flock
 from kernels.workspace import build_workspace
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, point_id
-from sweep.spec.settings import fields, preset_settings
+from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation
@@ -58,7 +58,7 @@ def job(
     """A job with the settings of a preset but for `changes`; those that the model does
     not have are left out.
     """
-    known = fields(model)
+    known = settings_of(model)
     changed = {
         name: known[name].coerce(value)
         for name, value in changes.items()
@@ -125,11 +125,13 @@ def weightless(model: str) -> dict[str, Any]:
     """The changes that switch off every force of a model, and what else would change
     its velocities.
     """
-    off = {name: 0.0 for name in fields(model) if name.endswith("_weight")}
-    off |= {name: 0.0 for name in ("border_turn", "min_speed") if name in fields(model)}
+    off = {name: 0.0 for name in settings_of(model) if name.endswith("_weight")}
+    off |= {
+        name: 0.0 for name in ("border_turn", "min_speed") if name in settings_of(model)
+    }
     return off | (
         {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in fields(model)
+        if "border_adds_velocity" in settings_of(model)
         else {}
     )
 
@@ -146,10 +148,12 @@ def isotropic(model: str) -> dict[str, Any]:
         "border_turn",
     )
     others += ("seek_weight", "arrival_weight")
-    off = {"map": "empty"} | {name: 0.0 for name in others if name in fields(model)}
+    off = {"map": "empty"} | {
+        name: 0.0 for name in others if name in settings_of(model)
+    }
     return off | (
         {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in fields(model)
+        if "border_adds_velocity" in settings_of(model)
         else {}
     )
 

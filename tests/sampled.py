@@ -18,7 +18,7 @@ from sweep.spec.study import parse_spec
 from sweep.store.origin import PROVENANCE
 from sweep.tables.stored_study import StoredStudy
 
-FIELDS = ("separation_weight", "alignment_weight", "cohesion_weight")
+SETTINGS = ("separation_weight", "alignment_weight", "cohesion_weight")
 VARIANCE = 7.0**2 / 8 + 0.1 * np.pi**4 / 5 + 0.1**2 * np.pi**8 / 18 + 0.5
 """Of the Ishigami function with a = 7 and b = 0.1, as in Saltelli et al. (2008, Global
 Sensitivity Analysis, 4.2).
@@ -26,7 +26,7 @@ Sensitivity Analysis, 4.2).
 
 FIRST = np.array([0.5 * (1 + 0.1 * np.pi**4 / 5) ** 2, 7.0**2 / 8, 0.0]) / VARIANCE
 PAIR = 8 * 0.1**2 * np.pi**8 / 225 / VARIANCE
-"""S2 of the first and the third field, the only pair that interacts."""
+"""S2 of the first and the third setting, the only pair that interacts."""
 
 TOTAL = FIRST + np.array([PAIR, 0.0, PAIR])
 
@@ -35,14 +35,14 @@ Noise = Callable[[Generator, tuple[int, int]], np.ndarray]
 
 def ishigami(settings: pd.DataFrame) -> np.ndarray:
     """Of FIELDS from 0 to 1, which stand for -pi to pi."""
-    one, two, three = (np.pi * (2 * settings[name].to_numpy() - 1) for name in FIELDS)
+    one, two, three = (np.pi * (2 * settings[name].to_numpy() - 1) for name in SETTINGS)
     return np.sin(one) + 7 * np.sin(two) ** 2 + 0.1 * three**4 * np.sin(one)
 
 
 def axis(sample: str, points: int, **options: object) -> str:
     """The axis `joint` over FIELDS, each uniform from 0 to 1, as a line of a spec."""
     words = {"sample": sample, "points": points, **options}
-    words |= dict.fromkeys(FIELDS, "{uniform: [0, 1]}")
+    words |= dict.fromkeys(SETTINGS, "{uniform: [0, 1]}")
     inside = ", ".join(f"{name}: {value}" for name, value in words.items())
     return f"joint: {{{inside}}}"
 

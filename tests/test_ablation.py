@@ -15,7 +15,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError, SpecError
 from sweep.spec.ablation import WORLD
-from sweep.spec.settings import Value, fields, preset_settings
+from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.stored_study import details
 
@@ -36,7 +36,7 @@ def test_each_difference_comes_alone_in_the_order_of_the_fields_and_last_all(
     before, after = preset_settings(model, preset), preset_settings(model, other)
     differing = [
         name
-        for name in fields(model)
+        for name in settings_of(model)
         if before[name] != after[name] and name not in ("n", "steps")
     ]
     world = [name for name in differing if name in WORLD]
@@ -61,7 +61,7 @@ def test_each_difference_comes_alone_in_the_order_of_the_fields_and_last_all(
 
 
 def columns(*lines: str) -> set[str]:
-    """The fields that the axis `detail` of a short study changes."""
+    """The settings that the axis `detail` of a short study changes."""
     return next(
         set(axis.columns) for axis in short_study(*lines).axes if axis.name == "detail"
     )
@@ -158,7 +158,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {drag: {ablate: as_written}}"],
-        '6: "drag" is a field: an axis that ablates needs a name of its own',
+        '6: "drag" is a setting: an axis that ablates needs a name of its own',
     ),
     (
         ["sweep: {detail: {ablate: as_written, points: 3}}"],

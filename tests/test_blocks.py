@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from sampled import FIELDS, axis
+from sampled import SETTINGS, axis
 from scipy.stats import norm
 from specs import short, short_study
 
@@ -29,10 +29,12 @@ def joint(sweep: str) -> Axis:
     )
 
 
-def blocks(found: Axis, fields: tuple[str, ...] = FIELDS) -> np.ndarray:
-    """The points of the axis in the order of its blocks, (blocks, size, fields)."""
-    points = np.stack([found.columns[field] for field in fields], axis=1)[found.rows]
-    return points.reshape(found.blocks.count, found.blocks.size, len(fields))
+def blocks(found: Axis, settings: tuple[str, ...] = SETTINGS) -> np.ndarray:
+    """The points of the axis in the order of its blocks, (blocks, size, settings)."""
+    points = np.stack([found.columns[setting] for setting in settings], axis=1)[
+        found.rows
+    ]
+    return points.reshape(found.blocks.count, found.blocks.size, len(settings))
 
 
 def test_a_block_of_saltelli_crosses_two_points() -> None:
@@ -40,10 +42,10 @@ def test_a_block_of_saltelli_crosses_two_points() -> None:
     assert found.shape == (8, 8, 3)
     a, b = found[:, 0], found[:, -1]
     assert (a != b).all()
-    for field in range(3):
-        others = [other for other in range(3) if other != field]
-        for row, one, other in ((1 + field, a, b), (4 + field, b, a)):
-            np.testing.assert_array_equal(found[:, row, field], other[:, field])
+    for setting in range(3):
+        others = [other for other in range(3) if other != setting]
+        for row, one, other in ((1 + setting, a, b), (4 + setting, b, a)):
+            np.testing.assert_array_equal(found[:, row, setting], other[:, setting])
             np.testing.assert_array_equal(found[:, row, others], one[:, others])
 
 
@@ -140,11 +142,11 @@ MISTAKES = [
         [axis("saltelli", 1)],
         '6: "points" must be a whole number from 2 to 10000000, not 1',
     ),
-    (["joint: {sample: morris, points: 8}"], '6: "joint" samples no field'),
+    (["joint: {sample: morris, points: 8}"], '6: "joint" samples no setting'),
     (
         [axis("saltelli", 2_000_000)],
         (
-            "6: 2,000,000 times 2 D + 2 for D = 3 fields makes 16,000,000 points; at"
+            "6: 2,000,000 times 2 D + 2 for D = 3 settings makes 16,000,000 points; at"
             " most 10,000,000 are allowed"
         ),
     ),
@@ -157,7 +159,7 @@ MISTAKES = [
     ),
     (
         [axis("saltelli", 8), "n: {values: [3, 4], when: cohesion_weight > 0.5}"],
-        "6: when cannot use fields of",
+        "6: when cannot use settings of",
     ),
 ]
 

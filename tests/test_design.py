@@ -11,7 +11,7 @@ from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
 from sweep.design.design import Design, Rejection, expand
 from sweep.errors import SpecError
-from sweep.spec.settings import Value, fields, preset_settings
+from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import parse_spec
 
 
@@ -54,7 +54,7 @@ def test_settings_are_plain_python_values_of_every_field() -> None:
         )
     )
     settings = design.settings(1)
-    assert set(settings) == set(fields("nguyen2024"))
+    assert set(settings) == set(settings_of("nguyen2024"))
     assert {
         name: repr(settings[name]) for name in ("n", "drag", "map", "minimum_image")
     } == {

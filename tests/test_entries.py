@@ -24,7 +24,7 @@ from kernels.worlds import MAPS, Map
 from sweep.design.cost import trial_seconds
 from sweep.figures.aims import aim
 from sweep.spec.schema import json_schema
-from sweep.spec.settings import fields, preset_settings
+from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import RecordSpec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import run
@@ -99,7 +99,7 @@ def test_a_model_knows_no_other(model: str) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_a_weight_is_called_by_its_rule(model: str) -> None:
     rules = {rule.weight: rule.name for rule in MODELS[model].rules}
-    weights = [name for name in fields(model) if name.endswith("_weight")]
+    weights = [name for name in settings_of(model) if name.endswith("_weight")]
     assert list(rules) == weights
     assert [rules[name] + "_weight" for name in weights] == weights
 
@@ -146,9 +146,9 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setitem(MODELS, "skeleton", robots)
     monkeypatch.setitem(METRICS, "eastward", metric)
     monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
-    fields.cache_clear()
+    settings_of.cache_clear()
     yield
-    fields.cache_clear()
+    settings_of.cache_clear()
 
 
 @pytest.mark.usefixtures("entered")

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sweep.spec.expressions import CONDITION, NUMBER, TEXT, ExpressionError, parse
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 
-KNOWN = fields("nguyen2024")
+KNOWN = settings_of("nguyen2024")
 NAMES = ("drag", "n", "width", "steps")
 ROUNDED = {"round": round, "floor": math.floor, "ceil": math.ceil}
 PYTHON = {

@@ -17,7 +17,7 @@ from kernels.metrics.ground import Better
 from kernels.models import MODELS
 from kernels.settings import UNITS
 from kernels.worlds import MAPS
-from sweep.spec.settings import GROUPS, fields, preset_settings
+from sweep.spec.settings import GROUPS, preset_settings, settings_of
 
 ROOT = Path(kernels.__file__).parent.parent
 MODULES = {
@@ -272,20 +272,20 @@ def test_a_preset_gives_exactly_every_setting_an_allowed_value(
     model: str, preset: str
 ) -> None:
     values = MODELS[model].presets[preset]
-    assert set(values) == set(fields(model))
+    assert set(values) == set(settings_of(model))
     assert preset_settings(model, preset) == values
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_setting_has_a_text_and_one_name_one_group(model: str) -> None:
-    assert all(field.text for field in fields(model).values())
+    assert all(setting.text for setting in settings_of(model).values())
     for group in (MODELS[model].params, *(group for _, group in GROUPS)):
         for hint in get_type_hints(group, include_extras=True).values():
             assert get_args(hint)[1].unit in UNITS
     names = [name for _, group in GROUPS for name in group._fields] + list(
         MODELS[model].params._fields
     )
-    assert sorted(names) == sorted(set(names)) == sorted(fields(model))
+    assert sorted(names) == sorted(set(names)) == sorted(settings_of(model))
 
 
 @pytest.mark.parametrize("name", METRICS)

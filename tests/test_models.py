@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sweep.design.jobs import stream
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.trial.simulation import Simulation, run
 
 every_preset = pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
@@ -341,7 +341,7 @@ def test_the_sizes_of_the_world_and_of_a_step_are_the_models_own(model: str) -> 
     code.
     """
     assert {"n", "steps", "dt", "update", "map", "width", "height", "borders"} <= set(
-        fields(model)
+        settings_of(model)
     )
 
 

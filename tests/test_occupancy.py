@@ -119,7 +119,7 @@ def test_a_way_leads_from_one_corner_of_an_arena_to_the_other(
     """
     width, height = MAPS[name].size
     changes = {"map": name, "width": width, "height": height}
-    known = builders.fields("rustamani2024")
+    known = builders.settings_of("rustamani2024")
     settings = settings_tuple(
         WorldSettings, preset_settings("rustamani2024", "as_run") | changes, known
     )

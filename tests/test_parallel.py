@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 from plotted import legend_texts, made_up, shown, study, titles
-from sampled import FIELDS, axis
+from sampled import SETTINGS, axis
 
 from sweep.errors import ChoiceError
 from sweep.figures import VERMILION, parallel_figure
@@ -36,7 +36,7 @@ def test_lines_are_points_and_the_best_twentieth_is_in_colour(
     figure = parallel_figure(made, metric)
     others, best = figure.axes[0].collections
     assert to_hex(best.get_edgecolor()[0]) == VERMILION.lower()
-    points = made.trials.groupby("point", sort=False)[[*FIELDS, "speed"]].mean()
+    points = made.trials.groupby("point", sort=False)[[*SETTINGS, "speed"]].mean()
     chosen = points.iloc[
         np.argsort(sign * points["speed"].to_numpy(), kind="stable")[:3]
     ]

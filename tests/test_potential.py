@@ -8,7 +8,7 @@ import pytest
 
 from kernels.metrics.energy import _boid_potential
 from kernels.models import MODELS
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.trial.simulation import Simulation
 
 N, SHIFT = 12, 1e-4
@@ -51,12 +51,12 @@ CASES = [
     (
         model,
         {"protected_count_once": once}
-        if "protected_count_once" in fields(model)
+        if "protected_count_once" in settings_of(model)
         else {},
     )
     for model in WITH_POTENTIAL
     for once in (True, False)
-    if once or "protected_count_once" in fields(model)
+    if once or "protected_count_once" in settings_of(model)
 ]
 
 

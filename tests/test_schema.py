@@ -15,7 +15,7 @@ from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.spec.schema import json_schema
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.spec.study import load_spec, parse_spec
 
 EXPERIMENTS = Path(__file__).parent.parent / "experiments"
@@ -75,7 +75,7 @@ def test_maps_ablations_and_trajectories_are_valid(lines: tuple[str, ...]) -> No
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_value_is_valid(model: str) -> None:
     for preset, values in MODELS[model].presets.items():
-        fixed = {name: values[name] for name in fields(model)}
+        fixed = {name: values[name] for name in settings_of(model)}
         head = content(SHORT) | {"model": model, "preset": preset}
         VALIDATOR.validate(head | {"fixed": fixed})
         VALIDATOR.validate(
@@ -187,7 +187,7 @@ def places(name: str, value: Any) -> list[dict[str, Any]]:
     ]
 
 
-NAMES = sorted({name for model in MODELS for name in fields(model)})
+NAMES = sorted({name for model in MODELS for name in settings_of(model)})
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -195,7 +195,7 @@ def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) ->
     head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
     for name in NAMES:
         for part in places(name, preset.get(name, 1)):
-            assert VALIDATOR.is_valid(head | part) == (name in fields(model)), part
+            assert VALIDATOR.is_valid(head | part) == (name in settings_of(model)), part
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -212,7 +212,7 @@ def test_editors_suggest_and_describe_the_settings_of_the_model(model: str) -> N
     derived = part[f"{model}.derived"]["properties"]
     about = derived | part[f"{model}.about"]["properties"]
     values = part[f"{model}.settings"]["properties"]
-    assert set(about) == set(values) == set(fields(model))
+    assert set(about) == set(values) == set(settings_of(model))
     assert set(derived) == set(about) - {"map"}
     assert all(text["description"] for text in about.values())
 

@@ -20,7 +20,7 @@ from sweep.campaigns.search.words import (
 )
 from sweep.cli import search_report as report
 from sweep.spec.objectives import Constraint, Objective, Statistic
-from sweep.spec.settings import Field
+from sweep.spec.settings import Setting
 from sweep.spec.strict_yaml import parse_document
 
 LOSS = Objective("loss", False, MEAN)
@@ -281,8 +281,8 @@ def test_a_winner_at_the_edge_of_a_range_is_a_warning(said) -> None:
 
 
 def test_an_edge_is_one_only_where_the_model_allows_more() -> None:
-    fields = {
-        name: Field(name, "float", "", "", low=0.0, high=10.0)
+    settings = {
+        name: Setting(name, "float", "", "", low=0.0, high=10.0)
         for name in ("a", "b", "c", "d", "e")
     }
     ranges = {
@@ -292,14 +292,18 @@ def test_an_edge_is_one_only_where_the_model_allows_more() -> None:
         "d": {"integers": [1, 9]},
         "e": {"choice": ["x", "y"]},
     }
-    assert edges({"a": 0.0, "b": 0.01, "c": 2, "d": 5, "e": "x"}, ranges, fields) == []
-    found = edges({"a": 0.999, "b": 0.00101, "c": 3, "d": 1, "e": "y"}, ranges, fields)
+    assert (
+        edges({"a": 0.0, "b": 0.01, "c": 2, "d": 5, "e": "x"}, ranges, settings) == []
+    )
+    found = edges(
+        {"a": 0.999, "b": 0.00101, "c": 3, "d": 1, "e": "y"}, ranges, settings
+    )
     assert [sentence.split(",")[0] for sentence in found] == [
         "a = 0.999 lies at the upper end of its range",
         "b = 0.00101 lies at the lower end of its range",
         "d = 1 lies at the lower end of its range",
     ]
-    assert edges({"a": 0.5}, {"a": {"uniform": [0.5, 0.5]}}, fields) == []
+    assert edges({"a": 0.5}, {"a": {"uniform": [0.5, 0.5]}}, settings) == []
 
 
 def test_a_front_names_its_knee_and_how_sure_it_is(said) -> None:

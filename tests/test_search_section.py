@@ -168,10 +168,10 @@ MISTAKES = {
         'unknown key "budgett"; did you mean "budget"?',
     ),
     "a missing key": ("  budget: 30\n", "", 'missing key "budget" in "search"'),
-    "a field": (
+    "a setting": (
         PARAMETER,
         "separation_wait: {uniform: [0, 3]}",
-        'unknown field "separation_wait"; did you mean',
+        'unknown setting "separation_wait"; did you mean',
     ),
     "a form": (
         PARAMETER,

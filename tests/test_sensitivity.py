@@ -12,9 +12,9 @@ from numpy.random import Generator, default_rng
 from SALib.analyze import morris as salib_morris
 from SALib.analyze import sobol as salib_sobol
 from sampled import (
-    FIELDS,
     FIRST,
     PAIR,
+    SETTINGS,
     TOTAL,
     VARIANCE,
     MadeUp,
@@ -30,7 +30,7 @@ from sweep.tables.sensitivity import morris, rank_correlations, sobol
 from sweep.tables.sensitivity.sampled import samples
 
 TRUE = np.concatenate([FIRST, TOTAL, [0.0, PAIR, 0.0]])
-PROBLEM = {"num_vars": 3, "names": list(FIELDS), "bounds": [[0, 1]] * 3}
+PROBLEM = {"num_vars": 3, "names": list(SETTINGS), "bounds": [[0, 1]] * 3}
 DEVIATION = 5.0
 
 
@@ -218,9 +218,9 @@ def test_merged_points_stand_in_all_their_blocks() -> None:
 
     study = study_of(sweep, function)
     assert len(study.trials) == 8 * 2
-    table = sobol(study, "speed", resamples=100).set_index(["index", "field", "other"])[
-        "corrected"
-    ]
+    table = sobol(study, "speed", resamples=100).set_index(
+        ["index", "setting", "other"]
+    )["corrected"]
     assert table["S1"].tolist() == pytest.approx([0.2, 0.8, 0.0], abs=0.06)
     assert table["ST"].tolist() == pytest.approx([0.2, 0.8, 0.0], abs=0.06)
     exact = study_of(
@@ -243,10 +243,10 @@ def test_every_combination_of_other_axes_has_its_own_indices() -> None:
         function,
     )
     table = sobol(study, "speed", resamples=20)
-    assert list(table.columns[:4]) == ["n", "steps", "index", "field"]
+    assert list(table.columns[:4]) == ["n", "steps", "index", "setting"]
     assert len(table) == 4 * 6
     first = table[table["index"] == "S1"].pivot(
-        index=["n", "steps"], columns="field", values="raw"
+        index=["n", "steps"], columns="setting", values="raw"
     )
     assert first.loc[3, "separation_weight"].to_list() == pytest.approx([1, 1], abs=0.1)
     assert first.loc[4, "cohesion_weight"].to_list() == pytest.approx([1, 1], abs=0.1)
@@ -272,7 +272,7 @@ def test_effects_are_those_of_salib() -> None:
 
 def test_effects_of_a_line_are_its_slopes_and_noise_is_told_apart() -> None:
     def line(settings: pd.DataFrame) -> np.ndarray:
-        return settings[list(FIELDS)].to_numpy() @ np.array([3.0, -2.0, 0.0])
+        return settings[list(SETTINGS)].to_numpy() @ np.array([3.0, -2.0, 0.0])
 
     exact = morris(study_of(axis("morris", 10), line), "speed", resamples=20)
     assert exact["mu"].tolist() == pytest.approx([3, -2, 0], abs=1e-12)
@@ -442,5 +442,5 @@ def test_the_order_of_the_design_survives_the_store(tmp_path: object) -> None:
 
 
 def test_ishigami_has_its_variance() -> None:
-    points = pd.DataFrame(default_rng(1).random((1_000_000, 3)), columns=list(FIELDS))
+    points = pd.DataFrame(default_rng(1).random((1_000_000, 3)), columns=list(SETTINGS))
     assert ishigami(points).var() == pytest.approx(VARIANCE, rel=0.005)

@@ -12,10 +12,10 @@ from specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
 from kernels.models import MODELS
 from sweep.errors import SpecError
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.spec.study import RecordSpec, Streams, load_spec, parse_spec
 
-FIELDS = fields("nguyen2024")
+SETTINGS = settings_of("nguyen2024")
 
 
 def test_first_example_loads() -> None:
@@ -226,7 +226,7 @@ MISTAKES = [
         ["fixed: [1]"],
         '6: "fixed" must be a mapping with at least one entry, not a list',
     ),
-    (["fixed: {nn: 1}"], '6: unknown field "nn"; did you mean "n"?'),
+    (["fixed: {nn: 1}"], '6: unknown setting "nn"; did you mean "n"?'),
     (
         ["fixed: " + 300 * "n"],
         f'6: "fixed" must be a mapping with at least one entry, not "{200 * "n"}..."',
@@ -281,7 +281,7 @@ MISTAKES = [
         "9: 7 is not allowed for drag: it is a number from 0 to 1",
     ),
     (["sweep: {drag: [1, 0, 1.0]}"], '6: 1.0 stands twice in "drag"'),
-    (["sweep: {x: [1]}"], '6: unknown field "x"'),
+    (["sweep: {x: [1]}"], '6: unknown setting "x"'),
     (
         ["sweep: {drag: {linspce: [0, 1, 2]}}"],
         '6: unknown key "linspce"; did you mean "linspace"?',
@@ -372,7 +372,7 @@ MISTAKES = [
         ["sweep: {j: {sample: random, drag: {uniform: [0, 1]}}}"],
         '6: missing key "points" in "j"',
     ),
-    (["sweep: {j: {sample: random, points: 3}}"], '6: "j" samples no field'),
+    (["sweep: {j: {sample: random, points: 3}}"], '6: "j" samples no setting'),
     (
         ["sweep: {j: {sample: random, points: 0, drag: {uniform: [0, 1]}}}"],
         '6: "points" must be a whole number',
@@ -394,7 +394,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {drag: {sample: random, points: 3, drag: {uniform: [0, 1]}}}"],
-        '6: "drag" is a field: an axis of several',
+        '6: "drag" is a setting: an axis of several',
     ),
     (["sweep: {j: {sample: table}}"], '6: missing key "file" in "j"'),
     (
@@ -407,7 +407,7 @@ MISTAKES = [
     ),
     (
         ["sweep:", "  z:", "    zip: {n: [1, 2], drag: [0]}"],
-        "7: zip needs fields of equal length, but n has 2, drag has 1",
+        "7: zip needs settings of equal length, but n has 2, drag has 1",
     ),
     (["sweep: {z: {zip: {nn: [1, 2]}}}"], '6: unknown key "nn"; did you mean "n"?'),
     (["fixed: {n: 1}", "sweep: {n: [1]}"], '7: "n" has a value already, under fixed.n'),
@@ -593,7 +593,7 @@ TABLE_MISTAKES = [
         "",
         '7: "t.csv", column "drag", row 1: \'0\' is not allowed for drag',
     ),
-    ("n,drug\n1,0\n", "", '7: unknown field "drug"; did you mean "drag"?'),
+    ("n,drug\n1,0\n", "", '7: unknown setting "drug"; did you mean "drag"?'),
     (
         "n,drug\n1,0\n",
         ", columns: {drag: drog}",

@@ -23,7 +23,7 @@ import sweep.spec.images as images
 import sweep.spec.point_tables as tables
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.expressions import ExpressionError, parse
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.spec.study import load_spec, parse_spec
 from sweep.tables.stored_study import StoredStudy
 
@@ -114,7 +114,7 @@ def test_expressions_are_never_evaluated_by_python(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ExpressionError):
-        parse(attack, fields("nguyen2024")).evaluate({"n": np.array([2])}, 1)
+        parse(attack, settings_of("nguyen2024")).evaluate({"n": np.array([2])}, 1)
     assert list(tmp_path.iterdir()) == []
 
 

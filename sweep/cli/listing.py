@@ -14,7 +14,7 @@ from sweep.analysis import MeanKind, by_point
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
 from sweep.spec.recorded import Column
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy, details
 from sweep.text import shortened, unknown
 from sweep.workers.failures import last_line
@@ -41,7 +41,7 @@ def model_settings(name: str) -> Table:
     """Every setting of a model with its unit, range and preset values."""
     presets = MODELS[name].presets
     table = Table("setting", *presets, "allowed", "what it is", title=name)
-    for setting in fields(name).values():
+    for setting in settings_of(name).values():
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table

@@ -48,7 +48,7 @@ DEMANDS = (
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError for the first point whose settings do not go together."""
     for demand in dict.fromkeys(_demands(study)):
-        condition = parse(demand.condition, study.fields)
+        condition = parse(demand.condition, study.settings)
         # The map last: it brings its width and height.
         named = [
             *sorted(condition.names),

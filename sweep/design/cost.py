@@ -16,7 +16,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.design.design import Design
 from sweep.design.jobs import Job, SomeJobs
-from sweep.spec.settings import Value, fields, settings_tuple
+from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
 
 TRIAL_SECONDS = 1.5e-3
@@ -45,7 +45,7 @@ def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) ->
     """The estimated seconds of a trial with these settings: boid-steps, their
     neighbours, frames and metrics.
     """
-    params = settings_tuple(MODELS[model].params, settings, fields(model))
+    params = settings_tuple(MODELS[model].params, settings, settings_of(model))
     n, steps = float(settings["n"]), float(settings["steps"])
     side = 3.0 * MODELS[model].sight(params).range
     width, height = float(settings["width"]), float(settings["height"])
@@ -103,7 +103,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a varied field changes the estimate, by its ends at a few points."""
+    """Whether a varied setting changes the estimate, by its ends at a few points."""
     column = design.columns[name]
     if column.dtype == object:
         return False

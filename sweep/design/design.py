@@ -31,7 +31,7 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The points of a study: `columns` has the fields that vary, shape (n_points,)
+    """The points of a study: `columns` has the settings that vary, shape (n_points,)
     each, `base` the others.
 
     `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
@@ -76,7 +76,7 @@ def expand(study: Study) -> Design:
 
 def _check_size(study: Study, n_points: int) -> None:
     """Raise SpecError for a design of too many points, cells or computations."""
-    fields = len(
+    settings = len(
         {*(name for axis in study.axes for name in axis.columns), *study.derive}
     )
     parts = sum(expression.operations for expression in study.expressions)
@@ -84,9 +84,10 @@ def _check_size(study: Study, n_points: int) -> None:
     for count, most, asked in (
         (n_points, MOST_POINTS, points),
         (
-            n_points * fields,
+            n_points * settings,
             MOST_CELLS,
-            f"{points} with {fields} fields that vary, {n_points * fields:,} cells",
+            f"{points} with {settings} settings that vary,"
+            f" {n_points * settings:,} cells",
         ),
         (
             n_points * parts,
@@ -103,13 +104,13 @@ def _check_size(study: Study, n_points: int) -> None:
 
 def _check_trials(study: Study, points: Points) -> None:
     """Raise SpecError for a plan of too many trials or cells."""
-    trials, fields = points.count * study.trials_per_point, len(points.columns)
+    trials, settings = points.count * study.trials_per_point, len(points.columns)
     asked = f"the study has {trials:,} trials"
     place = ("replicates",) if study.seeds is None else ("seeds",)
     if trials > MOST_TRIALS:
         raise study.document.error(place, beyond(asked, MOST_TRIALS))
-    if trials * fields > MOST_CELLS:
-        asked += f" with {fields} fields that vary, {trials * fields:,} cells"
+    if trials * settings > MOST_CELLS:
+        asked += f" with {settings} settings that vary, {trials * settings:,} cells"
         raise study.document.error(place, beyond(asked, MOST_CELLS))
 
 
@@ -137,7 +138,7 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
 
 
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
-    """The points with their derived fields, less the rejected ones.
+    """The points with their derived settings, less the rejected ones.
 
     A condition is applied as soon as what it needs is known, so that nothing is derived
     for a rejected point.
@@ -172,7 +173,7 @@ def _with_derived(study: Study, points: Points, name: str) -> Points:
     expression = study.derive[name]
     values = points.evaluate(study, expression, ("derive", name))
     try:
-        column = study.fields[name].column(values)
+        column = study.settings[name].column(values)
     except NotAllowedError as error:
         where = points.describe(error.index, expression.names)
         raise study.document.error(

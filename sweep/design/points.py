@@ -21,7 +21,7 @@ SIDES = ("width", "height")
 
 @dataclass(frozen=True)
 class Points:
-    """Points under construction: `columns` of shape (count,) and, for other fields,
+    """Points under construction: `columns` of shape (count,) and, for other settings,
     values in `base`.
     """
 
@@ -41,7 +41,7 @@ class Points:
             raise study.document.error(place, f"{error}{where}") from None
 
     def describe(self, point: int, names: Iterable[str]) -> str:
-        """What the named fields are at a point, as ` where n = 50, map = empty`."""
+        """What the named settings are at a point, as ` where n = 50, map = empty`."""
         values = {
             name: (
                 self.columns[name].item(point)

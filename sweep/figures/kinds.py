@@ -183,12 +183,12 @@ def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
         )
     axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
     about = study.axes[axis]
-    if fixed := [name for name in choices.where or {} if name in about.fields]:
+    if fixed := [name for name in choices.where or {} if name in about.settings]:
         raise ChoiceError(
             f"study {study.name}: sensitivity with where {fixed[0]}, which {axis}"
             " samples; allowed: others"
         )
-    selection.panels(selection.apart(about.fields), "sensitivity")
+    selection.panels(selection.apart(about.settings), "sensitivity")
     analyse = ANALYSES.get(about.sampler or "", rank_correlations)
 
     def draw(name: str) -> Figure:

@@ -388,8 +388,8 @@ def _kinds(study: StoredStudy, points: pd.DataFrame) -> tuple[list[str], list[st
     fewest values first.
     """
     axes = study.axes.values()
-    drawn = {field for axis in axes if axis.sampler for field in axis.fields}
-    listed = {field for axis in axes if not axis.sampler for field in axis.fields}
+    drawn = {setting for axis in axes if axis.sampler for setting in axis.settings}
+    listed = {setting for axis in axes if not axis.sampler for setting in axis.settings}
     listed |= {name for name in points.columns if name not in study.varied}
     return (
         [name for name in points.columns if name in drawn],

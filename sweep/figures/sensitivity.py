@@ -67,7 +67,7 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
     """The parts of the table with equal settings of other axes, and these in words."""
-    first = "index" if "index" in table else "field"
+    first = "index" if "index" in table else "setting"
     others = list(table.columns[: list(table.columns).index(first)])
     if not others:
         yield "", table
@@ -101,8 +101,8 @@ def _bars(part: pd.DataFrame) -> list[Bars]:
 def _one(label: str, part: pd.DataFrame, name: str) -> Bars:
     pairs = part["other"] if "other" in part else pd.Series("", index=part.index)
     rows = [
-        f"{field} x {other}" if other else field
-        for field, other in zip(part["field"], pairs, strict=True)
+        f"{setting} x {other}" if other else setting
+        for setting, other in zip(part["setting"], pairs, strict=True)
     ]
     return Bars(label, rows, part[[name, f"{name}_low", f"{name}_high"]])
 

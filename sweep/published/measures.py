@@ -185,10 +185,10 @@ class MeasureReader:
             return {}
         settings: dict[str, Value] = {}
         for name, child in entry.mapping():
-            if name not in study.fields:
-                raise child.error(unknown("setting", name, study.fields))
+            if name not in study.settings:
+                raise child.error(unknown("setting", name, study.settings))
             try:
-                settings[name] = study.fields[name].coerce(child.value)
+                settings[name] = study.settings[name].coerce(child.value)
             except NotAllowedError as error:
                 raise child.error(str(error)) from None
             values = _values(design, name)

@@ -31,13 +31,13 @@ def is_ablation(entry: Entry) -> bool:
 def read_ablation(
     name: str, entry: Entry, reader: AxisReader, given: Collection[str]
 ) -> Axis:
-    """The axis that `entry` writes, without the fields that are `given` elsewhere.
+    """The axis that `entry` writes, without the settings that are `given` elsewhere.
 
     Raises SpecError where it is none.
     """
-    if name in reader.fields:
+    if name in reader.settings:
         raise entry.error(
-            f'"{name}" is a field: an axis that ablates needs a name of its own'
+            f'"{name}" is a setting: an axis that ablates needs a name of its own'
         )
     entry.keys(["ablate", "when"])
     chosen = entry.child("ablate")
@@ -100,7 +100,7 @@ def _columns(
     return {
         name: np.array(
             [(after if name in row else before)[name] for row in rows],
-            DTYPES[reader.fields[name].kind],
+            DTYPES[reader.settings[name].kind],
         )
         for detail in details
         for name in detail

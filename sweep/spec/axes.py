@@ -1,11 +1,11 @@
 """The axes of a sweep: each becomes a few columns of equal length, whatever way it is
 written.
 
-    a field       [0.5, 1]
+    a setting     [0.5, 1]
                   {linspace: [a, b, n]}, {logspace: [a, b, n]} or {values: [...]}
                   {uniform: [a, b], points: n}, or another distribution
-    a free name   {zip: {field: list, linspace or logspace, ...}}
-                  {sample: random, points: n, field: {uniform: [a, b]}, ...}, or
+    a free name   {zip: {setting: list, linspace or logspace, ...}}
+                  {sample: random, points: n, setting: {uniform: [a, b]}, ...}, or
                   another sampler
                   {sample: saltelli, points: n, second_order: false, ...}
                   {sample: morris, points: n, levels: 4, ...}
@@ -28,7 +28,7 @@ from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import read_table
 from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
-from sweep.spec.settings import Field, NotAllowedError, Values
+from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {
@@ -41,7 +41,7 @@ DIGITS = 12
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Points of a few fields: `columns` have equal lengths and no row stands twice.
+    """Points of a few settings: `columns` have equal lengths and no row stands twice.
 
     `when` says where the axis applies; `merged` counts the rows that were the same as
     an earlier one; `notes` are remarks for the user. An axis that goes from the study's
@@ -67,14 +67,14 @@ class Axis:
 
 @dataclass(frozen=True)
 class AxisReader:
-    """Reads axes for a preset of a model with these fields.
+    """Reads axes for a preset of a model with these settings.
 
     Tables stand in `folder`, random points come from `seed`.
     """
 
     model: str
     preset: str
-    fields: dict[str, Field]
+    settings: dict[str, Setting]
     seed: int
     folder: Path
 
@@ -84,10 +84,10 @@ class AxisReader:
         if isinstance(entry.value, dict) and (
             "sample" in entry.value or "zip" in entry.value
         ):
-            if name in self.fields:
+            if name in self.settings:
                 raise entry.error(
-                    f'"{name}" is a field: an axis of several fields needs a name of'
-                    " its own"
+                    f'"{name}" is a setting: an axis of several settings needs a name'
+                    " of its own"
                 )
             blocks = self._blocks(entry)
             columns = (
@@ -95,17 +95,17 @@ class AxisReader:
                 if "sample" in entry.value
                 else self._zip(entry)
             )
-        elif name in self.fields:
-            columns = {name: self._single(self.fields[name], entry)}
+        elif name in self.settings:
+            columns = {name: self._single(self.settings[name], entry)}
         else:
             raise entry.error(
-                unknown("field", name, self.fields)
-                + " (an axis of several fields has sample, zip or ablate)"
+                unknown("setting", name, self.settings)
+                + " (an axis of several settings has sample, zip or ablate)"
             )
         when = self.when(entry)
         kept, rows = _distinct_rows(list(columns.values()))
         if len(kept) < len(rows):
-            columns = {field: column[kept] for field, column in columns.items()}
+            columns = {setting: column[kept] for setting, column in columns.items()}
         notes = (*((blocks.note(name),) if blocks else ()), *_notes(name, entry))
         sampler, merged = _sampler(entry), len(rows) - len(kept)
         return Axis(
@@ -119,9 +119,9 @@ class AxisReader:
             rows=rows if blocks else None,
         )
 
-    def _single(self, field: Field, entry: Entry) -> Values:
+    def _single(self, setting: Setting, entry: Entry) -> Values:
         if isinstance(entry.value, list):
-            return _listed(field, entry)
+            return _listed(setting, entry)
         if not isinstance(entry.value, dict):
             raise entry.expected(
                 "a list or a mapping (a single value stands under fixed)"
@@ -129,18 +129,18 @@ class AxisReader:
         entry.keys([*FORMS, "points", "when"])
         form = next((form for form in FORMS if form in entry.value), None)
         if form is None:
-            raise entry.error(f'"{field.name}" needs one of {", ".join(FORMS)}')
+            raise entry.error(f'"{setting.name}" needs one of {", ".join(FORMS)}')
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
             unit = SAMPLERS["random"](
-                _points(entry, 1), [field.name], field.name, self.seed
+                _points(entry, 1), [setting.name], setting.name, self.seed
             )[0]
-            return _drawn(field, entry.child(form), unit)
+            return _drawn(setting, entry.child(form), unit)
         entry.keys([form, "when"])
         return (
-            _listed(field, entry.child("values"))
+            _listed(setting, entry.child("values"))
             if form == "values"
-            else _grid(field, entry.child(form))
+            else _grid(setting, entry.child(form))
         )
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
@@ -149,11 +149,11 @@ class AxisReader:
             return None
         sampler = entry.child("sample").text()
         entry.keys(
-            ["sample", "points", "when", OPTIONS[sampler], *self.fields],
+            ["sample", "points", "when", OPTIONS[sampler], *self.settings],
             required=["points"],
         )
         return read_blocks(
-            entry, sampler, sum(key in self.fields for key in entry.value)
+            entry, sampler, sum(key in self.settings for key in entry.value)
         )
 
     def _sample(
@@ -164,63 +164,67 @@ class AxisReader:
         )
         if sampler == "table":
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
-            return read_table(entry, self.fields, self.folder)
+            return read_table(entry, self.settings, self.folder)
         if blocks is None:
-            entry.keys(["sample", "points", "when", *self.fields], required=["points"])
-        members = {key: child for key, child in entry.mapping() if key in self.fields}
+            entry.keys(
+                ["sample", "points", "when", *self.settings], required=["points"]
+            )
+        members = {key: child for key, child in entry.mapping() if key in self.settings}
         if not members:
-            raise entry.error(f'"{name}" samples no field')
+            raise entry.error(f'"{name}" samples no setting')
         distributions = {
-            field: _only(child, DISTRIBUTIONS) for field, child in members.items()
+            setting: _only(child, DISTRIBUTIONS) for setting, child in members.items()
         }
         if blocks:
             shapes = {
-                field: distribution.name
-                for field, distribution in distributions.items()
+                setting: distribution.name
+                for setting, distribution in distributions.items()
             }
             units = sample_blocks(blocks, shapes, name, self.seed)
         else:
             count = _points(entry, len(members))
             units = SAMPLERS[sampler](count, list(members), name, self.seed)
         return {
-            field: _drawn(self.fields[field], distribution, unit)
-            for (field, distribution), unit in zip(
+            setting: _drawn(self.settings[setting], distribution, unit)
+            for (setting, distribution), unit in zip(
                 distributions.items(), units, strict=True
             )
         }
 
     def _zip(self, entry: Entry) -> dict[str, Values]:
         entry.keys(["zip", "when"])
-        entry.child("zip").keys(self.fields)
+        entry.child("zip").keys(self.settings)
         columns: dict[str, Values] = {}
         for name, member in entry.child("zip").mapping():
-            columns[name] = self._member(self.fields[name], member)
+            columns[name] = self._member(self.settings[name], member)
             check_cells(entry, len(columns[name]), len(columns))
         lengths = {name: len(column) for name, column in columns.items()}
         if len(set(lengths.values())) > 1:
             counts = ", ".join(
                 f"{name} has {length}" for name, length in lengths.items()
             )
-            raise entry.error(f"zip needs fields of equal length, but {counts}")
+            raise entry.error(f"zip needs settings of equal length, but {counts}")
         return columns
 
-    def _member(self, field: Field, entry: Entry) -> Values:
-        """A field of a zip, whose values may repeat."""
+    def _member(self, setting: Setting, entry: Entry) -> Values:
+        """A setting of a zip, whose values may repeat."""
         if isinstance(entry.value, dict):
-            return _grid(field, _only(entry, GRIDS))
-        return _coerced(field, entry, [child.value for child in entry.entries()])
+            return _grid(setting, _only(entry, GRIDS))
+        return _coerced(setting, entry, [child.value for child in entry.entries()])
 
     def when(self, entry: Entry) -> Expression | None:
         """The condition that an axis carries, if any."""
         if not isinstance(entry.value, dict) or "when" not in entry.value:
             return None
-        return read_expression(entry.child("when"), self.fields, CONDITION)
+        return read_expression(entry.child("when"), self.settings, CONDITION)
 
 
-def read_expression(entry: Entry, fields: dict[str, Field], kind: str) -> Expression:
+def read_expression(
+    entry: Entry, settings: dict[str, Setting], kind: str
+) -> Expression:
     """The expression of this `kind` in `entry`. Raises SpecError where it is none."""
     try:
-        expression = parse(entry.text(), fields)
+        expression = parse(entry.text(), settings)
     except ExpressionError as error:
         raise entry.error(f"{entry.name}: {error}") from None
     if expression.kind != kind:
@@ -240,26 +244,26 @@ def _only(entry: Entry, allowed: Iterable[str]) -> Entry:
     return entry.child(next(iter(entry.value)))
 
 
-def _coerced(field: Field, entry: Entry, values: list[object] | Values) -> Values:
+def _coerced(setting: Setting, entry: Entry, values: list[object] | Values) -> Values:
     try:
-        return field.column(values)
+        return setting.column(values)
     except NotAllowedError as error:
         place = (*entry.place, error.index)
         raise entry.document.error(place, str(error)) from None
 
 
-def _listed(field: Field, entry: Entry) -> Values:
-    column = _coerced(field, entry, [child.value for child in entry.entries()])
+def _listed(setting: Setting, entry: Entry) -> Values:
+    column = _coerced(setting, entry, [child.value for child in entry.entries()])
     kept, _ = _distinct_rows([column])
     if len(kept) < len(column):
         twice = min(set(range(len(column))) - set(kept.tolist()))
         raise entry.child(twice).error(
-            f'{entry.child(twice).value} stands twice in "{field.name}"'
+            f'{entry.child(twice).value} stands twice in "{setting.name}"'
         )
     return column
 
 
-def _grid(field: Field, entry: Entry) -> Values:
+def _grid(setting: Setting, entry: Entry) -> Values:
     """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats
     a coarser one.
     """
@@ -275,19 +279,19 @@ def _grid(field: Field, entry: Entry) -> Values:
         raise entry.error(f"{entry.name} has limits too far apart")
     rounded = (float(f"{value:.{DIGITS}g}") for value in values[1:-1])
     values[1:-1] = np.fromiter(rounded, np.float64, max(len(values) - 2, 0))
-    return _coerced(field, entry, values)
+    return _coerced(setting, entry, values)
 
 
-def _points(entry: Entry, fields: int) -> int:
+def _points(entry: Entry, settings: int) -> int:
     points = entry.child("points").whole(1, MOST_POINTS)
-    check_cells(entry.child("points"), points, fields)
+    check_cells(entry.child("points"), points, settings)
     return points
 
 
-def _drawn(field: Field, entry: Entry, unit: Values) -> Values:
+def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
     values = [child.value for child in entry.entries()]
     try:
-        return field.column(DISTRIBUTIONS[entry.name](unit, field, values))
+        return setting.column(DISTRIBUTIONS[entry.name](unit, setting, values))
     except NotAllowedError as error:
         raise entry.error(f"{entry.name}: {error}") from None
 

@@ -20,7 +20,7 @@ from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.sampling import Unit, generator
 
 Problem = dict[str, Any]
-"""The fields as SALib has them: `num_vars`, `names` and `bounds`."""
+"""The settings as SALib has them: `num_vars`, `names` and `bounds`."""
 
 OPTIONS = {"saltelli": "second_order", "morris": "levels"}
 """The samplers of this kind, and the key that only they know."""
@@ -37,7 +37,7 @@ INSTALL = 'pip install ".[sensitivity]"'
 
 @dataclass(frozen=True)
 class SampleBlocks:
-    """`count` blocks of `size` points. `levels` is the number of values of a field in
+    """`count` blocks of `size` points. `levels` is the number of values of a setting in
     Morris's grid, else None.
     """
 
@@ -56,9 +56,9 @@ class SampleBlocks:
         )
 
 
-def read_blocks(entry: Entry, sampler: str, fields: int) -> SampleBlocks:
-    """The blocks that an axis over so many `fields` asks for: `points` is their number,
-    the base sample.
+def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
+    """The blocks that an axis over so many `settings` asks for: `points` is their
+    number, the base sample.
 
     Raises SpecError where `points`, `second_order` or `levels` is not allowed, where
     there are too many points, and where SALib is not installed.
@@ -73,15 +73,15 @@ def read_blocks(entry: Entry, sampler: str, fields: int) -> SampleBlocks:
         formula = "D + 2" if second and not second.truth() else "2 D + 2"
     else:
         levels = _levels(entry.get("levels"))
-    size = {"D + 1": fields + 1, "D + 2": fields + 2, "2 D + 2": 2 * fields + 2}[
+    size = {"D + 1": settings + 1, "D + 2": settings + 2, "2 D + 2": 2 * settings + 2}[
         formula
     ]
     if count * size > MOST_POINTS:
         raise entry.child("points").error(
-            f"{count:,} times {formula} for D = {fields} fields makes {count * size:,}"
-            f" points; at most {MOST_POINTS:,} are allowed"
+            f"{count:,} times {formula} for D = {settings} settings makes"
+            f" {count * size:,} points; at most {MOST_POINTS:,} are allowed"
         )
-    check_cells(entry.child("points"), count * size, fields)
+    check_cells(entry.child("points"), count * size, settings)
     _check_installed(entry.child("sample"), sampler)
     return SampleBlocks(sampler, count, size, levels)
 
@@ -106,16 +106,16 @@ def _check_installed(entry: Entry, sampler: str) -> None:
 def sample_blocks(
     blocks: SampleBlocks, distributions: Mapping[str, str], axis: str, seed: int
 ) -> list[Unit]:
-    """The sample of the fields with these distributions, block after block, one array a
-    field.
+    """The sample of the settings with these distributions, block after block: an array
+    for each setting.
 
-    More blocks continue it, another field makes it another.
+    More blocks continue it, another setting makes it another.
     """
-    fields = len(distributions)
+    settings = len(distributions)
     problem = {
-        "num_vars": fields,
+        "num_vars": settings,
         "names": list(distributions),
-        "bounds": [[0.0, 1.0]] * fields,
+        "bounds": [[0.0, 1.0]] * settings,
     }
     if blocks.levels is None:
         return _saltelli(blocks, problem, generator(seed, axis))
@@ -127,8 +127,8 @@ def sample_blocks(
 
 
 def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Unit]:
-    """A block is A, A with a field of B each, for pairs B with a field of A each, and
-    B.
+    """A block is A, A with one setting of B each, for pairs B with one setting of A
+    each, and B.
 
     A and B are halves of a point of the scrambled Sobol sequence.
     """
@@ -144,7 +144,7 @@ def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Un
 def _morris(
     blocks: SampleBlocks, levels: int, problem: Problem, rng: Generator
 ) -> list[Unit]:
-    """A block is a trajectory: each step changes one field by half of its levels."""
+    """A block is a trajectory: each step changes one setting by half of its levels."""
     from SALib.sample import morris
 
     sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)

@@ -21,7 +21,7 @@ from sweep.spec.evaluation import (
     ExpressionError,
     evaluate,
 )
-from sweep.spec.settings import Field, Value, Values
+from sweep.spec.settings import Setting, Value, Values
 from sweep.text import unknown
 
 NUMBER, CONDITION, TEXT = "a number", "a condition", "a text"
@@ -63,7 +63,7 @@ def _array(values: Values | Value) -> Values:
     return np.asarray(values, dtype=np.object_ if isinstance(values, str) else None)
 
 
-def parse(text: str, known: Mapping[str, Field]) -> Expression:
+def parse(text: str, known: Mapping[str, Setting]) -> Expression:
     """The expression that `text` writes over the settings in `known`.
 
     Raises ExpressionError where it is none.
@@ -98,7 +98,7 @@ class _Checker:
     allowed.
     """
 
-    def __init__(self, known: Mapping[str, Field]) -> None:
+    def __init__(self, known: Mapping[str, Setting]) -> None:
         self.known = known
         self.names: set[str] = set()
         self.parts = 0
@@ -179,7 +179,7 @@ class _Checker:
 
     def _choices(self, terms: list[ast.expr]) -> None:
         """A setting of named choices is compared only with choices that it has."""
-        fields = [
+        settings = [
             self.known[term.id]
             for term in terms
             if isinstance(term, ast.Name) and term.id in self.known
@@ -189,7 +189,7 @@ class _Checker:
             for term in terms
             if isinstance(term, ast.Constant) and isinstance(term.value, str)
         ]
-        for setting in fields:
+        for setting in settings:
             for text in texts:
                 if text not in setting.choices:
                     raise ExpressionError(unknown(setting.name, text, setting.choices))

@@ -9,7 +9,7 @@ from sweep.spec.document import Entry
 MOST_POINTS = 10_000_000
 MOST_TRIALS = 20_000_000
 MOST_CELLS = 100_000_000
-"""Points, or trials, times the fields that vary."""
+"""Points, or trials, times the settings that vary."""
 MOST_SEARCHED = 1_000_000
 """Trials of a search, its repetitions and held-out seeds: it keeps 3 kB of each."""
 MOST_OPERATIONS = 2_000_000_000
@@ -24,9 +24,9 @@ def beyond(asked: str, most: int) -> str:
     )
 
 
-def check_cells(entry: Entry, points: int, fields: int) -> None:
+def check_cells(entry: Entry, points: int, settings: int) -> None:
     """Raise SpecError, with the line of `entry`, for too many cells."""
-    cells = points * fields
+    cells = points * settings
     if cells > MOST_CELLS:
-        asked = f"{points:,} points of {fields} fields make {cells:,} cells"
+        asked = f"{points:,} points of {settings} settings make {cells:,} cells"
         raise entry.error(beyond(asked, MOST_CELLS))

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.pages import PagesError, check_footer, unpacked
-from sweep.spec.settings import Field, NotAllowedError, Values
+from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
 MOST_BYTES = 1_000_000_000
@@ -28,9 +28,9 @@ Reader = Callable[[list[str]], Any]
 
 
 def read_table(
-    axis: Entry, fields: dict[str, Field], folder: Path
+    axis: Entry, settings: dict[str, Setting], folder: Path
 ) -> dict[str, Values]:
-    """The columns that a `sample: table` axis names, by field. A path is relative to
+    """The columns that a `sample: table` axis names, by setting. A path is relative to
     `folder`.
 
     Raises SpecError where there is no such file or column, and where a cell is empty or
@@ -39,23 +39,23 @@ def read_table(
     file = axis.child("file")
     names, read = _open(file, folder / file.text())
     sources: dict[str, str] = {}
-    for field, column, entry in _wanted(axis, names):
-        if field not in fields:
-            raise entry.error(unknown("field", field, fields))
+    for setting, column, entry in _wanted(axis, names):
+        if setting not in settings:
+            raise entry.error(unknown("setting", setting, settings))
         if column not in names:
             raise entry.error(unknown(f"column of {file.value}", column, names))
-        if field in sources:
-            raise entry.error(f'"{field}" is read from two columns')
-        sources[field] = column
+        if setting in sources:
+            raise entry.error(f'"{setting}" is read from two columns')
+        sources[setting] = column
     table = _read(file, read, list(dict.fromkeys(sources.values())))
     return {
-        field: _column(file, fields[field], column, table[column].to_pylist())
-        for field, column in sources.items()
+        setting: _column(file, settings[setting], column, table[column].to_pylist())
+        for setting, column in sources.items()
     }
 
 
 def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
-    """Field, column and where it is said, of every column to read: those listed or
+    """Setting, column and where it is said, of every column to read: those listed or
     mapped, else all.
     """
     columns = axis.get("columns")
@@ -63,7 +63,7 @@ def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
         return [(name, name, axis.child("file")) for name in names]
     if isinstance(columns.value, list):
         return [(entry.text(), entry.text(), entry) for entry in columns.entries()]
-    return [(field, entry.text(), entry) for field, entry in columns.mapping()]
+    return [(setting, entry.text(), entry) for setting, entry in columns.mapping()]
 
 
 def _open(file: Entry, path: Path) -> tuple[list[str], Reader]:
@@ -209,14 +209,14 @@ def _check_texts(file: Entry, table: Any, texts: list[str]) -> None:
                 )
 
 
-def _column(file: Entry, field: Field, column: str, values: list[Any]) -> Values:
+def _column(file: Entry, setting: Setting, column: str, values: list[Any]) -> Values:
     if None in values:
         raise file.error(
             f'"{file.value}" has an empty cell: column "{column}", row'
             f" {values.index(None) + 1}"
         )
     try:
-        return field.column(values)
+        return setting.column(values)
     except NotAllowedError as error:
         place = f'"{file.value}", column "{column}", row {error.index + 1}'
         raise file.error(f"{place}: {error}") from None

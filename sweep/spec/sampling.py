@@ -13,7 +13,7 @@ from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from sweep.spec.seeds import address, words
-from sweep.spec.settings import Field, NotAllowedError, Values
+from sweep.spec.settings import NotAllowedError, Setting, Values
 
 Unit = NDArray[np.float64]
 """Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
@@ -30,8 +30,8 @@ overflows.
 
 
 def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """Independent draws; each field has its own stream, so another field or more points
-    change no value.
+    """Independent draws. Each setting has its own stream, so that another setting or
+    more points change no value.
     """
     return [generator(seed, axis, name).random(points) for name in names]
 
@@ -39,7 +39,7 @@ def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit
 def latin_hypercube(
     points: int, names: Sequence[str], axis: str, seed: int
 ) -> list[Unit]:
-    """One draw in each of `points` equal intervals of every field.
+    """One draw in each of `points` equal intervals of every setting.
 
     More points are other points altogether.
     """
@@ -55,7 +55,7 @@ def latin_hypercube(
 
 
 def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Sobol sequence: more points continue it, another field makes it
+    """The scrambled Sobol sequence: more points continue it, another setting makes it
     another.
     """
     from scipy.stats.qmc import Sobol
@@ -68,7 +68,7 @@ def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]
 
 
 def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Halton sequence: more points continue it, another field makes it
+    """The scrambled Halton sequence: more points continue it, another setting makes it
     another.
     """
     from scipy.stats.qmc import Halton
@@ -85,53 +85,53 @@ SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
 
 
 def generator(seed: int, *names: str) -> Generator:
-    """The random numbers of an axis, or of one of its fields."""
+    """The random numbers of an axis, or of one of its settings."""
     return default_rng(
         address(seed, "design", *(word for name in names for word in words(name)))
     )
 
 
-def uniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
+def uniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     """Uniform between two numbers."""
-    low, high = _bounds(field, arguments)
+    low, high = _bounds(setting, arguments)
     values: Values = low + unit * (high - low)
     return values.clip(low, high)
 
 
-def loguniform(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
+def loguniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     """The logarithm is uniform between those of two positive numbers."""
-    low, high = _bounds(field, arguments)
+    low, high = _bounds(setting, arguments)
     if low <= 0:
         raise NotAllowedError("needs numbers above 0")
     values: Values = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
     return values.clip(low, high)
 
 
-def normal(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
-    """Normal with a mean and a standard deviation, truncated
-    to the range of the field.
+def normal(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
+    """Normal with a mean and a standard deviation, truncated to the range of the
+    setting.
     """
     from scipy.special import ndtr, ndtri
 
     mean, deviation = _pair(arguments, "[mean, standard deviation]")
-    _continuous(field, mean, deviation)
-    field.coerce(mean)
+    _continuous(setting, mean, deviation)
+    setting.coerce(mean)
     if deviation <= 0:
         raise NotAllowedError("the standard deviation must be above 0")
     low, high = (
-        ndtr((field.low - mean) / deviation),
-        ndtr((field.high - mean) / deviation),
+        ndtr((setting.low - mean) / deviation),
+        ndtr((setting.high - mean) / deviation),
     )
     truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
     values: Values = mean + deviation * ndtri(truncated)
-    return values.clip(field.low, field.high)
+    return values.clip(setting.low, setting.high)
 
 
-def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
+def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     """Whole numbers from the first to the last, both included, equally likely."""
     first, last = _pair(arguments, "[first, last]")
     for bound in (first, last):
-        field.coerce(bound)
+        setting.coerce(bound)
     if not all(abs(bound) < 2**53 and bound % 1 == 0 for bound in (first, last)):
         raise NotAllowedError("needs whole numbers")
     if first > last:
@@ -139,26 +139,26 @@ def integers(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
     return np.minimum(np.floor(first + unit * (last - first + 1)), last)
 
 
-def choice(unit: Unit, field: Field, arguments: Sequence[Any]) -> Values:
+def choice(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     """Any of the listed values, equally likely."""
-    values = field.column(arguments)
+    values = setting.column(arguments)
     if len(set(values.tolist())) < len(values):
         raise NotAllowedError("lists a value twice")
     return values[np.minimum((unit * len(values)).astype(np.intp), len(values) - 1)]
 
 
-DISTRIBUTIONS: dict[str, Callable[[Unit, Field, Sequence[Any]], Values]] = {
+DISTRIBUTIONS: dict[str, Callable[[Unit, Setting, Sequence[Any]], Values]] = {
     "uniform": uniform,
     "loguniform": loguniform,
     "normal": normal,
     "integers": integers,
     "choice": choice,
 }
-"""From unit draws to values of a field, all by the inverse of the distribution, so that
-they suit every sampler.
+"""From unit draws to values of a setting, all by the inverse of the distribution, so
+that they suit every sampler.
 
 Each raises NotAllowedError where its arguments or what it could draw are not allowed
-for the field.
+for the setting.
 """
 
 
@@ -173,20 +173,20 @@ def _pair(arguments: Sequence[Any], meaning: str) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-def _bounds(field: Field, arguments: Sequence[Any]) -> tuple[float, float]:
+def _bounds(setting: Setting, arguments: Sequence[Any]) -> tuple[float, float]:
     low, high = _pair(arguments, "[low, high]")
-    _continuous(field, low, high)
+    _continuous(setting, low, high)
     for bound in (low, high):
-        field.coerce(bound)
+        setting.coerce(bound)
     if low > high:
         raise NotAllowedError(f"needs the smaller number first, not [{low}, {high}]")
     return low, high
 
 
-def _continuous(field: Field, *numbers: float) -> None:
-    if field.kind != "float":
+def _continuous(setting: Setting, *numbers: float) -> None:
+    if setting.kind != "float":
         raise NotAllowedError(
-            f"{field.name} is {field.allowed()}: use integers or choice"
+            f"{setting.name} is {setting.allowed()}: use integers or choice"
         )
     if not all(abs(number) <= MOST for number in numbers):
         raise NotAllowedError(f"needs numbers of at most {MOST:g}")

@@ -88,7 +88,7 @@ def _properties() -> Schema:
         },
         "fixed": {
             "type": "object",
-            "description": "one value for each of these fields",
+            "description": "one value for each of these settings",
         },
         "sweep": {
             "type": "object",
@@ -97,7 +97,7 @@ def _properties() -> Schema:
         "search": search_schema(),
         "derive": {
             "type": "object",
-            "description": "fields computed from others, by expressions",
+            "description": "settings computed from others, by expressions",
         },
         "require": {
             **listed(TEXT),

@@ -26,9 +26,9 @@ from sweep.spec.schema_parts import (
     whole,
 )
 from sweep.spec.search_schema import model_schema
-from sweep.spec.settings import Field, fields, preset_settings
+from sweep.spec.settings import Setting, preset_settings, settings_of
 
-BLOCKS = "blocks of D + 2 points for D fields, not 2 D + 2"
+BLOCKS = "blocks of D + 2 points for D settings, not 2 D + 2"
 WHEN: Schema = {"when": reference("when")}
 SAMPLED: Schema = {
     "sample": {"enum": [*SAMPLERS, *OPTIONS]},
@@ -46,7 +46,7 @@ SAMPLED: Schema = {
         "minimum": 2,
         "maximum": MOST_LEVELS,
         "multipleOf": 2,
-        "description": "number of values of a field, by default 4",
+        "description": "number of values of a setting, by default 4",
     },
 }
 """The keys of a joint axis that is drawn by a sampler, beside its settings."""
@@ -55,29 +55,29 @@ TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 def kinds() -> Schema:
     """What settings may be, by the name of each kind; with `each.` what several may."""
-    settings = [field for model in MODELS for field in fields(model).values()]
-    every = {_kind(field): field for field in settings}
+    settings = [setting for model in MODELS for setting in settings_of(model).values()]
+    every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
-    return {kind: _value(field) for kind, field in every.items()} | several
+    return {kind: _value(setting) for kind, setting in every.items()} | several
 
 
-def _kind(field: Field) -> str:
+def _kind(setting: Setting) -> str:
     """The name of what a setting may be, whatever its unit."""
-    words = replace(field, unit="").allowed()
-    return "map" if field.name == "map" else words.replace(" ", "_")
+    words = replace(setting, unit="").allowed()
+    return "map" if setting.name == "map" else words.replace(" ", "_")
 
 
-def _value(field: Field) -> Schema:
-    if field.name == "map":
+def _value(setting: Setting) -> Schema:
+    if setting.name == "map":
         own = {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}
         return {"anyOf": [reference("built_in_map"), own]}
-    if field.kind == "choice":
-        return {"enum": list(field.choices)}
-    schema: Schema = {"type": TYPES[field.kind]}
-    if field.low > -math.inf:
-        schema["exclusiveMinimum" if field.exclusive else "minimum"] = field.low
-    if field.high < math.inf:
-        schema["maximum"] = field.high
+    if setting.kind == "choice":
+        return {"enum": list(setting.choices)}
+    schema: Schema = {"type": TYPES[setting.kind]}
+    if setting.low > -math.inf:
+        schema["exclusiveMinimum" if setting.exclusive else "minimum"] = setting.low
+    if setting.high < math.inf:
+        schema["maximum"] = setting.high
     return schema
 
 
@@ -89,8 +89,8 @@ def _each(value: Schema) -> Schema:
 
 def of_model(model: str) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
-    known = fields(model)
-    values = {name: reference(_kind(field)) for name, field in known.items()}
+    known = settings_of(model)
+    values = {name: reference(_kind(setting)) for name, setting in known.items()}
     texts = {name: {"description": _text(model, known[name])} for name in known}
     not_derived = {"properties": {"map": texts.pop("map")}}
     about = {"allOf": [reference(f"{model}.about")]}
@@ -104,26 +104,26 @@ def of_model(model: str) -> Schema:
     }
 
 
-def _by_kind(known: Mapping[str, Field]) -> Iterator[tuple[str, Schema]]:
+def _by_kind(known: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
     """For each kind a pattern of its settings, and what several values may be."""
     names = defaultdict[str, list[str]](list)
-    for name, field in known.items():
-        names[_kind(field)].append(name)
+    for name, setting in known.items():
+        names[_kind(setting)].append(name)
     for kind, alike in names.items():
         yield any_of(alike), reference(f"each.{kind}")
 
 
-def _text(model: str, field: Field) -> str:
+def _text(model: str, setting: Setting) -> str:
     """What editors show of a setting: what it is, its unit, and its presets' values."""
     presets = {name: preset_settings(model, name) for name in MODELS[model].presets}
-    values = [f"{name}: {preset[field.name]}" for name, preset in presets.items()]
-    unit = f" ({field.unit})" if field.unit else ""
-    return f"{field.text}{unit}. {', '.join(values)}"
+    values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
+    unit = f" ({setting.unit})" if setting.unit else ""
+    return f"{setting.text}{unit}. {', '.join(values)}"
 
 
 def _spec(model: str) -> Schema:
     settings, axes = reference(f"{model}.settings"), reference(f"{model}.sweep")
-    derived = [name for name in fields(model) if name != "map"]
+    derived = [name for name in settings_of(model) if name != "map"]
     properties = {
         "preset": {"enum": list(MODELS[model].presets)},
         "fixed": settings,
@@ -143,7 +143,7 @@ def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Sch
 def _written(model: str, form: str) -> Schema:
     """Settings of the model, each written in that form."""
     each = {"allOf": [reference(f"{model}.each")]}
-    return _named(fields(model), reference(form)) | each
+    return _named(settings_of(model), reference(form)) | each
 
 
 def _swept(model: str) -> Schema:
@@ -154,11 +154,13 @@ def _swept(model: str) -> Schema:
 
 def _sampled(model: str) -> Schema:
     parts = [reference("sampled"), reference(f"{model}.each")]
-    return _named(fields(model), reference("distribution"), SAMPLED) | {"allOf": parts}
+    return _named(settings_of(model), reference("distribution"), SAMPLED) | {
+        "allOf": parts
+    }
 
 
 def _table(model: str) -> Schema:
-    names = list(fields(model))
+    names = list(settings_of(model))
     columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
     table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns}
     return mapping(table | WHEN, ["sample", "file"])

@@ -16,8 +16,9 @@ HELD_OUT_CANDIDATES, HELD_OUT_REPLICATES = 5, 40
 
 @dataclass(frozen=True)
 class Parameter:
-    """A field that the search varies: `form` is one of sweep.spec.search_section.FORMS,
-    `arguments` are its bounds, or the values to choose.
+    """A setting that the search varies: `form` is one of
+    sweep.spec.search_section.FORMS, `arguments` are its bounds, or the values to
+    choose.
     """
 
     name: str
@@ -86,17 +87,17 @@ class Search:
         """
         return (1 + 2 * repetitions) * self.budget + self.held_out_trials(repetitions)
 
-    def place_of(self, field: str) -> Place | None:
-        """Where in the spec the search gives a field its values, or None where it does
+    def place_of(self, setting: str) -> Place | None:
+        """Where in the spec the search gives a setting its values; None where it does
         not.
         """
-        if any(parameter.name == field for parameter in self.parameters):
-            return ("search", "parameters", field)
+        if any(parameter.name == setting for parameter in self.parameters):
+            return ("search", "parameters", setting)
         return next(
             (
                 ("search", "over", axis.name)
                 for axis in self.over
-                if field in axis.columns
+                if setting in axis.columns
             ),
             None,
         )

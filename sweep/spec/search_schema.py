@@ -23,7 +23,7 @@ def search_schema() -> Schema:
     properties = {
         "parameters": {
             **named(ANY),
-            "description": "fields, each with the range in which it is searched",
+            "description": "settings, each with the range in which it is searched",
         },
         "objectives": {
             **_columns(_objective()),

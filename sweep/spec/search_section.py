@@ -22,7 +22,7 @@ from sweep.spec.search import (
     Search,
 )
 from sweep.spec.search_checks import check_search
-from sweep.spec.settings import Field, NotAllowedError, Value
+from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.values import read_axes
 from sweep.text import unknown
 
@@ -50,11 +50,11 @@ MOST_BATCH, MOST_REFERENCES = 10_000, 1000
 def read_search(
     entry: Entry, reader: AxisReader, model: Model, given: Mapping[str, Place]
 ) -> Search:
-    """The section that `entry` writes; `given` are the places of the fields with a
+    """The section that `entry` writes; `given` are the places of the settings with a
     value elsewhere in the spec.
     """
     entry.keys(KEYS, required=REQUIRED)
-    parameters = _parameters(entry.child("parameters"), reader.fields)
+    parameters = _parameters(entry.child("parameters"), reader.settings)
     names = [parameter.name for parameter in parameters]
     over = _over(entry.get("over"), reader, [*given, *names])
     _check_once(entry, names, over, given)
@@ -68,19 +68,19 @@ def read_search(
         level=_level(entry.get("racing")),
         over=over,
         held_out=_held_out(entry.get("held_out")),
-        references=_references(entry.get("references"), reader.fields, names),
+        references=_references(entry.get("references"), reader.settings, names),
     )
     check_search(entry, search)
     return search
 
 
-def _parameters(entry: Entry, fields: dict[str, Field]) -> tuple[Parameter, ...]:
-    return tuple(_parameter(name, child, fields) for name, child in entry.mapping())
+def _parameters(entry: Entry, settings: dict[str, Setting]) -> tuple[Parameter, ...]:
+    return tuple(_parameter(name, child, settings) for name, child in entry.mapping())
 
 
-def _parameter(name: str, entry: Entry, fields: dict[str, Field]) -> Parameter:
-    if name not in fields:
-        raise entry.error(unknown("field", name, fields))
+def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
+    if name not in settings:
+        raise entry.error(unknown("setting", name, settings))
     if isinstance(entry.value, dict) and "normal" in entry.value:
         raise entry.error(
             f'"{name}" cannot be normal: a search needs bounds,'
@@ -94,9 +94,9 @@ def _parameter(name: str, entry: Entry, fields: dict[str, Field]) -> Parameter:
     (form,) = entry.value
     values = [child.value for child in entry.child(form).entries()]
     try:
-        DISTRIBUTIONS[form](np.array([0.0, 0.5]), fields[name], values)
+        DISTRIBUTIONS[form](np.array([0.0, 0.5]), settings[name], values)
         return Parameter(
-            name, form, tuple(fields[name].coerce(value) for value in values)
+            name, form, tuple(settings[name].coerce(value) for value in values)
         )
     except NotAllowedError as error:
         raise entry.child(form).error(f"{form}: {error}") from None
@@ -127,12 +127,13 @@ def _check_once(
 ) -> None:
     taken = dict(given)
     for axis in over:
-        for field in axis.columns:
-            if field in taken:
+        for setting in axis.columns:
+            if setting in taken:
                 raise entry.document.error(
-                    (*entry.place, "over", axis.name), _has_a_value(field, taken[field])
+                    (*entry.place, "over", axis.name),
+                    _has_a_value(setting, taken[setting]),
                 )
-            taken[field] = ("search", "over", axis.name)
+            taken[setting] = ("search", "over", axis.name)
     for name in names:
         if name in taken:
             raise (
@@ -142,10 +143,9 @@ def _check_once(
             )
 
 
-def _has_a_value(field: str, place: Place) -> str:
-    return (
-        f'"{field}" has a value already, under {".".join(str(part) for part in place)}'
-    )
+def _has_a_value(setting: str, place: Place) -> str:
+    where = ".".join(str(part) for part in place)
+    return f'"{setting}" has a value already, under {where}'
 
 
 def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
@@ -237,7 +237,7 @@ def _held_out(entry: Entry | None) -> HeldOut:
 
 
 def _references(
-    entry: Entry | None, fields: dict[str, Field], names: list[str]
+    entry: Entry | None, settings: dict[str, Setting], names: list[str]
 ) -> dict[str, dict[str, Value]]:
     references: dict[str, dict[str, Value]] = {}
     if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
@@ -248,13 +248,13 @@ def _references(
                 raise value.error(unknown("parameter", name, names))
         child.keys(names, required=names)
         references[reference] = {
-            name: _coerced(fields[name], child.child(name)) for name in names
+            name: _coerced(settings[name], child.child(name)) for name in names
         }
     return references
 
 
-def _coerced(field: Field, entry: Entry) -> Value:
+def _coerced(setting: Setting, entry: Entry) -> Value:
     try:
-        return field.coerce(entry.value)
+        return setting.coerce(entry.value)
     except NotAllowedError as error:
         raise entry.error(str(error)) from None

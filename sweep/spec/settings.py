@@ -42,7 +42,7 @@ class NotAllowedError(ValueError):
 
 
 @dataclass(frozen=True)
-class Field:
+class Setting:
     """One setting: `kind` is float, int, bool or choice; `low` and `high` bound the
     numbers. `rule` names the rule whose weight it is.
     """
@@ -141,13 +141,13 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
-def _field(name: str, hint: Any, group: str, model: str) -> Field:
+def _setting(name: str, hint: Any, group: str, model: str) -> Setting:
     base, about = get_args(hint)[:2]
     assert isinstance(about, About)
     choices = tuple(MAPS) if name == "map" else about.choices
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
-    return Field(
+    return Setting(
         name,
         kind,
         group,
@@ -162,21 +162,21 @@ def _field(name: str, hint: Any, group: str, model: str) -> Field:
 
 
 @cache
-def fields(model: str) -> dict[str, Field]:
+def settings_of(model: str) -> dict[str, Setting]:
     """Every setting of `model`: its own parameters first, then schedule, world, start
     and observation.
     """
     groups = (("parameters", MODELS[model].params), *GROUPS)
     return {
-        name: _field(name, hint, group, model)
+        name: _setting(name, hint, group, model)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
 
 
-def study_fields(model: str, maps: Iterable[str]) -> dict[str, Field]:
+def settings_of_study(model: str, maps: Iterable[str]) -> dict[str, Setting]:
     """Every setting of `model` in a study that brings maps with these names."""
-    known = fields(model)
+    known = settings_of(model)
     return known | {
         "map": replace(known["map"], choices=(*known["map"].choices, *maps))
     }
@@ -191,18 +191,21 @@ def spelled(unit: str, model: str) -> str:
 def preset_settings(model: str, preset: str) -> dict[str, Value]:
     """The value of every setting in a preset of `model`."""
     values = MODELS[model].presets[preset]
-    return {name: field.coerce(values[name]) for name, field in fields(model).items()}
+    return {
+        name: setting.coerce(values[name])
+        for name, setting in settings_of(model).items()
+    }
 
 
 def settings_tuple(
-    group: type[Any], settings: dict[str, Value], known: dict[str, Field]
+    group: type[Any], settings: dict[str, Value], known: dict[str, Setting]
 ) -> Any:
     """`group` (of kernels.settings, or a model's Params) filled from `settings`,
     choices as indices.
     """
     values = []
     for name in group._fields:
-        field, value = known[name], settings[name]
-        as_index = field.kind == "choice" and name != "map"
-        values.append(field.choices.index(str(value)) if as_index else value)
+        setting, value = known[name], settings[name]
+        as_index = setting.kind == "choice" and name != "map"
+        values.append(setting.choices.index(str(value)) if as_index else value)
     return group(*values)

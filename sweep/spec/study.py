@@ -23,7 +23,7 @@ from sweep.spec.recorded import Column, check_metric
 from sweep.spec.replication import read_replication
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.settings import Field, Value, study_fields
+from sweep.spec.settings import Setting, Value, settings_of_study
 from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.values import (
     check_complete,
@@ -114,9 +114,9 @@ class Study:
         return self.document.path
 
     @cached_property
-    def fields(self) -> dict[str, Field]:
+    def settings(self) -> dict[str, Setting]:
         """Every setting of the model; the choices of `map` include the study's own."""
-        return study_fields(self.model, self.maps)
+        return settings_of_study(self.model, self.maps)
 
     def map_size(self, name: str) -> tuple[float, float] | None:
         """The width and height of a map, built-in or the study's own; None where any
@@ -139,16 +139,17 @@ class Study:
         conditions = [axis.when for axis in self.axes if axis.when]
         return (*conditions, *self.derive.values(), *self.require)
 
-    def place_of(self, field: str) -> Place | None:
-        """Where in the spec a field gets its value; None where the preset gives it."""
-        if field in self.fixed:
-            return ("fixed", field)
-        if field in self.derive:
-            return ("derive", field)
-        if self.search and (place := self.search.place_of(field)):
+    def place_of(self, setting: str) -> Place | None:
+        """Where in the spec a setting has its value; None where the preset gives it."""
+        if setting in self.fixed:
+            return ("fixed", setting)
+        if setting in self.derive:
+            return ("derive", setting)
+        if self.search and (place := self.search.place_of(setting)):
             return place
         return next(
-            (("sweep", axis.name) for axis in self.axes if field in axis.columns), None
+            (("sweep", axis.name) for axis in self.axes if setting in axis.columns),
+            None,
         )
 
 
@@ -180,10 +181,10 @@ def read_study(root: Entry) -> Study:
     preset = root.child("preset").one_of(f"preset of {model}", MODELS[model].presets)
     folder = root.document.path.parent
     maps = read_maps(root.get("maps"), folder)
-    reader = AxisReader(model, preset, study_fields(model, maps), seed, folder)
+    reader = AxisReader(model, preset, settings_of_study(model, maps), seed, folder)
     fixed, derive = (
-        read_fixed(root.get("fixed"), reader.fields),
-        read_derive(root.get("derive"), reader.fields),
+        read_fixed(root.get("fixed"), reader.settings),
+        read_derive(root.get("derive"), reader.settings),
     )
     axes = read_axes(root.get("sweep"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
@@ -203,7 +204,7 @@ def read_study(root: Entry) -> Study:
         fixed=fixed,
         axes=axes,
         derive=derive,
-        require=read_require(root.get("require"), reader.fields),
+        require=read_require(root.get("require"), reader.settings),
         replicates=replication.replicates,
         seeds=replication.seeds,
         seed=seed,

@@ -1,4 +1,4 @@
-"""Where the fields of a study get their values: `fixed`, `sweep`, `derive`; and what
+"""Where the settings of a study get their values: `fixed`, `sweep`, `derive`; and what
 `require` asks of them.
 
 All functions raise SpecError for what is not allowed.
@@ -12,16 +12,16 @@ from sweep.spec.axes import Axis, AxisReader, read_expression
 from sweep.spec.document import Entry
 from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
-from sweep.spec.settings import Field, NotAllowedError, Value
+from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.text import unknown
 
 
-def read_fixed(entry: Entry | None, known: dict[str, Field]) -> dict[str, Value]:
-    """The fields under `fixed`, each in its own type."""
+def read_fixed(entry: Entry | None, known: dict[str, Setting]) -> dict[str, Value]:
+    """The settings under `fixed`, each in its own type."""
     fixed: dict[str, Value] = {}
     for name, child in entry.mapping() if entry else ():
         if name not in known:
-            raise child.error(unknown("field", name, known))
+            raise child.error(unknown("setting", name, known))
         try:
             fixed[name] = known[name].coerce(child.value)
         except NotAllowedError as error:
@@ -32,7 +32,7 @@ def read_fixed(entry: Entry | None, known: dict[str, Field]) -> dict[str, Value]
 def read_axes(
     entry: Entry | None, reader: AxisReader, given: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """The axes under `sweep`, in the order of the file; `given` are the fields with a
+    """The axes under `sweep`, in the order of the file; `given` are the settings with a
     value under another key.
     """
     entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
@@ -44,7 +44,7 @@ def read_axes(
         if cells > MOST_CELLS:
             asked = f"the axes as far as this one have {cells:,} cells"
             raise child.error(beyond(asked, MOST_CELLS))
-    taken = {*given, *(field for axis in axes.values() for field in axis.columns)}
+    taken = {*given, *(setting for axis in axes.values() for setting in axis.columns)}
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:
         raise entries[ablations[1]].error(
@@ -56,15 +56,17 @@ def read_axes(
     return tuple(axes[name] for name in entries)
 
 
-def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expression]:
-    """The expressions under `derive` by field, each after those it needs."""
+def read_derive(
+    entry: Entry | None, known: dict[str, Setting]
+) -> dict[str, Expression]:
+    """The expressions under `derive` by setting, each after those it needs."""
     unsorted: dict[str, Expression] = {}
     for name, child in entry.mapping() if entry else ():
         if name not in known:
-            raise child.error(unknown("field", name, known))
+            raise child.error(unknown("setting", name, known))
         if name == "map":
             raise child.error(
-                "map cannot be derived, as other fields depend on it:"
+                "map cannot be derived, as other settings depend on it:"
                 " sweep it with zip or a table"
             )
         unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
@@ -87,7 +89,7 @@ def read_derive(entry: Entry | None, known: dict[str, Field]) -> dict[str, Expre
 def check_once(
     root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError where a field gets its value in two places."""
+    """Raise SpecError where a setting gets its value in two places."""
     places = [(name, ("fixed", name)) for name in fixed]
     places += [(name, ("sweep", axis.name)) for axis in axes for name in axis.columns]
     places += [(name, ("derive", name)) for name in derive]
@@ -102,7 +104,7 @@ def check_once(
 def check_conditions(
     root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError where `when` needs a field whose value is only known later."""
+    """Raise SpecError where `when` needs a setting whose value is only known later."""
     later = dict.fromkeys(derive, "derived")
     later |= {
         name: f"swept by {axis.name}, which must stand before"
@@ -142,14 +144,14 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
         for axis in axes:
             if axis.when and axis.when.names & whole.columns.keys():
                 message = (
-                    f'when cannot use fields of "{whole.name}": a {whole.sampler}'
+                    f'when cannot use settings of "{whole.name}": a {whole.sampler}'
                     " sample counts only whole"
                 )
                 raise root.document.error(("sweep", axis.name, "when"), message)
 
 
 def read_require(
-    entry: Entry | None, known: dict[str, Field]
+    entry: Entry | None, known: dict[str, Setting]
 ) -> tuple[Expression, ...]:
     """The conditions under `require`."""
     return (

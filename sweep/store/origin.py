@@ -54,10 +54,10 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     alone = {name: shape for name, shape in ALONE.items() if name in about}
     if not fits(about, later | alone):
         raise _unknown(file, LAUNCH_AGAIN)
-    fields = [
+    settings = [
         name for axis in about.get("axes", {}).values() for name in axis["fields"]
     ]
-    for name in ("trial_id", "point", *about["varied"], *fields):
+    for name in ("trial_id", "point", *about["varied"], *settings):
         if name not in plan.column_names:
             raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
     return about

@@ -20,7 +20,7 @@ class AxisAbout:
     of the sample each point is, where equal points are one.
     """
 
-    fields: list[str]
+    settings: list[str]
     sampler: str | None
     size: int = 1
     levels: int | None = None
@@ -29,11 +29,11 @@ class AxisAbout:
     @classmethod
     def of(cls, axis: Axis) -> "AxisAbout":
         """What is recorded of an axis of a spec."""
-        fields = list(axis.columns)
+        settings = list(axis.columns)
         if axis.blocks is None or axis.rows is None:
-            return cls(fields, axis.sampler)
+            return cls(settings, axis.sampler)
         rows = axis.rows.tolist() if axis.merged else None
-        return cls(fields, axis.sampler, axis.blocks.size, axis.blocks.levels, rows)
+        return cls(settings, axis.sampler, axis.blocks.size, axis.blocks.levels, rows)
 
     @classmethod
     def read(cls, stored: Mapping[str, Any]) -> "AxisAbout":
@@ -48,7 +48,7 @@ class AxisAbout:
 
     def as_json(self) -> dict[str, Any]:
         """As plans store it."""
-        about: dict[str, Any] = {"fields": self.fields, "sampler": self.sampler}
+        about: dict[str, Any] = {"fields": self.settings, "sampler": self.sampler}
         if self.size > 1:
             about |= {"size": self.size, "levels": self.levels}
         return about | ({} if self.rows is None else {"rows": self.rows})

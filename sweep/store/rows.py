@@ -13,7 +13,7 @@ import pyarrow as pa
 from kernels.metrics import METRICS
 from sweep.design.jobs import Job
 from sweep.spec.recorded import Column
-from sweep.spec.settings import Field, fields, spelled
+from sweep.spec.settings import Setting, settings_of, spelled
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 from sweep.trial.result import Result
@@ -69,7 +69,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
-    columns += [_setting(field) for field in fields(study.model).values()]
+    columns += [_setting(setting) for setting in settings_of(study.model).values()]
     for name in study.record.metrics:
         metric = METRICS[name]
         unit = spelled(metric.unit, study.model)
@@ -258,8 +258,8 @@ def _column(name: str, kind: pa.DataType, unit: str, text: str) -> pa.Field:
     return pa.field(name, kind, metadata={"unit": unit, "text": text})
 
 
-def _setting(field: Field) -> pa.Field:
-    return _column(field.name, ARROW[field.kind], field.unit, field.text)
+def _setting(setting: Setting) -> pa.Field:
+    return _column(setting.name, ARROW[setting.kind], setting.unit, setting.text)
 
 
 def _metadata(provenance: dict[str, Any]) -> dict[bytes, bytes]:

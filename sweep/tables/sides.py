@@ -12,7 +12,7 @@ import pandas as pd
 
 from sweep.analysis import agrees
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.settings import Field, NotAllowedError, Value, study_fields
+from sweep.spec.settings import NotAllowedError, Setting, Value, settings_of_study
 from sweep.store.locations import Location
 from sweep.tables.stored_study import StoredStudy, details
 from sweep.text import SHORT_LIST, unknown
@@ -131,7 +131,7 @@ def _with_setting(
     trials = study.trials
     if name == DETAIL and study.about.ablated:
         return _with_detail(study, text)
-    known = study_fields(str(trials["model"].iloc[0]), study.about.maps)
+    known = settings_of_study(str(trials["model"].iloc[0]), study.about.maps)
     if name not in known:
         raise ChoiceError(
             f"study {study.name}: {unknown('setting', name, known)}{_varied(study)}"
@@ -149,15 +149,15 @@ def _with_setting(
     return chosen, {name}
 
 
-def _parsed(text: str, field: Field) -> Value:
+def _parsed(text: str, setting: Setting) -> Value:
     """The value of a setting from its text. Raises NotAllowedError."""
     given: Any = text
-    if field.kind == "bool":
+    if setting.kind == "bool":
         given = BOOLEANS.get(text.lower(), text)
-    elif field.kind in ("float", "int"):
+    elif setting.kind in ("float", "int"):
         with suppress(ValueError):
             given = float(text.replace(".inf", "inf"))
-    return field.coerce(given)
+    return setting.coerce(given)
 
 
 def _varied(study: StoredStudy) -> str:

@@ -15,7 +15,7 @@ from sweep.spec.blocks import OPTIONS
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.replication import read_replication
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 
 MOST_BEFORE = 10**9
 """Up to version 0.4.0 a study could have so many trials."""
@@ -56,7 +56,7 @@ def _check(about: dict[str, Any]) -> None:
 def _settings(about: dict[str, Any]) -> set[str]:
     """The names of the model's settings; of any model's if a plan names none."""
     if "model" not in about:
-        return {name for model in MODELS for name in fields(model)}
+        return {name for model in MODELS for name in settings_of(model)}
     if (
         about["model"] not in MODELS
         or about["preset"] not in MODELS[about["model"]].presets
@@ -64,7 +64,7 @@ def _settings(about: dict[str, Any]) -> set[str]:
         raise ValueError(
             f'there is no preset "{about["preset"]}" of "{about["model"]}"'
         )
-    return set(fields(about["model"]))
+    return set(settings_of(about["model"]))
 
 
 def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:

@@ -13,7 +13,7 @@ from sweep.errors import SpecError, StoreError
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
-from sweep.spec.settings import Value, fields, study_fields
+from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import Study, read_study
 from sweep.spec.values import read_fixed
 from sweep.tables.stored_trials import StoredTrial
@@ -59,9 +59,9 @@ def _accepted(
     if row.get("error"):
         cell("error").text()
     study = read_study(Entry(document, (), _spec(stored, cell)))
-    known = study_fields(study.model, maps)
+    known = settings_of_study(study.model, maps)
     settings = Entry(
-        document, (), {name: row.get(name) for name in fields(study.model)}
+        document, (), {name: row.get(name) for name in settings_of(study.model)}
     )
     study = replace(study, maps=dict(maps), fixed=read_fixed(settings, known))
     return study, expand(study).settings(0)

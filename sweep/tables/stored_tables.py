@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kernels.models import MODELS
 from kernels.settings import MOST_PIXELS
 from sweep.errors import StoreError
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.store.locations import Location
 from sweep.store.rows import ABOUT_TRIAL, ARROW
 from sweep.text import shortened
@@ -101,7 +101,7 @@ def _check_trials(table: pa.Table) -> None:
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in MODELS:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
-    known = fields(models[0])
+    known = settings_of(models[0])
     settings = {
         name: ARROW[known[name].kind] for name in known if name in table.column_names
     }

@@ -14,13 +14,13 @@ from kernels.settings import Observation, WorldSettings
 from kernels.worlds import MAPS
 from sweep.design.jobs import Job, stream
 from sweep.spec.maps import Obstacles
-from sweep.spec.settings import fields, settings_tuple
+from sweep.spec.settings import settings_of, settings_tuple
 
 
 def obstacles(job: Job) -> NDArray[np.float64]:
     """The obstacles of the trial's world, shape (M, 5), see kernels.worlds."""
     settings: WorldSettings = settings_tuple(
-        WorldSettings, job.settings, fields(job.model)
+        WorldSettings, job.settings, settings_of(job.model)
     )
     return _obstacles(
         settings, job.obstacles, np.random.default_rng(stream(job, "world"))

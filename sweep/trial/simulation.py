@@ -26,7 +26,7 @@ from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.starts import start
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
-from sweep.spec.settings import fields, settings_tuple
+from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
 from sweep.trial.generators import Randomness
 from sweep.trial.result import ENDINGS, Result
@@ -207,7 +207,7 @@ class Simulation:
 
 def _flight(job: Job) -> Flight:
     """The flight of a job at its start."""
-    known = fields(job.model)
+    known = settings_of(job.model)
 
     def group(kind: type[Any]) -> Any:
         return settings_tuple(kind, job.settings, known)

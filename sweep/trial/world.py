@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kernels.models import MODELS
 from sweep.design.jobs import Job
-from sweep.spec.settings import fields, settings_tuple
+from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.scenery import obstacles
 
 
@@ -29,7 +29,7 @@ class TrialWorld(NamedTuple):
 def world_of(job: Job) -> TrialWorld:
     """The world in which the trial of `job` runs."""
     settings, model = job.settings, MODELS[job.model]
-    params = settings_tuple(model.params, settings, fields(job.model))
+    params = settings_tuple(model.params, settings, settings_of(job.model))
     width, height, x, y, radius = (
         float(settings[name])
         for name in ("width", "height", "goal_x", "goal_y", "goal_radius")

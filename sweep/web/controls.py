@@ -13,7 +13,7 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.errors import SpecError
 from sweep.spec.recorded import Column
-from sweep.spec.settings import Field, Value, fields, preset_settings, spelled
+from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
 from sweep.spec.strict_yaml import read_document
 from sweep.web.protocol import OVERLAYS, Reply, plain
 
@@ -28,16 +28,18 @@ LOGARITHMIC = 1000.0
 def controls(
     model: str, preset: str, own: tuple[str, ...] = (), experiments: Path = EXPERIMENTS
 ) -> Reply:
-    """The controls message of a preset: models, groups of fields, maps, metrics; `own`
-    are maps of the spec's own.
+    """The controls message of a preset: models, groups of settings, maps, metrics.
+    `own` are maps of the spec's own.
 
-    A field has name, kind, text, unit, low, high, slider, logarithmic, rule, choices
+    A setting has name, kind, text, unit, low, high, slider, logarithmic, rule, choices
     and default, see sweep.web.protocol.
     """
     values = preset_settings(model, preset)
     groups: dict[str, list[Reply]] = {}
-    for field in fields(model).values():
-        groups.setdefault(field.group, []).append(_field(field, values[field.name]))
+    for setting in settings_of(model).values():
+        groups.setdefault(setting.group, []).append(
+            _control(setting, values[setting.name])
+        )
     return {
         "type": "controls",
         "models": [
@@ -62,42 +64,42 @@ def controls(
     }
 
 
-def _field(field: Field, default: Value) -> Reply:
-    slider = _slider(field, default)
+def _control(setting: Setting, default: Value) -> Reply:
+    slider = _slider(setting, default)
     return {
-        "name": field.name,
-        "kind": field.kind,
-        "text": field.text,
-        "unit": field.unit,
-        "allowed": field.allowed(),
-        "low": field.low if math.isfinite(field.low) else None,
-        "high": field.high if math.isfinite(field.high) else None,
+        "name": setting.name,
+        "kind": setting.kind,
+        "text": setting.text,
+        "unit": setting.unit,
+        "allowed": setting.allowed(),
+        "low": setting.low if math.isfinite(setting.low) else None,
+        "high": setting.high if math.isfinite(setting.high) else None,
         "slider": slider,
         "logarithmic": slider is not None
         and slider[0] > 0
         and slider[1] / slider[0] >= LOGARITHMIC,
-        "rule": field.rule,
-        "choices": list(field.choices),
+        "rule": setting.rule,
+        "choices": list(setting.choices),
         "default": plain(default),
     }
 
 
-def _slider(field: Field, default: Value) -> list[float] | None:
+def _slider(setting: Setting, default: Value) -> list[float] | None:
     """Low, high and step of a slider about the preset value; None for what is no
     number, or an infinite one.
     """
     if (
         isinstance(default, bool | str)
         or not math.isfinite(default)
-        or field.name == "map"
+        or setting.name == "map"
     ):
         return None
-    low = field.low if math.isfinite(field.low) else min(0.0, 3 * default)
-    high = min(field.high, _round_up(3 * abs(default)) if default else 1.0)
+    low = setting.low if math.isfinite(setting.low) else min(0.0, 3 * default)
+    high = min(setting.high, _round_up(3 * abs(default)) if default else 1.0)
     step = _round_up((high - low) / SLIDER_STEPS)
-    if field.kind == "int":
+    if setting.kind == "int":
         low, high, step = float(math.ceil(low)), max(high, low + 1), max(1.0, step)
-    elif field.exclusive:
+    elif setting.exclusive:
         low = step
     return [low, high, step]
 

@@ -22,7 +22,7 @@ from sweep.design.points import SIDES
 from sweep.errors import SpecError
 from sweep.spec.document import Document, Entry
 from sweep.spec.maps import OwnMap, read_maps
-from sweep.spec.settings import NotAllowedError, Value, fields, preset_settings
+from sweep.spec.settings import NotAllowedError, Value, preset_settings, settings_of
 from sweep.spec.strict_yaml import MOST_BYTES, dump
 from sweep.spec.study import Streams, Study, parse_spec
 from sweep.text import unknown
@@ -147,9 +147,9 @@ class ViewState:
                 f"{name}: {range_.points} points are not allowed;"
                 f" a sweep has 2 to {MOST_POINTS:,}"
             )
-        if name not in fields(self.model):
-            raise SpecError(unknown("setting", name, fields(self.model)))
-        if fields(self.model)[name].kind not in ("float", "int"):
+        if name not in settings_of(self.model):
+            raise SpecError(unknown("setting", name, settings_of(self.model)))
+        if settings_of(self.model)[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")
         others = {other: swept for other, swept in self.sweeps.items() if other != name}
         return replace(
@@ -177,7 +177,7 @@ class ViewState:
                     "shapes": self.shapes,
                 }
             }
-        known = fields(self.model)
+        known = settings_of(self.model)
         fixed = {
             name: self.fixed[name]
             for name in known
@@ -252,7 +252,7 @@ class ViewState:
         )
 
     def _fields(self) -> dict[str, Any]:
-        known = fields(self.model)
+        known = settings_of(self.model)
         own = (str(self.fixed["map"]),) if self.own else ()
         return known | {
             "map": replace(known["map"], choices=(*known["map"].choices, *own))

@@ -12,9 +12,9 @@ import sweep.spec.evaluation as evaluation
 import sweep.spec.expressions as expressions
 from sweep.design.plan import make_plan
 from sweep.spec.expressions import Expression, ExpressionError, parse
-from sweep.spec.settings import Values, fields
+from sweep.spec.settings import Values, settings_of
 
-KNOWN = fields("nguyen2024")
+KNOWN = settings_of("nguyen2024")
 
 NESTINGS: dict[str, tuple[str, str]] = {
     "middle of a chain": ("n", "(1 if 0<{}<9 else 1)"),

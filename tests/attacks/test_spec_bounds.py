@@ -48,12 +48,12 @@ def refused(text: str) -> str:
     return str(error.value)
 
 
-FIELDS = list(parse_spec(SHORT).fields.values())
-FLOATS = [one.name for one in FIELDS if one.kind == "float"]
+SETTINGS = list(parse_spec(SHORT).settings.values())
+FLOATS = [one.name for one in SETTINGS if one.kind == "float"]
 
 
-def sampled(sampler: str, points: int, fields: int) -> str:
-    drawn = [f"    {name}: {{uniform: [1, 1]}}" for name in FLOATS[:fields]]
+def sampled(sampler: str, points: int, settings: int) -> str:
+    drawn = [f"    {name}: {{uniform: [1, 1]}}" for name in FLOATS[:settings]]
     return short(
         "sweep:", "  j:", f"    sample: {sampler}", f"    points: {points}", *drawn
     )
@@ -101,7 +101,7 @@ LISTED = {
             "replicates: 2", "replicates: 9000000"
         ),
         (
-            "4: the study has 18,000,000 trials with 6 fields that vary, 108,000,000"
+            "4: the study has 18,000,000 trials with 6 settings that vary, 108,000,000"
             " cells;"
         ),
     ),
@@ -113,15 +113,15 @@ LISTED = {
 LISTED |= {
     f"cells of {sampler}": (
         sampled(sampler, 10**7, 30),
-        "9: 10,000,000 points of 30 fields make 300,000,000 cells; at most 100,000,000 "
-        + SPLIT,
+        "9: 10,000,000 points of 30 settings make 300,000,000 cells; at most"
+        " 100,000,000 " + SPLIT,
     )
     for sampler in ("random", "lhs", "sobol", "halton")
 }
 LISTED |= {
     f"cells of {sampler}": (
         sampled(sampler, points, 20),
-        f"9: {cells} points of 20 fields make",
+        f"9: {cells} points of 20 settings make",
     )
     for sampler, points, cells in (
         ("morris", 400_000, "8,400,000"),
@@ -142,7 +142,7 @@ def test_fields_of_a_zip_are_counted_as_they_come(
     monkeypatch.setattr(limits, "MOST_CELLS", 100)
     grids = ", ".join(f"{name}: {{linspace: [1, 1, 30]}}" for name in FLOATS[:9])
     message = refused(short("sweep:", f"  j: {{zip: {{{grids}}}}}"))
-    assert message.startswith("spec.yaml:7: 30 points of 4 fields make 120 cells")
+    assert message.startswith("spec.yaml:7: 30 points of 4 settings make 120 cells")
 
 
 def test_axes_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:

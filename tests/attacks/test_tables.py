@@ -174,7 +174,7 @@ def test_odd_heads_of_csv_files_end_in_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_bytes(b"drag,drag\n1,1\n")
     assert '"drag" is read from two columns' in refused(tmp_path, "t.csv")
     (tmp_path / "t.csv").write_bytes(b"dr\0ag\n1\n")
-    assert "unknown field" in refused(tmp_path, "t.csv")
+    assert "unknown setting" in refused(tmp_path, "t.csv")
 
 
 def test_lines_that_end_in_returns_are_counted(

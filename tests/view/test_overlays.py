@@ -11,7 +11,7 @@ import pytest
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS, _skeleton
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
 from sweep.web import encoding, overlays
@@ -78,11 +78,11 @@ def test_neighbours_are_those_in_range_and_in_view(
 def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(
     model: str, preset: str
 ) -> None:
-    changes = {"fov": 120} if "fov" in fields(model) else {}
+    changes = {"fov": 120} if "fov" in settings_of(model) else {}
     simulation = flown(model, preset, **changes)
     flock = simulation.flock
     seen = looking.seen_by(simulation, 7)
-    limited = "fov" in fields(model)
+    limited = "fov" in settings_of(model)
     assert seen.range == simulation.flight.model.sight(simulation.flight.params).range
     assert seen.fov == (120 if limited else 360)
     assert seen.heading == (math.atan2(flock.vy[7], flock.vx[7]) if limited else None)
@@ -227,9 +227,9 @@ def test_a_frame_is_what_it_stands_for_to_a_65535th_of_its_box(n: int) -> None:
 @pytest.fixture
 def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setitem(MODELS, "skeleton", _skeleton.MODEL)
-    fields.cache_clear()
+    settings_of.cache_clear()
     yield
-    fields.cache_clear()
+    settings_of.cache_clear()
 
 
 @pytest.mark.usefixtures("entered")
@@ -242,21 +242,21 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
             )
         )
         shown = {
-            field["name"]: field
+            setting["name"]: setting
             for group in message["groups"]
-            for field in group["fields"]
+            for setting in group["fields"]
         }
-        assert list(shown) == list(fields(model))
-        for name, field in shown.items():
-            assert field["text"]
-            assert field["default"] == (
+        assert list(shown) == list(settings_of(model))
+        for name, setting in shown.items():
+            assert setting["text"]
+            assert setting["default"] == (
                 "inf" if values[name] == math.inf else values[name]
             )
-            if field["slider"]:
-                low, high, step = field["slider"]
+            if setting["slider"]:
+                low, high, step = setting["slider"]
                 assert low <= values[name] <= high, name
-                assert fields(model)[name].coerce(low) == low
-                assert fields(model)[name].coerce(high) == high
+                assert settings_of(model)[name].coerce(low) == low
+                assert settings_of(model)[name].coerce(high) == high
                 assert 0 < step <= high - low
         assert {entry["name"] for entry in message["metrics"]} >= set(
             MODELS[model].metrics

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import SpecError
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.trial.simulation import simulate
 from sweep.web.live import Live
@@ -112,7 +112,7 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
         until_model(page, model)
         assert live(page).state.model == model
         assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(
-            fields(model)
+            settings_of(model)
         ) - {"map"} | {"seed"}
 
 
@@ -133,7 +133,7 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
     monkeypatch.setattr(Live, "change", noted)
     page.ask(CHANGE_ALL)
     preset = MODELS["nguyen2024"].presets["as_run"]
-    assert set(met) == set(fields("nguyen2024")) - {"map"}
+    assert set(met) == set(settings_of("nguyen2024")) - {"map"}
     assert [
         name
         for name, values in met.items()
@@ -513,11 +513,11 @@ def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:
 
 def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) -> None:
     page = opened()
-    field = page.page.get_by_label("separation weight", exact=True)
-    field.fill("-3")
-    field.press("Enter")
+    setting = page.page.get_by_label("separation weight", exact=True)
+    setting.fill("-3")
+    setting.press("Enter")
     page.page.get_by_text("-3 is not allowed for separation_weight").wait_for()
-    assert field.get_attribute("aria-invalid") == "true"
+    assert setting.get_attribute("aria-invalid") == "true"
     other = page.page.get_by_label("alignment weight", exact=True)
     other.fill("much")
     other.press("Enter")

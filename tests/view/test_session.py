@@ -15,7 +15,7 @@ from studies import launched
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.errors import SpecError
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.web.history import MOST, Cursor, History
 from sweep.web.running import changed, simulation_of
@@ -100,7 +100,7 @@ def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
     """With the same settings; some boids are at rest, where it matters what they faced
     before.
     """
-    view = {"fov": 200} if "fov" in fields(model) else {}
+    view = {"fov": 200} if "fov" in settings_of(model) else {}
     job = begin(model, preset).with_settings({"n": 90, "steps": 30} | view).job
     whole, earlier = simulation_of(job), simulation_of(job)
     for simulation in (whole, earlier):

@@ -35,7 +35,7 @@ class Candidate:
         search = section_of(study)
         self.values = dict(values)
         columns = {
-            name: study.fields[name].column([value]) for name, value in values.items()
+            name: study.settings[name].column([value]) for name, value in values.items()
         }
         whole = replace(study, axes=(*search.over, Axis("candidates", columns)))
         design = expand(whole)
@@ -108,11 +108,11 @@ def _probes(study: Study) -> Sequence[dict[str, Value]]:
 
 
 def _drawn(study: Study, parameter: Parameter, rng: np.random.Generator) -> list[Value]:
-    field = study.fields[parameter.name]
+    setting = study.settings[parameter.name]
     values = DISTRIBUTIONS[parameter.form](
-        rng.random(PROBES), field, parameter.arguments
+        rng.random(PROBES), setting, parameter.arguments
     )
-    drawn: list[Value] = field.column(values).tolist()
+    drawn: list[Value] = setting.column(values).tolist()
     return drawn
 
 

@@ -21,7 +21,7 @@ from sweep.campaigns.search.repetitions import (
 from sweep.campaigns.search.stored import Asked
 from sweep.campaigns.search.words import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.spec.objectives import Objective
-from sweep.spec.settings import fields
+from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
 
 
@@ -147,7 +147,7 @@ def warnings(found: Findings) -> list[str]:
         for who, amount in violated.items()
         if amount > 0.0
     ]
-    known = fields(found.study.provenance["model"])
+    known = settings_of(found.study.provenance["model"])
     return said + [f"{sentence}." for sentence in edges(best, about["ranges"], known)]
 
 

@@ -154,7 +154,7 @@ class Run:
         number, self.number = self.number, self.number + 1
         study = self.course.study
         values: dict[str, Value] = {
-            name: study.fields[name].coerce(value)
+            name: study.settings[name].coerce(value)
             for name, value in trial.params.items()
         }
         self.proposed.add(tuple(values.values()))

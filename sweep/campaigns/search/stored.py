@@ -127,7 +127,7 @@ class Sheet:
         follows from them.
         """
         search = section_of(self.study)
-        names = [field for axis in search.over for field in axis.columns]
+        names = [setting for axis in search.over for setting in axis.columns]
         names += [parameter.name for parameter in search.parameters]
         if "map" in names:
             names += [

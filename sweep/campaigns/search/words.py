@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.spec.objectives import Constraint, Objective
-from sweep.spec.settings import Field
+from sweep.spec.settings import Setting
 
 EDGE = 0.02
 """A winner at the edge lies within this part of a parameter's range from an end."""
@@ -107,7 +107,7 @@ def difference_unit(unit: str) -> str:
 def edges(
     winner: Mapping[str, Any],
     ranges: Mapping[str, Mapping[str, Sequence[Any]]],
-    fields: Mapping[str, Field],
+    settings: Mapping[str, Setting],
 ) -> list[str]:
     """A sentence for each parameter whose best value lies at an end of its range beyond
     which there may be better.
@@ -123,8 +123,8 @@ def edges(
         low, high = float(arguments[0]), float(arguments[1])
         share = _share(form, float(winner[name]), low, high)
         for near, end, limit in (
-            (share, low, fields[name].low),
-            (1.0 - share, high, fields[name].high),
+            (share, low, settings[name].low),
+            (1.0 - share, high, settings[name].high),
         ):
             if near <= EDGE and end != limit:
                 side = "lower" if end == low else "upper"

@@ -56,8 +56,8 @@ def sobol(
     """Sobol indices over a `saltelli` sample: the share of the variance of `metric`
     that each setting explains.
 
-    Columns: index (S1 alone, ST with all interactions, S2 of a pair), field, other (of
-    the pair, else ""); `raw`, of the means as they are, and `corrected`, without
+    Columns: index (S1 alone, ST with all interactions, S2 of a pair), setting, other
+    (of the pair, else ""); `raw`, of the means as they are, and `corrected`, without
     replicate noise (see `sobol_indices`); noise_share, the part of the variance of a
     mean that is noise; each with _low and _high. Without replicates, and where noise
     leaves no variance, corrected numbers are NaN, as are intervals where a resample has
@@ -85,9 +85,9 @@ def morris(
     """Elementary effects over a `morris` sample (Morris 1991, Technometrics 33,
     161-174), in the unit of `metric`.
 
-    An effect is the change of the metric by a step of one field, divided by the step as
-    a part of the range of the field (for other than uniform distributions: of its
-    probability). Columns: field; noise, the standard deviation that replicate noise
+    An effect is the change of the metric by a step of one setting, divided by the step
+    as a part of the range of the setting (for other than uniform distributions: of its
+    probability). Columns: setting; noise, the standard deviation that replicate noise
     alone gives effects, NaN without replicates; mu, mu_star and sigma, the mean of
     effects, of their absolute values (Campolongo, Cariboni and Saltelli 2007,
     Environmental Modelling and Software 22, 1509-1518) and their standard deviation,
@@ -109,15 +109,15 @@ def rank_correlations(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """How monotonically `metric` goes with each field of a sampled axis, whatever the
+    """How monotonically `metric` goes with each setting of a sampled axis, whatever the
     sampler.
 
-    Columns: field; spearman, the correlation of ranks, and partial, that of what the
-    ranks of the axis's other fields leave of both (Iman and Helton 1988, Risk Analysis
-    8, 71-90), each with _low and _high. NaN for a setting of texts, and where a rank
-    does not vary or is determined by the others. Replicate noise makes them smaller.
-    Equal points count once, except in blocks. Raises ChoiceError as `sobol`, without a
-    need of SALib.
+    Columns: setting; spearman, the correlation of ranks, and partial, that of what the
+    ranks of the axis's other settings leave of both (Iman and Helton 1988, Risk
+    Analysis 8, 71-90), each with _low and _high. NaN for a setting of texts, and where
+    a rank does not vary or is determined by the others. Replicate noise makes them
+    smaller. Equal points count once, except in blocks. Raises ChoiceError as `sobol`
+    does; SALib is not needed.
     """
     chosen = sampled_axis(study, axis, (*SAMPLERS, *OPTIONS, "table"))
     return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)

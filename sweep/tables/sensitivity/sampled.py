@@ -29,14 +29,14 @@ REPLICATE = ["seed", "replicate"]
 
 @dataclass(frozen=True, eq=False)
 class SampledAxis:
-    """One sample of the fields of an axis, at one value `at` of each field of the other
-    axes.
+    """One sample of the settings of an axis, at one value `at` of each setting of the
+    other axes.
 
-    `settings` has the P points and the fields. `means` (P,) are those over replicates,
-    NaN where no trial has a value, and `residuals` (P, K) what the K replicates differ
-    by from them, NaN where there is none. `rows` (B, size) says which points form the
-    blocks, single ones where the axis has no blocks. Of the T `trials`, `without_value`
-    have none.
+    `settings` has a row for each of the P points. `means` (P,) are those over
+    replicates, NaN where no trial has a value, and `residuals` (P, K) what the K
+    replicates differ by from them, NaN where there is none. `rows` (B, size) says which
+    points form the blocks, single ones where the axis has no blocks. Of the T `trials`,
+    `without_value` have none.
     """
 
     at: dict[str, object]
@@ -129,7 +129,9 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
             f"study {study.name}: {unknown('metric', metric, study.metrics)}"
         )
     axes = study.axes
-    others = [field for name in axes if name != axis for field in axes[name].fields]
+    others = [
+        setting for name in axes if name != axis for setting in axes[name].settings
+    ]
     done = study.trials[study.trials["status"] == "done"].set_index("trial_id")[metric]
     plan = study.plan.to_pandas()
     plan["value"] = (
@@ -143,7 +145,7 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
 
 
 def _sample(part: pd.DataFrame, about: AxisAbout, at: dict[str, object]) -> SampledAxis:
-    settings = part.drop_duplicates("point").set_index("point")[about.fields]
+    settings = part.drop_duplicates("point").set_index("point")[about.settings]
     table = part.pivot(index="point", columns=REPLICATE, values="value").loc[
         settings.index
     ]

@@ -23,7 +23,7 @@ DETERMINED = 1e-9
 
 def effect_analysis(sample: SampledAxis) -> Analysis:
     """Mean, mean of the absolute values and standard deviation of the elementary
-    effects of each field.
+    effects of each setting.
 
     An effect is a change over the step, which is a part of the unit interval.
     """
@@ -41,18 +41,18 @@ def effect_analysis(sample: SampledAxis) -> Analysis:
         return np.stack([chosen.mean(axis=1), np.abs(chosen).mean(axis=1), deviation])
 
     rows = [
-        {"field": field, "noise": float(size)}
-        for field, size in zip(sample.settings, noise, strict=True)
+        {"setting": setting, "noise": float(size)}
+        for setting, size in zip(sample.settings, noise, strict=True)
     ]
     return Analysis(rows, ("mu", "mu_star", "sigma"), estimate)
 
 
 def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
-    """The effects (fields, b), and their standard deviation from noise, by field."""
+    """The effects (settings, b), and by setting their standard deviation from noise."""
     whole = sample.whole
     before, after = whole[:, :-1], whole[:, 1:]
     settings = np.stack(
-        [_numbers(sample.settings[field], texts=True) for field in sample.settings],
+        [_numbers(sample.settings[setting], texts=True) for setting in sample.settings],
         axis=1,
     )
     direction = np.sign(settings[after] - settings[before])
@@ -82,11 +82,14 @@ def _numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
 
 
 def rank_analysis(sample: SampledAxis) -> Analysis:
-    """Spearman's correlation of each field with the metric, and the partial one given
-    the ranks of the other fields.
+    """Spearman's correlation of each setting with the metric, and the partial one given
+    the ranks of the other settings.
     """
     settings = np.stack(
-        [_numbers(sample.settings[field], texts=False) for field in sample.settings],
+        [
+            _numbers(sample.settings[setting], texts=False)
+            for setting in sample.settings
+        ],
         axis=1,
     )
     table = np.column_stack([settings, sample.means])
@@ -99,7 +102,7 @@ def rank_analysis(sample: SampledAxis) -> Analysis:
         )
 
     return Analysis(
-        [{"field": field} for field in sample.settings],
+        [{"setting": setting} for setting in sample.settings],
         ("spearman", "partial"),
         estimate,
     )
@@ -111,15 +114,15 @@ def _rank_correlations(table: Floats) -> Floats:
     """
     from scipy.stats import rankdata
 
-    fields = table.shape[1] - 1
-    found = np.full((2, fields), np.nan)
+    settings = table.shape[1] - 1
+    found = np.full((2, settings), np.nan)
     varying = np.flatnonzero(np.ptp(table, axis=0) > 0.0)
-    if len(table) < FEWEST or fields not in varying or len(varying) < 2:
+    if len(table) < FEWEST or settings not in varying or len(varying) < 2:
         return found
     ranks = rankdata(table[:, varying], axis=0)
     correlation = np.asarray(np.corrcoef(ranks, rowvar=False))
-    for place, field in enumerate(varying[:-1]):
-        found[:, field] = correlation[place, -1], _partial(correlation, place)
+    for place, setting in enumerate(varying[:-1]):
+        found[:, setting] = correlation[place, -1], _partial(correlation, place)
     if len(table) <= len(varying) + 1:
         found[1] = np.nan
     return found

@@ -27,7 +27,7 @@ ROUNDING = 1e-12
 
 
 class Columns(NamedTuple):
-    """Which point of a block is which: A, B, A with one field of B (`ab`), and the
+    """Which point of a block is which: A, B, A with one setting of B (`ab`), and the
     reverse (`ba`), if there are any.
     """
 
@@ -38,24 +38,24 @@ class Columns(NamedTuple):
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """The pairs of fields of which the block tells something."""
+        """The pairs of settings of which the block tells something."""
         return list(combinations(range(len(self.ba)), 2))
 
 
-def _columns(fields: int, size: int) -> Columns:
-    return Columns(0, size - 1, range(1, fields + 1), range(fields + 1, size - 1))
+def _columns(settings: int, size: int) -> Columns:
+    return Columns(0, size - 1, range(1, settings + 1), range(settings + 1, size - 1))
 
 
 def index_analysis(sample: SampledAxis) -> Analysis:
     """The raw and corrected S1, ST and S2, and noise's share of a mean's variance."""
-    fields, whole = list(sample.settings.columns), sample.whole
-    columns = _columns(len(fields), whole.shape[1])
-    labels = [("S1", field, "") for field in fields] + [
-        ("ST", field, "") for field in fields
+    settings, whole = list(sample.settings.columns), sample.whole
+    columns = _columns(len(settings), whole.shape[1])
+    labels = [("S1", setting, "") for setting in settings] + [
+        ("ST", setting, "") for setting in settings
     ]
-    labels += [("S2", fields[one], fields[other]) for one, other in columns.pairs]
+    labels += [("S2", settings[one], settings[other]) for one, other in columns.pairs]
     rows: list[dict[str, object]] = [
-        {"index": name, "field": one, "other": other} for name, one, other in labels
+        {"index": name, "setting": one, "other": other} for name, one, other in labels
     ]
     values = sample.means[whole]
     spread = values.std() if len(whole) else 0.0

@@ -10,9 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels.models import MODELS
-from sweep.spec.settings import Field, NotAllowedError, fields, preset_settings, spelled
+from sweep.spec.settings import (
+    NotAllowedError,
+    Setting,
+    preset_settings,
+    settings_of,
+    spelled,
+)
 
-FIELDS = fields("nguyen2024")
+SETTINGS = settings_of("nguyen2024")
 NUMBERS = st.one_of(
     st.floats(),
     st.integers(-(2**40), 2**40),
@@ -23,18 +29,18 @@ NUMBERS = st.one_of(
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_is_allowed(model: str) -> None:
     for preset in MODELS[model].presets:
-        assert set(preset_settings(model, preset)) == set(fields(model))
+        assert set(preset_settings(model, preset)) == set(settings_of(model))
 
 
 def test_equal_numbers_are_the_same_value() -> None:
-    assert repr(FIELDS["drag"].coerce(1)) == "1.0"
-    assert repr(FIELDS["drag"].coerce(-0.0)) == "0.0"
-    assert repr(FIELDS["n"].coerce(2.0)) == "2"
+    assert repr(SETTINGS["drag"].coerce(1)) == "1.0"
+    assert repr(SETTINGS["drag"].coerce(-0.0)) == "0.0"
+    assert repr(SETTINGS["n"].coerce(2.0)) == "2"
 
 
-def is_allowed(field: Field, number: float) -> bool:
+def is_allowed(setting: Setting, number: float) -> bool:
     try:
-        field.coerce(number)
+        setting.coerce(number)
     except NotAllowedError:
         return False
     return True
@@ -46,24 +52,24 @@ def is_allowed(field: Field, number: float) -> bool:
     st.lists(NUMBERS, min_size=1),
 )
 def test_column_agrees_with_single_values(name: str, numbers: list[float]) -> None:
-    field, array = FIELDS[name], np.array(numbers)
-    allowed = [is_allowed(field, number) for number in array.tolist()]
+    setting, array = SETTINGS[name], np.array(numbers)
+    allowed = [is_allowed(setting, number) for number in array.tolist()]
     if all(allowed):
-        expected = [field.coerce(number) for number in array.tolist()]
-        assert list(map(repr, field.column(array).tolist())) == list(
+        expected = [setting.coerce(number) for number in array.tolist()]
+        assert list(map(repr, setting.column(array).tolist())) == list(
             map(repr, expected)
         )
     else:
         with pytest.raises(NotAllowedError) as error:
-            field.column(array)
+            setting.column(array)
         assert error.value.index == allowed.index(False)
 
 
 def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (
-        FIELDS["width"].unit,
-        FIELDS["start_speed"].unit,
-        FIELDS["footprint_radius"].unit,
+        SETTINGS["width"].unit,
+        SETTINGS["start_speed"].unit,
+        SETTINGS["footprint_radius"].unit,
     ) == (
         "px",
         "px/step",
@@ -72,7 +78,7 @@ def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(
         MODELS, "metric", MODELS["nguyen2024"]._replace(length="m", time="s")
     )
-    assert fields("metric")["start_speed"].unit == "m/s"
+    assert settings_of("metric")["start_speed"].unit == "m/s"
     assert (
         spelled("length/time^2 at times of any lengths", "metric")
         == "m/s^2 at times of any lengths"
@@ -81,6 +87,6 @@ def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_error_names_the_first_wrong_value() -> None:
     with pytest.raises(NotAllowedError) as error:
-        FIELDS["map"].column(["empty", "cafeteria", "nowhere", "elsewhere"])
+        SETTINGS["map"].column(["empty", "cafeteria", "nowhere", "elsewhere"])
     assert error.value.index == 2
     assert str(error.value).startswith('unknown map "nowhere". Allowed: ')
