@@ -33,7 +33,7 @@ notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes
 	$(BIN)/python notebooks/execute.py
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
-	cd tests && ../$(BIN)/python -m bench $(ONLY)
+	$(BIN)/python -m tests.bench $(ONLY)
 
 check: $(STAMP)  ## lint, formatting, types
 	$(BIN)/ruff check

@@ -2,7 +2,7 @@
 
 # isort: off
 # Before anything that looks at its environment is imported.
-import environment  # noqa: F401
+from tests import environment  # noqa: F401
 
 # isort: on
 
@@ -12,12 +12,12 @@ import signal
 
 import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
 import pytest
-from builders import job
 from hypothesis import settings
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.trial.simulation import run
+from tests.builders import job
 
 settings.register_profile("kernels", deadline=None, derandomize=True)
 settings.load_profile("kernels")

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from sampled import MadeUp, ishigami, study_of
-from searches import TINY, asked_by, edited
-from studies import COVERING, SMALL, launched
 
 from sweep.tables.stored_study import StoredStudy
+from tests.sampled import MadeUp, ishigami, study_of
+from tests.searches import TINY, asked_by, edited
+from tests.studies import COVERING, SMALL, launched
 
 GRID = """
 study: grid

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 from numpy.random import Generator, default_rng
-from specs import short
 
 from sweep.campaigns.launch import plan_table
 from sweep.design.design import expand
@@ -17,6 +16,7 @@ from sweep.design.jobs import Jobs
 from sweep.spec.study import parse_spec
 from sweep.store.origin import PROVENANCE
 from sweep.tables.stored_study import StoredStudy
+from tests.specs import short
 
 SETTINGS = ("separation_weight", "alignment_weight", "cohesion_weight")
 VARIANCE = 7.0**2 / 8 + 0.1 * np.pi**4 / 5 + 0.1**2 * np.pi**8 / 18 + 0.5

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests import ROOT
+
 DECISIONS = ROOT / "docs" / "decisions"
 PAGES = sorted(set(DECISIONS.glob("*.md")) - {DECISIONS / "README.md"})
 FOR_DEVELOPERS = [

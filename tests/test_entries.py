@@ -9,11 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import builders
 import numpy as np
 import pytest
-from commands import sweep
-from test_house import TREES, modules
 
 from kernels.jit import jit
 from kernels.metrics import METRICS, Metric
@@ -32,6 +29,9 @@ from sweep.trial.world import world_of
 from sweep.web.history import Cursor
 from sweep.web.live import Live
 from sweep.web.state import begin
+from tests import builders
+from tests.commands import sweep
+from tests.test_house import TREES, modules
 
 OWN_PLACES = ("kernels/metrics/__init__.py", "kernels/models/")
 """The registries, presets and each model's own file."""

@@ -6,7 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from environment import KEPT, KEPT_PREFIXES
+from tests import ROOT
+from tests.environment import KEPT, KEPT_PREFIXES
 
 HOSTILE = {
     "AWS_PROFILE": "mine",
@@ -28,14 +29,14 @@ HOSTILE = {
 SCRIPT = """
 import json, os, sys
 sys.path.insert(0, sys.argv[1])
-import environment
+from tests import environment
 print(json.dumps({"seen": dict(os.environ), "umask": os.umask(0)}))
 """
 
 
 def test_what_a_user_has_set_is_not_seen(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, str(Path(__file__).parent)],
+        [sys.executable, "-c", SCRIPT, str(ROOT)],
         env=os.environ | HOSTILE | {"HOME": str(tmp_path), "XDG_CACHE_HOME": "/caches"},
         umask=0o077,
         capture_output=True,

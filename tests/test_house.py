@@ -8,18 +8,16 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import get_args, get_type_hints
 
-import builders
 import pytest
 
-import kernels
 from kernels.metrics import METRICS
 from kernels.metrics.ground import Better
 from kernels.models import MODELS
 from kernels.settings import UNITS
 from kernels.worlds import MAPS
 from sweep.spec.settings import GROUPS, preset_settings, settings_of
+from tests import ROOT, builders
 
-ROOT = Path(kernels.__file__).parent.parent
 MODULES = {
     path.relative_to(ROOT).as_posix(): path
     for part in ("kernels", "sweep")
@@ -203,6 +201,22 @@ def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
         if not re.search(rf"(^| ){re.escape(one)} +\S", map_of, re.MULTILINE)
     }
     assert not lost
+
+
+TESTED_TOGETHER = {"attacks", "bench", "cluster", "faults", "naive"}
+"""Folders of tests that belong to no single package."""
+
+
+def test_folders_of_tests_mirror_the_packages() -> None:
+    tests = ROOT / "tests"
+    packages = {path.parent.name for path in ROOT.glob("sweep/*/__init__.py")}
+    folders = {path.parent.name for path in tests.glob("*/*.py")}
+    assert folders - TESTED_TOGETHER == {"kernels"} | packages
+    for name in packages:
+        named = re.compile(rf"\b(from|import) sweep\.{name}\b")
+        assert any(
+            named.search(path.read_text()) for path in tests.glob(f"{name}/*.py")
+        )
 
 
 def test_a_class_name_occurs_once() -> None:

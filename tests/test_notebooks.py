@@ -8,8 +8,9 @@ import pytest
 from nbformat import NotebookNode
 
 from notebooks.execute import METADATA, executed
+from tests import ROOT
 
-FOLDER = Path(__file__).parent.parent / "notebooks"
+FOLDER = ROOT / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 MOST_BYTES = 300_000
 MACHINE = re.compile(

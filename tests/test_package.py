@@ -6,15 +6,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from ruamel.yaml import YAML
-from studies import IMPOSSIBLE, SMALL, launched
 
 import sweep
 from sweep.campaigns.search.stored import read_asked
 from sweep.errors import SpecError
 from sweep.store.provenance import git_state
 from sweep.workers.executors import Serial
-
-ROOT = Path(__file__).parent.parent
+from tests import ROOT
+from tests.studies import IMPOSSIBLE, SMALL, launched
 
 
 def test_one_version_everywhere() -> None:

@@ -1,17 +1,16 @@
 """What the README and the guide show is true."""
 
 import re
-from pathlib import Path
 from textwrap import dedent
 
 import pytest
-from studies import SMALL
 
 import sweep
 from sweep.design.design import expand
 from sweep.spec.study import parse_spec
+from tests import ROOT
+from tests.studies import SMALL
 
-ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 GUIDE = (ROOT / "GUIDE.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```yaml\n(.*?)```", README + GUIDE, re.DOTALL)

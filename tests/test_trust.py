@@ -5,11 +5,11 @@ none.
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests import ROOT
+
 PAGE = (ROOT / "docs" / "trust.md").read_text(encoding="utf-8")
 BULLETS = re.findall(r"^- (.*?)(?=^- |^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
 PARTS = re.compile(r"(?P<sentence>.*?\.)\n  <!-- (?P<proof>.*?) -->\n*", re.DOTALL)

@@ -14,11 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from commands import sweep
-from specs import short
-from studies import SMALL, launched, relaunch
 
-import kernels
 import sweep.spec.images as images
 import sweep.spec.point_tables as tables
 from sweep.errors import ChoiceError, SpecError, StoreError
@@ -26,8 +22,10 @@ from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import settings_of
 from sweep.spec.study import load_spec, parse_spec
 from sweep.tables.stored_study import StoredStudy
-
-ROOT = Path(kernels.__file__).parent.parent
+from tests import ROOT
+from tests.commands import sweep
+from tests.specs import short
+from tests.studies import SMALL, launched, relaunch
 
 
 def refused(text: str, folder: Path) -> str:

@@ -1,0 +1,1 @@
+"""What a stranger may give us, and what comes of it."""

@@ -2,7 +2,7 @@
 
 Whoever opens one of them waits for ever, or fills the memory. So all of it happens in a
 process of its own, which says after each attack what came of it: `python -m
-attacks.special FOLDER`, in the folder of the tests.
+tests.attacks.special FOLDER`.
 """
 
 import json
@@ -14,13 +14,12 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-from studies import SMALL, relaunch
-
 import sweep.trial.simulation
 from sweep.cli.listing import status_text
 from sweep.errors import StoreError
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
+from tests.studies import SMALL, relaunch
 
 MOST_MEMORY = 8 * 2**30
 HUGE = 2**40

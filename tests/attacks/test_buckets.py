@@ -10,15 +10,15 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 import pytest
-from http_servers import Answer, HttpServer, Request
-from object_stores import CREDENTIALS
 
 from sweep.errors import StoreError
 from sweep.store import locations
 from sweep.store.locations import ObjectPath, location
 from sweep.store.store import Store
+from tests import ROOT
+from tests.http_servers import Answer, HttpServer, Request
+from tests.object_stores import CREDENTIALS
 
-ROOT = Path(__file__).parent.parent.parent
 PART = "00000000000000000001-aaaaaaaaaaaa"
 TIME = "2026-01-01T00:00:00.000Z"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from distributed.protocol import deserialize, serialize
 
-from attacks.test_storages import Payload
+from tests.attacks.test_storages import Payload
 
 
 def test_dask_itself_unpickles_what_a_worker_sends(tmp_path: Path) -> None:

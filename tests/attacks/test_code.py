@@ -10,8 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from searches import TINY
-from studies import SMALL, launched
+
+from tests.searches import TINY
+from tests.studies import SMALL, launched
 
 COMMAND = "from sweep.cli import main\nmain()\n"
 SEVERAL = """

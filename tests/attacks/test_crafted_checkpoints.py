@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from studies import SMALL, relaunch
-from test_checkpoint import TRIAL, named, numbers
-from test_trial import small
 
 from kernels import KERNELS_SHA
 from sweep.design.design import expand
@@ -24,6 +21,9 @@ from sweep.workers import checkpoint, checkpoint_key
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_file import Saved, write_state
 from sweep.workers.checkpoint_key import own_key
+from tests.studies import SMALL, relaunch
+from tests.trial.test_trial import small
+from tests.workers.test_checkpoint import TRIAL, named, numbers
 
 STRANGER = bytes(range(32))
 FORGED = (

@@ -10,12 +10,9 @@ from xml.etree import ElementTree
 
 import pytest
 import xarray as xr
-from commands import sweep
 from matplotlib.figure import Figure
 from PIL import Image
-from studies import launched
 
-from attacks.hostile import give, give_plan
 from sweep.errors import SpecError
 from sweep.figures.pieces import as_text, words
 from sweep.figures.saving import save
@@ -24,6 +21,9 @@ from sweep.published.scorecard_markdown import _text
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.recording import _document as page_of
+from tests.attacks.hostile import give, give_plan
+from tests.commands import sweep
+from tests.studies import launched
 
 MATHS = [
     "$\\frac{1$",

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from specs import short_study
 
 import sweep.spec.evaluation as evaluation
 import sweep.spec.expressions as expressions
 from sweep.design.plan import make_plan
 from sweep.spec.expressions import Expression, ExpressionError, parse
 from sweep.spec.settings import Values, settings_of
+from tests.specs import short_study
 
 KNOWN = settings_of("nguyen2024")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from specs import short
 
 import sweep.spec.images as images
 from sweep.errors import SpecError
 from sweep.spec.images import ImageError, brightness
 from sweep.spec.study import load_spec, parse_spec
+from tests.specs import short
 
 
 def refused(folder: Path, image: str) -> str:

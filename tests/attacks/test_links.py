@@ -6,9 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from commands import sweep
-from publications import experiments
-from studies import SMALL, launched, relaunch
 
 from sweep.cli.progress import ProgressBar
 from sweep.errors import StoreError
@@ -17,6 +14,9 @@ from sweep.published.reproduce import Outcome, reproduce
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
+from tests.commands import sweep
+from tests.publications import experiments
+from tests.studies import SMALL, launched, relaunch
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-from commands import sweep
-from faults.campaign import tables
-from studies import SMALL, launched, relaunch
 
 from sweep.errors import SpecError
 from sweep.spec.layout import OWN, STORED
@@ -15,6 +12,9 @@ from sweep.store.store import Store
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.checkpoint_folder import Checkpoints
+from tests.commands import sweep
+from tests.faults.campaign import tables
+from tests.studies import SMALL, launched, relaunch
 
 
 def named(name: str) -> str:

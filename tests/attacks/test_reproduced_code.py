@@ -6,11 +6,11 @@ from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
-from commands import sweep
-from publications import FIGURES, PUBLISHED, SPEC, experiments
 
 from sweep.errors import SpecError
 from sweep.published.claims import code_files, read_all
+from tests.commands import sweep
+from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 MARK = "from pathlib import Path\nPath({mark!r}).write_text('')\n"
 SAYING = "import sys\nprint('it runs', file=sys.stderr)\n"

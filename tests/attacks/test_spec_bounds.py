@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats.qmc import LatinHypercube
-from specs import SHORT, short
 
 import sweep.spec.document
 import sweep.spec.limits as limits
@@ -22,6 +21,7 @@ from sweep.errors import SpecError
 from sweep.spec.sampling import generator, latin_hypercube
 from sweep.spec.study import Study, parse_spec
 from sweep.workers.executors import Serial
+from tests.specs import SHORT, short
 
 MOST_BYTES = 50_000_000
 """What a refusal may take: numpy's arrays are counted too."""

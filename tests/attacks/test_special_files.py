@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from attacks.special import FILES, FOLDERS, KINDS, LISTED, MOST_MEMORY
 from sweep.store.regular import open_regular, read_json, read_whole
 from sweep.trial.state import State
 from sweep.workers.checkpoint_file import Saved, frame_type, read_frames
+from tests import ROOT
+from tests.attacks.special import FILES, FOLDERS, KINDS, LISTED, MOST_MEMORY
 
-TESTS = Path(__file__).parent.parent
 SECONDS = 300
 """What takes a few seconds would take for ever if anybody waited."""
 
@@ -79,7 +79,7 @@ def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(
     tmp_path: Path,
 ) -> None:
     """All in one process: after one that hangs, the others have no outcome."""
-    command = [sys.executable, "-m", "attacks.special", str(tmp_path)]
+    command = [sys.executable, "-m", "tests.attacks.special", str(tmp_path)]
     # Threads of libraries take room for addresses, which is bounded, with each core.
     few = os.environ | {
         "OMP_NUM_THREADS": "1",
@@ -88,7 +88,7 @@ def test_no_file_of_a_study_is_waited_for_or_read_without_an_end(
     }
     try:
         said = subprocess.run(
-            command, cwd=TESTS, env=few, capture_output=True, text=True, timeout=SECONDS
+            command, cwd=ROOT, env=few, capture_output=True, text=True, timeout=SECONDS
         ).stdout
     except subprocess.TimeoutExpired as ending:
         said = (

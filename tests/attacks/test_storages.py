@@ -7,13 +7,13 @@ from pathlib import Path
 
 import optuna
 import pytest
-from commands import sweep
-from searches import TINY
 
 from sweep.campaigns.search import export as module
 from sweep.campaigns.search.export import PASSWORD, check_export
 from sweep.errors import OutputError, StoreError
 from sweep.store.locations import location
+from tests.commands import sweep
+from tests.searches import TINY
 
 SPEC = TINY.replace("budget: 30", "budget: 8")
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import pyarrow as pa
 import pytest
-from commands import sweep
-from studies import COVERING, launched
 
 import sweep.tables.netcdf as netcdf
-from attacks.hostile import give
 from sweep.errors import ChoiceError, StoreError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
+from tests.attacks.hostile import give
+from tests.commands import sweep
+from tests.studies import COVERING, launched
 
 KEPT = COVERING.replace(
     "record: {", "record: {trajectories: true, every: 10, "

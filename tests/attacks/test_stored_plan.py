@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commands import sweep
-from studies import SMALL, launched
 
-from attacks.hostile import give_plan
 from sweep.errors import StoreError
 from sweep.tables.stored_study import StoredStudy
+from tests.attacks.hostile import give_plan
+from tests.commands import sweep
+from tests.studies import SMALL, launched
 
 RULE = {"metric": "speed", "half_width": 0.1, "confidence": 0.95, "min": 3, "max": 10}
 RULE |= {"looks": [3], "nominal_confidence": 0.99}

@@ -13,10 +13,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from commands import sweep
-from studies import COVERING, IMPOSSIBLE, SMALL, launched
 
-from attacks.hostile import give, give_plan
 from kernels.models import MODELS
 from sweep.errors import StoreError
 from sweep.replays.replay import replay
@@ -24,6 +21,9 @@ from sweep.spec.settings import preset_settings
 from sweep.store.manifest import MANIFEST, seal
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.replaying import Replay
+from tests.attacks.hostile import give, give_plan
+from tests.commands import sweep
+from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched
 
 OWN = SMALL.replace(
     "fixed: {n: 12, steps: 9}",

@@ -16,11 +16,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from commands import sweep
-from searches import TINY
-from studies import SMALL, relaunch
 
-from attacks.hostile import give
 from sweep.campaigns.launch import launch
 from sweep.campaigns.search.run import search
 from sweep.design.design import expand
@@ -37,6 +33,10 @@ from sweep.tables.cleaning import find_waste
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import origins, stored_trials
 from sweep.workers.executors import Serial
+from tests.attacks.hostile import give
+from tests.commands import sweep
+from tests.searches import TINY
+from tests.studies import SMALL, relaunch
 
 SMALL_FILE = 1_000_000
 """Bytes; the provenance of an edited checkout has its diff, of up to 200,000 signs."""

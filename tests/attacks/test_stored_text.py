@@ -14,11 +14,8 @@ from pathlib import Path
 import pandas as pd
 import pyarrow as pa
 import pytest
-from commands import sweep
-from studies import SMALL, launched
 
 import sweep as package
-from attacks.hostile import give, give_plan
 from sweep.campaigns.progress import Progress
 from sweep.cli.counting import Counter
 from sweep.cli.listing import command
@@ -29,6 +26,9 @@ from sweep.tables.formulas import as_csv, without_formulas
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import Harmless, guard_streams, harmless
 from sweep.workers.checkpoint import LOG
+from tests.attacks.hostile import give, give_plan
+from tests.commands import sweep
+from tests.studies import SMALL, launched
 
 STEERING = {
     "title": "\x1b]0;owned\x07",

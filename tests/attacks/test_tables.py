@@ -6,13 +6,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from specs import short
 
 import sweep.spec.pages as pages
 import sweep.spec.point_tables as tables
 from sweep.errors import SpecError
 from sweep.spec.pages import PagesError, check_footer, unpacked
 from sweep.spec.study import load_spec
+from tests.specs import short
 
 
 def refused(folder: Path, name: str) -> str:

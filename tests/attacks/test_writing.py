@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pytest
 
-import kernels
 from sweep.errors import ChoiceError, OutputError
 from sweep.store.new_files import create, replacing
 from sweep.tables.outputs import by_path, unfinished
+from tests import ROOT
 
-ROOT = Path(kernels.__file__).parent.parent
 SOURCES = [*ROOT.glob("sweep/**/*.py"), *ROOT.glob("kernels/**/*.py")]
 SOURCES += [*ROOT.glob("experiments/**/*.py"), *ROOT.glob("notebooks/*.py")]
 CHANGING = {"O_WRONLY", "O_RDWR", "O_CREAT", "O_APPEND", "O_TRUNC"}

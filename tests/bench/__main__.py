@@ -1,5 +1,5 @@
-"""The benchmarks: `python -m bench` in the tests folder, or `make bench`. Every
-comparison is a ratio within one run.
+"""The benchmarks: `python -m tests.bench`, or `make bench`. Every comparison is a
+ratio within one run.
 
     kernels     aziel_chen2025 with coverage against a plain all-pairs loop of the same
                 model, same bits
@@ -23,9 +23,6 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from bench.page import page
-from bench.plain import plain_run
-from bench.view import view
 from numpy.typing import NDArray
 
 from kernels.models import MODELS
@@ -35,6 +32,9 @@ from sweep.spec.study import RecordSpec, Streams, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation, run
 from sweep.workers.executors import Loky
+from tests.bench.page import page
+from tests.bench.plain import plain_run
+from tests.bench.view import view
 
 ROUNDS = 5
 BEST = {

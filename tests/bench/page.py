@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from playwright.sync_api import Browser
-from view.chromium import running_browser
+
+from tests.web.chromium import running_browser
 
 SECONDS = 8
 WANTED = {100: 30, 1000: 30, 10_000: 10}

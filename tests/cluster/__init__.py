@@ -1,0 +1,1 @@
+"""Real clusters of dask, and what disturbs them."""

@@ -13,10 +13,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from lines import HERE, Line
+from tests import ROOT
+from tests.lines import HERE, Line
 
-ROOT = Path(__file__).parent.parent.parent
-TESTS = {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+TESTS = {"PYTHONPATH": str(ROOT)}
 """By which workers find the jobs of tests."""
 PATIENCE_SECONDS = 120.0
 SETTINGS = {"DASK_LOGGING__DISTRIBUTED": "info", "PYTHONUNBUFFERED": "1"}

@@ -14,14 +14,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from faults import campaign
-from faults.campaign import tables
-from lines import HERE, Line
-from studies import launched
 
-from cluster.started import TESTS, Cluster, cluster, until
 from sweep.workers import cluster as engine
 from sweep.workers.cluster import Dask
+from tests.cluster.started import TESTS, Cluster, cluster, until
+from tests.faults import campaign
+from tests.faults.campaign import tables
+from tests.lines import HERE, Line
+from tests.studies import launched
 
 REDUCED = campaign.SPEC.replace("replicates: 30", "replicates: 6")
 LAUNCH_SECONDS = 500.0

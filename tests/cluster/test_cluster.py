@@ -14,18 +14,18 @@ from typing import Any
 
 import pandas as pd
 import pytest
-import runner_jobs
-from commands import sweep
-from faults import jobs as faulty
-from studies import SMALL, launched
 
-from cluster import jobs
-from cluster.started import ROOT, TESTS, Cluster, cluster, until
 from sweep.errors import WorkersError
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.cluster import Dask
 from sweep.workers.runner import Failure, drive
 from sweep.workers.watch import Limits
+from tests import runner_jobs
+from tests.cluster import jobs
+from tests.cluster.started import ROOT, TESTS, Cluster, cluster, until
+from tests.commands import sweep
+from tests.faults import jobs as faulty
+from tests.studies import SMALL, launched
 
 
 @pytest.fixture
@@ -232,7 +232,7 @@ def test_ctrl_c_keeps_what_is_back_and_cancels_the_rest_on_the_cluster(
 def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
     tmp_path: Path, engines: list[Dask], several: bool
 ) -> None:
-    path = {"PYTHONPATH": f"{edited_copy(tmp_path)}{os.pathsep}{ROOT / 'tests'}"}
+    path = {"PYTHONPATH": f"{edited_copy(tmp_path)}{os.pathsep}{ROOT}"}
     options, environment = (["--nthreads", "2"], {}) if several else ([], path)
     with cluster(tmp_path, 1, **TESTS) as made:
         engines.append(Dask(made.address))

@@ -8,16 +8,16 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 
 import pytest
-import runner_jobs
-from faults.jobs import square
-from lines import HERE, Line
 
-from cluster.started import TESTS, Cluster, cluster, until
 from sweep.errors import WorkersError
 from sweep.workers import cluster as engine
 from sweep.workers.cluster import Dask
 from sweep.workers.connection import THREAD, exposed
 from sweep.workers.tasks import Tasks
+from tests import runner_jobs
+from tests.cluster.started import TESTS, Cluster, cluster, until
+from tests.faults.jobs import square
+from tests.lines import HERE, Line
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,13 @@ import re
 import shlex
 import signal
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-DOCUMENT = Path(__file__).parent.parent.parent / "GUIDE.md"
+from tests import ROOT
+
+DOCUMENT = ROOT / "GUIDE.md"
 
 
 @pytest.fixture

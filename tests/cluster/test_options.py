@@ -8,11 +8,11 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from commands import sweep
-from lines import HERE, Line
-from studies import SMALL
 
 from sweep.workers import cluster
+from tests.commands import sweep
+from tests.lines import HERE, Line
+from tests.studies import SMALL
 
 DASK = ["--executor", "dask"]
 

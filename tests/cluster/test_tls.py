@@ -6,18 +6,18 @@ import datetime
 from pathlib import Path
 
 import pytest
-import runner_jobs
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
-from faults.jobs import square
-from lines import HERE
 
-from cluster.started import TESTS, Cluster
 from sweep.errors import WorkersError
 from sweep.workers.cluster import Dask
 from sweep.workers.watch import Limits
+from tests import runner_jobs
+from tests.cluster.started import TESTS, Cluster
+from tests.faults.jobs import square
+from tests.lines import HERE
 
 
 def certified(folder: Path) -> dict[str, str]:

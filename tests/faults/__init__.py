@@ -1,0 +1,1 @@
+"""Faults that are made and counted: kills, cuts, full disks, lost power."""

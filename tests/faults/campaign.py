@@ -16,10 +16,9 @@ from contextlib import suppress
 from pathlib import Path
 from random import Random
 
-from runner_jobs import processes_below
-from studies import launched
-
 from sweep.store.store import Store
+from tests.runner_jobs import processes_below
+from tests.studies import launched
 
 SPEC = """
 study: faulty

@@ -21,11 +21,8 @@ from typing import Any, NamedTuple
 import pandas as pd
 import pyarrow as pa
 import pytest
-from searches import TINY
-from studies import SMALL
 
 import sweep.workers.batch as batch_module
-from faults.crash_disk import Disk, File, Recorder, Step, Tree, held, now, put
 from sweep.campaigns.launch import launch
 from sweep.campaigns.search.run import search
 from sweep.spec.study import parse_spec
@@ -38,6 +35,9 @@ from sweep.trial import simulation
 from sweep.workers import checkpoint
 from sweep.workers.executors import Serial
 from sweep.workers.runner import drive
+from tests.faults.crash_disk import Disk, File, Recorder, Step, Tree, held, now, put
+from tests.searches import TINY
+from tests.studies import SMALL
 
 NOBODY = 2**22 + 1
 """The id of no process: Linux has none above 2**22. So the recorded launch is dead."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from faults.campaign import Campaign
+from tests.faults.campaign import Campaign
 
 
 def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:

@@ -12,9 +12,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from studies import launched
-
-from faults.campaign import assert_no_orphans, tables, workers
+from tests.faults.campaign import assert_no_orphans, tables, workers
+from tests.studies import launched
 
 SPEC = """
 study: long

@@ -8,8 +8,11 @@ from random import Random
 import pyarrow.fs
 import pytest
 
-from faults.crash_disk import Disk, Recorder, Step, held, now, put
-from faults.crash_states import (
+from sweep.store.custody import custody
+from sweep.store.durable import flush_to_disk
+from sweep.store.store import Store
+from tests.faults.crash_disk import Disk, Recorder, Step, held, now, put
+from tests.faults.crash_states import (
     KINDS,
     ONE,
     SOUGHT,
@@ -22,9 +25,6 @@ from faults.crash_states import (
     record,
     small_world,
 )
-from sweep.store.custody import custody
-from sweep.store.durable import flush_to_disk
-from sweep.store.store import Store
 
 CERTAIN = ("all names", "all but what is promised")
 LOSSES = (

@@ -9,12 +9,12 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from studies import SMALL, launched, relaunch
 
-from faults.campaign import tables
 from sweep.errors import StoreError
 from sweep.store.manifest import MANIFEST, damage
 from sweep.store.store import Store
+from tests.faults.campaign import tables
+from tests.studies import SMALL, launched, relaunch
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,17 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from runner_jobs import said_by_us, started
 
-from faults.campaign import SPEC, assert_no_orphans, workers
 from sweep.store.store import Store
+from tests import ROOT
+from tests.faults.campaign import SPEC, assert_no_orphans, workers
+from tests.runner_jobs import said_by_us, started
 
-HERE = Path(__file__).parent.parent
 DRIVEN = """
 import os, sys
-sys.path[:0] = [{tests!r}, {root!r}]
-import runner_jobs
-from faults import jobs
+sys.path[:0] = [{root!r}]
+from tests import runner_jobs
+from tests.faults import jobs
 from sweep.workers.executors import Loky
 from sweep.trial.interrupts import ended_like_ctrl_c
 from sweep.workers.runner import drive
@@ -44,7 +44,7 @@ def driven(job: str) -> list[str]:
     return [
         sys.executable,
         "-c",
-        DRIVEN.format(tests=str(HERE), root=str(HERE.parent), job=job),
+        DRIVEN.format(root=str(ROOT), job=job),
     ]
 
 
@@ -62,7 +62,7 @@ def await_long_jobs(process: "subprocess.Popen[str]") -> None:
 
 
 def test_workers_that_hang_end_with_a_coordinator_that_is_killed() -> None:
-    with started(driven("nap_or_hang"), HERE) as process:
+    with started(driven("nap_or_hang"), ROOT) as process:
         await_long_jobs(process)
         time.sleep(0.2)  # they say so just before
         process.kill()
@@ -79,7 +79,7 @@ def test_being_told_to_end_is_like_ctrl_c(
     """Also where everybody is told, as by a closing terminal: the coordinator alone
     decides.
     """
-    with started(driven("nap"), HERE) as process:
+    with started(driven("nap"), ROOT) as process:
         await_long_jobs(process)
         (os.killpg if whole_group else os.kill)(process.pid, number)
         output, errors = process.communicate(timeout=20)
@@ -91,7 +91,7 @@ def test_being_told_to_end_is_like_ctrl_c(
 
 @pytest.mark.parametrize("pause", [0.0, pytest.param(0.1, marks=pytest.mark.slow)])
 def test_two_ctrl_c_in_a_row_leave_no_orphan(pause: float) -> None:
-    with started(driven("nap"), HERE) as process:
+    with started(driven("nap"), ROOT) as process:
         await_long_jobs(process)
         for _ in range(2):
             os.killpg(process.pid, signal.SIGINT)

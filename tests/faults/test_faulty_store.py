@@ -13,14 +13,14 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from http_servers import HttpServer, Request
-from object_stores import ObjectStore, object_store
-from studies import launched, relaunch
 
-from faults import campaign
-from faults.campaign import tables
 from sweep.store import locations
 from sweep.store.locations import ObjectPath
+from tests.faults import campaign
+from tests.faults.campaign import tables
+from tests.http_servers import HttpServer, Request
+from tests.object_stores import ObjectStore, object_store
+from tests.studies import launched, relaunch
 
 LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--workers", "1", "--results"]
 LAUNCH_SECONDS = 500.0

@@ -14,11 +14,11 @@ from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
-from studies import SMALL, relaunch
 
-from faults.campaign import tables
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
+from tests.faults.campaign import tables
+from tests.studies import SMALL, relaunch
 
 WRITES = [
     (os, "mkdir"),

@@ -20,16 +20,16 @@ from typing import Any
 
 import pyarrow as pa
 import pytest
-from object_stores import Memory
-from studies import ORIGIN
 
-from faults.interleavings import State, World, explore, step
 from sweep.store import folders, merging, parquet
 from sweep.store import store as store_module
 from sweep.store.custody import set_aside_damaged
 from sweep.store.locations import Location, ObjectPath, ObjectServer
 from sweep.store.merging import Gathered
 from sweep.store.store import Store
+from tests.faults.interleavings import State, World, explore, step
+from tests.object_stores import Memory
+from tests.studies import ORIGIN
 
 WATCHED = ("parts", "damaged", "plan.parquet")
 EVENTS = ("os.scandir", "os.listdir", "os.remove", "os.rmdir", "os.rename", "open")

@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import runner_jobs
-from studies import SMALL
 
 import sweep.workers.batch as batch_module
-from faults import jobs, troubled
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky, Serial
 from sweep.workers.runner import Failure
 from sweep.workers.watch import Limits
+from tests import runner_jobs
+from tests.faults import jobs, troubled
+from tests.studies import SMALL
 
 SQUARES = {(job, job * job) for job in range(40)}
 

@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 import pytest
-from studies import SMALL, relaunch
 
 from sweep.errors import StoreError
 from sweep.store import lock as lock_module
@@ -20,8 +19,9 @@ from sweep.store.lock import Lock
 from sweep.store.lock_files import LockFiles
 from sweep.store.processes import machine, started
 from sweep.store.store import Store
+from tests import ROOT
+from tests.studies import SMALL, relaunch
 
-HERE = Path(__file__).parent.parent
 TAKERS = """
 import sys, time
 sys.path[:0] = [{root!r}]
@@ -232,7 +232,7 @@ def test_of_many_takers_one_has_it_at_a_time(store: Store) -> None:
     command = [
         sys.executable,
         "-c",
-        TAKERS.format(root=str(HERE.parent)),
+        TAKERS.format(root=str(ROOT)),
         str(store.folder),
     ]
     takers = [

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from faults.jobs import MEGABYTE, hang
 from sweep.design.jobs import Job
 from sweep.trial.result import Result
+from tests.faults.jobs import MEGABYTE, hang
 
 
 def fails_at_first(folder: str, job: Job) -> Result:

@@ -7,12 +7,12 @@ and the same arguments; every model one that takes a single step; every metric o
 METRICS, from the six rows of one frame to a number.
 """
 
-from naive.aziel_chen2025 import aziel_chen2025
-from naive.flight import Bird, angle_between, birds, neighbours, walk
-from naive.metrics import METRICS, flock_sizes
-from naive.nanobot import nanobot
-from naive.nguyen2024 import nguyen2024
-from naive.patel2023 import patel2023
-from naive.pixels import blocked, inside_any, visits
-from naive.rules import *
-from naive.rustamani2024 import ORDERS, cells_within, rustamani2024
+from tests.naive.aziel_chen2025 import aziel_chen2025
+from tests.naive.flight import Bird, angle_between, birds, neighbours, walk
+from tests.naive.metrics import METRICS, flock_sizes
+from tests.naive.nanobot import nanobot
+from tests.naive.nguyen2024 import nguyen2024
+from tests.naive.patel2023 import patel2023
+from tests.naive.pixels import blocked, inside_any, visits
+from tests.naive.rules import *
+from tests.naive.rustamani2024 import ORDERS, cells_within, rustamani2024

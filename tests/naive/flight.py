@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from naive.rules import Vector, confine
+from tests.naive.rules import Vector, confine
 
 
 def displacement(world: Any, position: Vector, other: Vector) -> Vector:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from naive.flight import angle_between
-from naive.rules import Vector
+from tests.naive.flight import angle_between
+from tests.naive.rules import Vector
 
 
 def from_centre(bodies: Vector) -> Vector:

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from naive.flight import Bird, bordered, neighbours, walk
-from naive.rules import clamp_speed, turn_back
+from tests.naive.flight import Bird, bordered, neighbours, walk
+from tests.naive.rules import clamp_speed, turn_back
 
 
 def nanobot(

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from naive.flight import Bird, bordered, neighbours, walk
-from naive.rules import Vector, repulsion_unit, shortened, wander
+from tests.naive.flight import Bird, bordered, neighbours, walk
+from tests.naive.rules import Vector, repulsion_unit, shortened, wander
 
 
 def nguyen2024(

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from naive.flight import Bird, bordered, neighbours
-from naive.rules import Vector, clamp_speed, repulsion_linear, turn_back
+from tests.naive.flight import Bird, bordered, neighbours
+from tests.naive.rules import Vector, clamp_speed, repulsion_linear, turn_back
 
 
 def patel2023(

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from naive.rules import Vector
+from tests.naive.rules import Vector
 
 
 def inside_any(world: Any, x: float, y: float) -> bool:

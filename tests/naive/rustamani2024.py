@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from naive.flight import Bird, bordered, neighbours, walk
-from naive.rules import (
+from tests.naive.flight import Bird, bordered, neighbours, walk
+from tests.naive.rules import (
     Vector,
     add_in_turn,
     arrival,

@@ -1,0 +1,1 @@
+"""Estimates, intervals and contrasts of values whose answer is known."""

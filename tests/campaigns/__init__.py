@@ -1,0 +1,1 @@
+"""Launches and searches, from the first trial to the last."""

@@ -1,0 +1,193 @@
+"""Samplers: every one proposes candidates for a small real search, with options that
+are said and recorded.
+"""
+
+import inspect
+import subprocess
+import sys
+import warnings
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import optuna
+import pytest
+
+from sweep.campaigns.search.samplers import (
+    SAMPLERS,
+    distributions,
+    new_study,
+    options,
+    quiet,
+    size_of,
+)
+from sweep.spec import search_section as section
+from sweep.spec.search import Parameter, Search
+from sweep.spec.study import parse_spec
+from tests import ROOT
+from tests.searches import TINY, asked_by, edited, equal, phase
+
+TWO = edited(
+    TINY,
+    (
+        "flock_radius: {minimize: mean}",
+        "flock_radius: {minimize: mean}\n    speed: {maximize: mean}",
+    ),
+)
+NOT_SAID = {"seed", "independent_sampler", "constraints_func"}
+"""Options that are the seed, another sampler, or what trials say by themselves."""
+
+
+def with_sampler(spec: str, name: str) -> str:
+    return edited(spec, ("  budget: 30", f"  sampler: {name}\n  budget: 30"))
+
+
+def search_of(spec: str) -> Search:
+    search = parse_spec(spec).search
+    assert search is not None
+    return search
+
+
+def test_the_samplers_of_specs_are_those_that_there_are() -> None:
+    assert set(section.SAMPLERS) == set(SAMPLERS)
+
+
+@pytest.mark.parametrize("name", SAMPLERS)
+def test_a_search_runs_with_every_sampler_again_and_again(
+    tmp_path: Path, name: str
+) -> None:
+    if name == "gp" and find_spec("torch") is None:
+        pytest.skip("gp needs torch")
+    spec = with_sampler(TWO if name == "nsga3" else TINY, name)
+    first = asked_by(spec, tmp_path / "1")
+    equal(asked_by(spec, tmp_path / "2"), first)
+    rows = phase(first)
+    assert len(rows) == 30
+    assert rows["separation_weight"].between(0, 3).all()
+    assert rows["cohesion_weight"].between(0.01, 1).all()
+    assert rows["candidate"].nunique() > 5
+    assert first.about["sampler"] == name
+    assert first.about["options"] == options(name, search_of(spec))
+
+
+@pytest.mark.parametrize("name", ["random", "qmc", "tpe", "nsga2"])
+def test_several_objectives_choices_and_rejected_candidates(
+    tmp_path: Path, name: str
+) -> None:
+    spec = edited(
+        with_sampler(TWO, name),
+        ("  budget", "  constraints: {speed: {at_least: 0.5}}\n  budget"),
+        (
+            "separation_weight: {uniform: [0, 3]}",
+            "separation_weight: {choice: [0.5, 1, 2]}",
+        ),
+        (
+            "replicates: 4",
+            "require: [separation_weight >= 2 * cohesion_weight]\nreplicates: 4",
+        ),
+    )
+    asked = asked_by(spec, tmp_path)
+    assert set(asked.table["separation_weight"]) <= {0.5, 1, 2}
+    assert (
+        asked.table["separation_weight"] >= 2 * asked.table["cohesion_weight"]
+    ).all()
+    assert asked.about["rejected"]["search"] > 0
+
+
+@pytest.mark.parametrize("name", SAMPLERS)
+def test_every_option_of_optuna_is_said(name: str) -> None:
+    """All but those that optuna has deprecated, which it
+    warns of when they are given.
+    """
+    known = inspect.signature(
+        getattr(optuna.samplers, SAMPLERS[name][0]).__init__
+    ).parameters
+    said = options(name, search_of(TWO))
+    assert set(said) <= set(known)
+    for option in set(known) - {"self"} - NOT_SAID - set(said):
+        assert is_deprecated(name, option), f"{name}: {option}"
+
+
+def is_deprecated(name: str, option: str) -> bool:
+    """Whether optuna warns of an option, or takes a strategy for it that is
+    experimental.
+    """
+    values: dict[str, Any] = {"gamma": lambda n: n, "weights": lambda n: n}
+    if (
+        option.endswith("_strategy")
+        or option == "inc_popsize"
+        or option == "restart_strategy"
+    ):
+        return True
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        getattr(optuna.samplers, SAMPLERS[name][0])(
+            **{option: values.get(option, True)}
+        )
+    return any(issubclass(one.category, FutureWarning) for one in caught)
+
+
+def test_the_seed_makes_the_candidates() -> None:
+    search = search_of(TINY)
+    ranges = distributions(search.parameters)
+    drawn = [new_study("tpe", search, seed).ask(ranges).params for seed in (1, 1, 2)]
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+def test_optuna_is_quiet_only_meanwhile(capfd: pytest.CaptureFixture[str]) -> None:
+    before = optuna.logging.get_verbosity()
+    with quiet():
+        study = new_study("tpe", search_of(TINY), 1)
+        study.tell(study.ask(), 1.0)
+    assert optuna.logging.get_verbosity() == before
+    assert capfd.readouterr() == ("", "")
+
+
+def test_optuna_asks_for_no_widgets_in_a_notebook() -> None:
+    """In a process of its own, since optuna is imported only once."""
+    script = """if True:
+        import sys, types, IPython
+        sys.modules["ipykernel.zmqshell"] = types.ModuleType("shell")
+        sys.modules["ipywidgets"] = None
+        from sweep.campaigns.search.samplers import quiet
+        with quiet():
+            print("optuna" in sys.modules)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True
+    )
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "size"),
+    [
+        ([("choice", (1.0, 2.0)), ("integers", (3, 7))], 10),
+        ([("uniform", (1.0, 1.0)), ("integers", (3, 3))], 1),
+        ([("uniform", (1.0, 1.5)), ("integers", (3, 3))], float("inf")),
+    ],
+)
+def test_the_size_of_a_space(
+    parameters: list[tuple[str, tuple[float, ...]]], size: float
+) -> None:
+    assert (
+        size_of(
+            tuple(Parameter("n", form, arguments) for form, arguments in parameters)
+        )
+        == size
+    )
+
+
+def test_ranges_are_asked_as_written() -> None:
+    ranges = distributions(
+        (
+            Parameter("a", "loguniform", (0.1, 1.0)),
+            Parameter("b", "integers", (2, 5)),
+            Parameter("c", "choice", ("x", "y")),
+        )
+    )
+    assert ranges == {
+        "a": optuna.distributions.FloatDistribution(0.1, 1.0, log=True),
+        "b": optuna.distributions.IntDistribution(2, 5),
+        "c": optuna.distributions.CategoricalDistribution(("x", "y")),
+    }

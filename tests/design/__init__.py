@@ -1,0 +1,1 @@
+"""Points, jobs, and what they cost."""

@@ -1,0 +1,109 @@
+"""The cost model: what it must get right is the order of trials, and sums."""
+
+import json
+
+import numpy as np
+import pytest
+
+from kernels.models import MODELS
+from sweep.design.cost import (
+    job_seconds,
+    point_seconds,
+    study_cost,
+    trial_bytes,
+    trial_seconds,
+)
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, SomeJobs
+from sweep.design.plan import duration, make_plan, size
+from sweep.spec.study import RecordSpec, parse_spec
+from tests.studies import COVERING, SMALL
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("setting", ["n", "steps"])
+def test_larger_trials_cost_more(model: str, setting: str) -> None:
+    preset, record = MODELS[model].presets["as_run"], RecordSpec(MODELS[model].metrics)
+    larger = preset | {setting: 10 * preset[setting]}
+    assert trial_seconds(model, larger, record) > 5 * trial_seconds(
+        model, preset, record
+    )
+
+
+def test_metrics_and_frames_cost_time_and_space() -> None:
+    settings = MODELS["nguyen2024"].presets["as_run"]
+    rare = RecordSpec(("speed",), ("speed",), every=100)
+    often = RecordSpec(("speed", "flock_count"), ("speed", "flock_count"))
+    assert trial_seconds("nguyen2024", settings, often) > trial_seconds(
+        "nguyen2024", settings, rare
+    )
+    assert trial_bytes(settings, often) > 20 * trial_bytes(settings, rare)
+    flown = RecordSpec(("speed",), every=100, trajectories=True)
+    assert trial_bytes(settings, flown) > 200 * 4 * 6 * 5
+
+
+def test_a_study_costs_the_sum_of_its_trials() -> None:
+    study = parse_spec(
+        SMALL.replace("separation_weight: [0.5, 1]", "n: [10, 1000]").replace(
+            "n: 12, ", ""
+        )
+    )
+    design = expand(study)
+    each = [
+        trial_seconds(study.model, design.settings(point), study.record)
+        for point in range(2)
+    ]
+    assert study_cost(study, design)[0] == pytest.approx(3 * sum(each))
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        "n: [10, 1000]",
+        "cohesion_range: [20, 400], update: [sequential, synchronous]",
+        "drag: [0, 0.1]",
+    ],
+)
+def test_the_estimate_of_every_point_is_that_of_its_settings(axes: str) -> None:
+    study = parse_spec(
+        SMALL.replace(
+            "separation_weight: [0.5, 1]", f"gain: {{zip: {{{axes}}}}}"
+        ).replace("n: 12, ", "")
+    )
+    design = expand(study)
+    each = [
+        trial_seconds(study.model, design.settings(point), study.record)
+        for point in range(design.n_points)
+    ]
+    assert point_seconds(study, design).tolist() == each
+
+
+def test_a_plan_says_what_is_rejected_and_how_long_it_takes() -> None:
+    spec = COVERING + 'require: ["cohesion_weight < 0.15"]\n'
+    plan = make_plan(parse_spec(spec), workers=2)
+    assert plan.rejected[0].count == 1
+    assert plan.wall_seconds == plan.cpu_seconds / 2
+    assert 'rejected   1 points by "cohesion_weight < 0.15"' in plan.as_text()
+    assert json.loads(plan.as_json())["trials"] == 2
+
+
+def test_words_for_times_and_sizes() -> None:
+    assert [duration(seconds) for seconds in (0.04, 59, 600, 7200, 1e6)] == [
+        "0.0 s",
+        "59.0 s",
+        "10.0 min",
+        "2.0 h",
+        "11.6 days",
+    ]
+    assert [size(count) for count in (12, 1500, 2.5e9)] == ["12 B", "1.5 kB", "2.5 GB"]
+
+
+def test_jobs_of_a_study_cost_what_each_of_them_does() -> None:
+    study = parse_spec(
+        SMALL.replace("separation_weight: [0.5, 1]", "n: [10, 1000]").replace(
+            "n: 12, ", ""
+        )
+    )
+    jobs = SomeJobs(Jobs(study, expand(study), "sha"), np.array([5, 0, 1]))
+    assert job_seconds(jobs).tolist() == job_seconds(list(jobs)).tolist()
+    assert job_seconds(jobs)[0] > job_seconds(jobs)[1]

@@ -1,0 +1,269 @@
+"""A design is the product of its axes in the order of the file, with the conditions of
+the spec applied.
+"""
+
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sweep.design.design import Design, Rejection, expand
+from sweep.errors import SpecError
+from sweep.spec.settings import Value, preset_settings, settings_of
+from sweep.spec.study import parse_spec
+from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
+
+
+def rows(design: Design) -> list[tuple[Value, ...]]:
+    return list(
+        zip(*(column.tolist() for column in design.columns.values()), strict=True)
+    )
+
+
+def test_examples_expand() -> None:
+    assert rows(expand(parse_spec(SEPARATION))) == [
+        (0.5,),
+        (0.75,),
+        (1.0,),
+        (1.5,),
+        (2.0,),
+    ]
+    gains = expand(parse_spec(GAINS))
+    assert gains.n_points == 16_000
+    assert list(gains.columns) == [
+        "map",
+        "n",
+        "cohesion_weight",
+        "alignment_weight",
+        "separation_weight",
+    ]
+    assert expand(parse_spec(EVERYTHING)).n_points > 0
+
+
+def test_study_without_axes_has_one_point() -> None:
+    design = expand(short_study("fixed: {n: 7}"))
+    assert design.n_points == 1
+    assert design.settings(0) == preset_settings("nguyen2024", "as_run") | {"n": 7}
+
+
+def test_settings_are_plain_python_values_of_every_field() -> None:
+    design = expand(
+        short_study(
+            "sweep: {n: [3, 4], drag: [0, 1], map: [empty], minimum_image: [true]}"
+        )
+    )
+    settings = design.settings(1)
+    assert set(settings) == set(settings_of("nguyen2024"))
+    assert {
+        name: repr(settings[name]) for name in ("n", "drag", "map", "minimum_image")
+    } == {
+        "n": "3",
+        "drag": "1.0",
+        "map": "'empty'",
+        "minimum_image": "True",
+    }
+
+
+VALUES = st.lists(st.integers(1, 50), min_size=1, max_size=4, unique=True)
+
+
+@settings(deadline=None)
+@given(VALUES, VALUES, VALUES)
+def test_product_has_the_order_of_itertools(
+    n: list[int], steps: list[int], weights: list[int]
+) -> None:
+    design = expand(
+        short_study(f"sweep: {{n: {n}, steps: {steps}, separation_weight: {weights}}}")
+    )
+    assert rows(design) == list(product(n, steps, weights))
+
+
+@settings(deadline=None)
+@given(VALUES, VALUES, st.integers(1, 50))
+def test_conditional_axis_agrees_with_a_loop(
+    n: list[int], steps: list[int], limit: int
+) -> None:
+    study = short_study(
+        f"sweep: {{n: {n}, steps: {{values: {steps}, when: n < {limit}}}, drag: [0,"
+        " 1]}"
+    )
+    expected = [
+        (number, step, drag)
+        for number in n
+        for step in (steps if number < limit else [500])
+        for drag in (0.0, 1.0)
+    ]
+    assert rows(expand(study)) == expected
+
+
+def test_zip_and_product_combine() -> None:
+    study = short_study(
+        "sweep: {z: {zip: {n: [1, 2], steps: {linspace: [10, 20, 2]}}}, drag: [0, 1]}"
+    )
+    assert rows(expand(study)) == [
+        (1, 10, 0.0),
+        (1, 10, 1.0),
+        (2, 20, 0.0),
+        (2, 20, 1.0),
+    ]
+
+
+def test_repeated_rows_of_an_axis_are_merged() -> None:
+    design = expand(
+        short_study("sweep: {z: {zip: {n: [1, 2, 1], drag: [0, 0, 0]}}, steps: [5, 6]}")
+    )
+    assert rows(design) == [(1, 0.0, 5), (1, 0.0, 6), (2, 0.0, 5), (2, 0.0, 6)]
+    assert design.duplicates == 1
+
+
+def test_derived_fields_follow_their_dependencies() -> None:
+    study = short_study(
+        "sweep: {n: [1, 2]}",
+        "derive: {alignment_weight: separation_weight / 2, separation_weight: 4 * n,"
+        " steps: n + drag * 10}",
+    )
+    design = expand(study)
+    assert list(design.columns) == [
+        "n",
+        "separation_weight",
+        "steps",
+        "alignment_weight",
+    ]
+    assert rows(design) == [(1, 4.0, 2, 2.0), (2, 8.0, 3, 4.0)]
+
+
+def test_derived_choices_and_truths() -> None:
+    study = short_study(
+        "sweep: {n: [1, 2]}",
+        "derive: {update: \"'sequential' if n > 1 else 'synchronous'\", minimum_image:"
+        " n > 1}",
+    )
+    assert rows(expand(study)) == [(1, "synchronous", False), (2, "sequential", True)]
+
+
+def test_rejected_points_are_counted_by_the_first_reason() -> None:
+    design = expand(
+        short_study(
+            "sweep: {n: [1, 2, 3, 4, 5]}", "require: [n > 1, n % 2 == 1, n < 100]"
+        )
+    )
+    assert rows(design) == [(3,), (5,)]
+    assert design.rejected == (
+        Rejection("n > 1", 1),
+        Rejection("n % 2 == 1", 2),
+        Rejection("n < 100", 0),
+    )
+
+
+def test_nothing_is_derived_for_a_rejected_point() -> None:
+    study = short_study(
+        "sweep: {n: [1, 2, 3]}", "derive: {steps: n - 1}", "require: [n > 1, steps < 2]"
+    )
+    assert rows(expand(study)) == [(2, 1)]
+
+
+def test_map_brings_its_size() -> None:
+    swept = expand(
+        short_study("sweep: {map: [random_obstacles, cafeteria], n: [1, 2]}")
+    )
+    sides = [
+        (settings["width"], settings["height"])
+        for settings in map(swept.settings, range(4))
+    ]
+    assert sides == [(1280.0, 740.0)] * 2 + [(800.0, 600.0)] * 2
+    fixed = expand(short_study("fixed: {map: cafeteria}", "sweep: {n: [1, 2]}"))
+    assert fixed.settings(1)["width"] == 800.0
+    assert list(fixed.columns) == ["n"]
+    agreeing = expand(short_study("fixed: {map: cafeteria, width: 800}"))
+    assert (agreeing.settings(0)["width"], agreeing.settings(0)["height"]) == (
+        800.0,
+        600.0,
+    )
+
+
+def test_condition_and_derived_field_see_the_size_of_the_map() -> None:
+    study = short_study(
+        "sweep: {map: [random_obstacles, cafeteria], n: {values: [1, 2], when: width <"
+        " 1000}}",
+        "derive: {start_margin: height / 10}",
+    )
+    assert [(row[0], row[1], row[-1]) for row in rows(expand(study))] == [
+        ("random_obstacles", 1280.0, 74.0),
+        ("cafeteria", 800.0, 60.0),
+        ("cafeteria", 800.0, 60.0),
+    ]
+
+
+MISTAKES = [
+    (
+        ["fixed: {map: cafeteria}", "sweep: {width: [800, 900]}"],
+        "7: map cafeteria is 800 x 600 px: leave width and height out",
+    ),
+    (
+        ["fixed:", "  height: 601", "sweep: {map: [cafeteria]}"],
+        "7: map cafeteria is 800 x 600 px: leave width",
+    ),
+    (
+        ["sweep: {n: [2, 1]}", "derive:", "  drag: 1 / (n - 1)"],
+        '8: "1 / (n - 1)" is not a finite number where n = 1',
+    ),
+    (
+        ["sweep: {n: [1, 2], steps: [3]}", "derive: {drag: n + steps}"],
+        (
+            '7: "n + steps": 4.0 is not allowed for drag: it is a number from 0 to 1'
+            " where n = 1, steps = 3"
+        ),
+    ),
+    (
+        ["sweep: {n: [1, 3]}", "derive: {steps: n / 2}"],
+        '7: "n / 2": 0.5 is not allowed for steps: it is a whole number',
+    ),
+    (
+        ["require: ['1 / n_obstacles > 0']", "fixed: {n_obstacles: 0}"],
+        '6: "1 / n_obstacles" is not a finite number',
+    ),
+    (["sweep: {n: [0, 1]}"], "6: 0 is not allowed for n"),
+    (
+        ["sweep: {n: [1, 2, 3]}", "require:", "  - n > 1", "  - n > 5"],
+        '7: no point is left: "n > 1" rejects 1, "n > 5" rejects 2',
+    ),
+    (
+        [
+            "sweep:",
+            "  n: {linspace: [1, 10000, 10000]}",
+            "  steps: {linspace: [1, 100000, 100000]}",
+            "  drag: {linspace: [0, 1, 10000]}",
+        ],
+        "6: the study has 10,000,000,000,000 points; at most 10,000,000 are allowed",
+    ),
+    (
+        [
+            "sweep:",
+            "  n: {linspace: [1, 4000, 4000]}",
+            "  steps: {linspace: [1, 4000, 4000], when: n > 1}",
+        ],
+        "6: the study has 15,996,001 points; at most 10,000,000 are allowed",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"), MISTAKES, ids=[lines[-1][:50] for lines, _ in MISTAKES]
+)
+def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
+    with pytest.raises(SpecError) as error:
+        expand(parse_spec(short(*lines)))
+    assert str(error.value).startswith(f"spec.yaml:{message}")
+
+
+def test_absurd_number_of_trials_is_refused() -> None:
+    spec = (
+        SHORT.replace("replicates: 2", "replicates: 15_000_000")
+        + "sweep: {n: [1, 2]}\n"
+    )
+    with pytest.raises(
+        SpecError,
+        match=r"^spec.yaml:4: the study has 30,000,000 trials; at most 20,000,000",
+    ):
+        expand(parse_spec(spec))

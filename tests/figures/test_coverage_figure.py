@@ -1,0 +1,101 @@
+"""Figures of visits: the mean of the trials of a point, with coverage and CV."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sweep.analysis import mean_interval
+from sweep.errors import ChoiceError
+from sweep.figures import coverage_figure
+from sweep.figures.pieces import estimated
+from sweep.figures.selection import select
+from tests.plotted import shown, study, titles
+from tests.studies import SMALL, launched
+
+
+def test_each_panel_is_the_mean_of_the_trials_of_a_point() -> None:
+    figure = coverage_figure(study("covering"))
+    trials, heatmaps = (
+        study("covering").trials,
+        study("covering").heatmaps.set_index("trial_id")["visits"],
+    )
+    first = trials[trials["cohesion_weight"] == 0.1]
+    wanted = np.mean(
+        [np.maximum(heatmaps[trial], 0) for trial in first["trial_id"]], axis=0
+    )
+    panel = figure.axes[0]
+    np.testing.assert_allclose(np.ma.filled(panel.images[0].get_array(), 0.0), wanted)
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("x (px)", "y (px)")
+    value, low, high, _ = mean_interval(first["coverage"])
+    assert titles(figure)[0].startswith(
+        f"cohesion weight = 0.1 coverage {estimated(value, low, high)} % CV "
+    )
+
+
+def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
+    figure = coverage_figure(study("covering"))
+    first, second, bar = figure.axes
+    assert first.images[0].get_clim() == second.images[0].get_clim()
+    assert bar.get_ylabel() == "mean visits a pixel"
+    assert len(first.collections[0].get_paths()) == 18
+    assert (
+        shown(figure)
+        == "covering: mean of 2 trials a panel, coverage and CV with 95 % interval;"
+        " white: never visited; blue: obstacles"
+    )
+
+
+def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
+    with pytest.raises(
+        ChoiceError,
+        match=r"study small has no heatmaps; record: \{heatmaps: true\} keeps them",
+    ):
+        coverage_figure(study("small"))
+
+
+def test_obstacles_that_differ_between_trials_are_not_outlined_and_count_for_no_visit(
+    tmp_path: Path,
+) -> None:
+    spec = SMALL.replace(
+        "series: [speed], every: 2", "metrics: [coverage], heatmaps: true"
+    )
+    varying = launched(
+        spec.replace("n: 12,", "n: 12, n_obstacles: 3, obstacle_radius: 60,"), tmp_path
+    )
+    figure = coverage_figure(varying, where={"separation_weight": 1})
+    visits = np.stack(
+        varying.heatmaps["visits"][varying.trials["separation_weight"] == 1].tolist()
+    )
+    wanted = np.ma.masked_less(visits, 0).mean(axis=0).filled(0.0)
+    np.testing.assert_allclose(
+        np.ma.filled(figure.axes[0].images[0].get_array(), 0.0), wanted
+    )
+    assert figure.axes[0].collections[0].get_paths() == []
+    assert shown(figure).endswith(
+        "white: never visited; obstacles differ between trials"
+    )
+
+
+def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
+    part = select(study("covering")).restricted
+    lost = part.trials["cohesion_weight"] == 0.2
+    part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "timeout"))
+    figure = coverage_figure(part)
+    assert [len(axes.images) for axes in figure.axes[:2]] == [1, 0]
+    assert [text.get_text() for text in figure.axes[1].texts] == ["no trial done"]
+    assert titles(figure)[1] == "cohesion weight = 0.2"
+    assert "mean of 0 to 2 trials a panel" in shown(figure)
+    assert "2 of 4 trials not done" in shown(figure)
+
+
+def test_coverage_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
+    part = select(study("covering")).restricted
+    part.provenance = part.provenance | {
+        "until": {"metric": "coverage", "confidence": 0.9, "nominal_confidence": 0.97}
+    }
+    figure = coverage_figure(part)
+    values = part.trials["coverage"][part.trials["cohesion_weight"] == 0.1]
+    value, low, high, _ = mean_interval(values, 0.97)
+    assert f"coverage {estimated(value, low, high)} % CV" in titles(figure)[0]
+    assert "that of coverage, which chose the trials: repeated 90 %" in shown(figure)

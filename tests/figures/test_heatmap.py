@@ -1,0 +1,154 @@
+"""Heatmaps: exact cells of a grid, bins of a sample with their counts, and half the
+width of the intervals.
+"""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from sweep.analysis import by_point, mean_interval
+from sweep.errors import ChoiceError
+from sweep.figures import heatmap_figure
+from sweep.figures.scales import cell_edges
+from tests.plotted import ascending, made_up, shown, study, titles
+from tests.sampled import axis
+
+
+def values(figure: Figure) -> list[np.ndarray]:
+    """The numbers in the cells of each panel, NaN where there is none: means first,
+    then half widths.
+    """
+    meshes = [
+        mesh
+        for axes in figure.axes
+        for mesh in axes.collections
+        if axes.get_label() != "<colorbar>"
+    ]
+    return [
+        np.ma.filled(np.ma.asarray(mesh.get_array(), np.float64), np.nan)
+        for mesh in meshes
+    ]
+
+
+def test_cells_of_a_grid_are_those_of_the_table() -> None:
+    figure = heatmap_figure(
+        study("grid"), "speed", "alignment_weight", "separation_weight"
+    )
+    table = by_point(
+        study("grid").trials,
+        ["borders", "alignment_weight", "separation_weight"],
+        ["speed"],
+    )
+    torus = table[table["borders"] == "torus"].assign(
+        half=lambda rows: rows["speed_high"] - rows["speed"]
+    )
+    means, _, halves, _ = values(figure)
+    for found, column in ((means, "speed"), (halves, "half")):
+        wanted = torus.pivot(
+            index="separation_weight", columns="alignment_weight", values=column
+        )
+        np.testing.assert_array_equal(found, wanted.to_numpy())
+    assert titles(figure) == ["borders = torus", "borders = bounded"] * 2
+    assert (
+        shown(figure)
+        == "grid: one point a cell, 3 trials a point, mean with 95 % interval"
+    )
+
+
+def test_axes_and_colour_bars_are_labelled() -> None:
+    figure = heatmap_figure(
+        study("grid"),
+        "speed",
+        "alignment_weight",
+        "separation_weight",
+        where={"borders": "torus"},
+    )
+    left, right = figure.subfigs
+    assert (left.get_supxlabel(), left.get_supylabel()) == (
+        "alignment weight",
+        "separation weight",
+    )
+    bars = [
+        axes.get_ylabel() for axes in figure.axes if axes.get_label() == "<colorbar>"
+    ]
+    assert bars == ["speed (px/step)", "half the 95 % interval of\nspeed (px/step)"]
+    assert figure.axes[0].get_xscale() == "log"
+    assert right.axes[0].get_yscale() == "linear"
+
+
+def test_bins_are_means_over_their_points_and_empty_ones_are_white() -> None:
+    made = made_up(axis("random", 90))
+    figure = heatmap_figure(made, "speed")
+    means, halves = values(figure)
+    assert means.shape == (3, 3)
+    points = made.trials.groupby("point").first()
+    inside = points[
+        (points["separation_weight"] < 1 / 3) & (points["alignment_weight"] > 2 / 3)
+    ]
+    value, _, high, n = mean_interval(inside["speed"])
+    # The bins reach from the smallest to the largest value, so that a point at an edge
+    # may be in the next.
+    assert abs(means[2, 0] - value) < 0.5
+    assert abs(halves[2, 0] - (high - value)) < 0.5
+    counts = [int(text.get_text()) for axes in figure.axes for text in axes.texts]
+    assert sum(counts) == 90
+    assert abs(counts[-3] - n) <= 2
+    assert "each cell the mean of" in shown(figure)
+    assert "which differ in cohesion weight too" in shown(figure)
+
+
+def test_a_bin_without_points_has_no_colour() -> None:
+    sparse = made_up(axis("random", 14), ascending)
+    table = heatmap_figure(sparse, "speed")
+    means, _ = values(table)
+    assert np.isnan(means).any()
+    assert "white: no point" in shown(table)
+
+
+def test_points_without_a_value_leave_their_cell_empty() -> None:
+    grid = made_up("n: [3, 4], cohesion_weight: [0, 1]", ascending)
+    grid.trials.loc[
+        grid.trials["point"] == grid.trials["point"][0], ["status", "speed"]
+    ] = "failed", np.nan
+    means, halves = values(heatmap_figure(grid, "speed", "n", "cohesion_weight"))
+    assert np.isnan(means).sum() == np.isnan(halves).sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "message"),
+    [
+        ("small", {}, "heatmap needs two settings that vary, and there is 1"),
+        (
+            "grid",
+            {"x": "borders", "y": "borders"},
+            "heatmap with x and y both borders; allowed: two settings",
+        ),
+        (
+            "grid",
+            {"y": "border"},
+            'unknown varied setting "border"; did you mean "borders"?',
+        ),
+    ],
+)
+def test_wrong_choices_say_what_is_allowed(
+    name: str, choices: dict, message: str
+) -> None:
+    with pytest.raises(ChoiceError) as error:
+        heatmap_figure(study(name), "speed", **choices)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("logarithmic", "values_", "edges"),
+    [
+        (False, [1.0, 2.0, 4.0], [0.5, 1.5, 3.0, 5.0]),
+        (True, [1.0, 4.0], [0.5, 2.0, 8.0]),
+        (False, [3.0], [2.0, 4.0]),
+    ],
+)
+def test_edges_lie_half_way_between_values(
+    logarithmic: bool, values_: list, edges: list
+) -> None:
+    np.testing.assert_allclose(
+        cell_edges(np.array(values_), logarithmic=logarithmic), edges
+    )

@@ -1,0 +1,324 @@
+"""The kinds of figures of `sweep plot`: what suits a study, what is drawn into which
+files, and what is refused.
+"""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+from sweep.cli.app import app
+from sweep.errors import ChoiceError, StoreError
+from sweep.figures import KINDS, Choices, FigureKind, Planned
+from sweep.figures.kinds import draw_figures, plan_figures
+from sweep.tables.stored_study import StoredStudy
+from tests.plotted import SPECS, study
+from tests.studies import relaunch
+
+
+def files(
+    name: str,
+    folder: Path,
+    *kinds: str,
+    formats: tuple[str, ...] = ("png",),
+    **choices: object,
+) -> list[Path]:
+    """What `sweep plot` draws of a study into a folder, in its order."""
+    chosen = Choices(**choices)  # type: ignore[arg-type]
+    return list(
+        draw_figures(
+            study(name),
+            plan_figures(study(name), kinds, chosen),
+            folder,
+            formats,
+            chosen,
+        )
+    )
+
+
+def blank(
+    name: str,
+    folder: Path,
+    *kinds: str,
+    formats: tuple[str, ...] = ("png",),
+    **choices: object,
+) -> list[Path]:
+    """As `files`, with an empty figure in place of each: where it is about the files
+    and not about what is in them.
+    """
+    chosen = Choices(**choices)  # type: ignore[arg-type]
+    plot = plan_figures(study(name), kinds, chosen)
+    empty = [
+        (kind, planned._replace(draw=partial(Figure, (1, 1))))
+        for kind, planned in plot.figures
+    ]
+    return list(
+        draw_figures(study(name), plot._replace(figures=empty), folder, formats, chosen)
+    )
+
+
+def names(paths: list[Path]) -> list[str]:
+    return [path.name for path in paths]
+
+
+@pytest.mark.parametrize(
+    ("name", "suited"),
+    [
+        ("small", ["curves", "scatter"]),
+        ("grid", ["curves", "scatter", "heatmap"]),
+        ("drawn", ["scatter", "heatmap", "parallel", "sensitivity"]),
+        ("covering", ["curves", "scatter", "pareto", "coverage"]),
+        ("flying", ["curves", "scatter", "trajectories"]),
+        ("ablated", ["scatter"]),
+        (
+            "searched",
+            [
+                "scatter",
+                "heatmap",
+                "parallel",
+                "history",
+                "front",
+                "comparison",
+                "hypervolume",
+            ],
+        ),
+    ],
+)
+def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
+    assert [
+        kind for kind in KINDS if not KINDS[kind].suits(study(name), Choices())
+    ] == suited
+    plot = plan_figures(study(name), [], Choices())
+    assert list(dict.fromkeys(kind for kind, _ in plot.figures)) == suited
+    left_out = [
+        kind
+        for reason in plot.left_out
+        for kind in reason.partition(":")[0].split(", ")
+    ]
+    assert sorted(left_out) == sorted(kind for kind in KINDS if kind not in suited)
+    assert len({reason.partition(":")[2] for reason in plot.left_out}) == len(
+        plot.left_out
+    ), "said once"
+
+
+def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
+    tmp_path: Path,
+) -> None:
+    drawn = blank(
+        "drawn",
+        tmp_path,
+        "pareto",
+        "parallel",
+        metrics=("speed+", "dispersion-"),
+        formats=("svg", "png"),
+    )
+    assert names(drawn) == [
+        "pareto-speed-dispersion.svg",
+        "pareto-speed-dispersion.png",
+        "parallel-speed.svg",
+        "parallel-speed.png",
+        "parallel-dispersion.svg",
+        "parallel-dispersion.png",
+    ]
+    assert sorted(names(drawn)) == sorted(path.name for path in tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "choices"),
+    [
+        ("small", "curves", {}),
+        ("grid", "scatter", {"metrics": ("speed",)}),
+        ("grid", "heatmap", {"metrics": ("speed",)}),
+        ("drawn", "parallel", {"metrics": ("speed",)}),
+        ("drawn", "sensitivity", {"metrics": ("speed",)}),
+        ("covering", "pareto", {}),
+        ("covering", "coverage", {}),
+        ("flying", "trajectories", {}),
+        ("searched", "history", {}),
+        ("searched", "front", {}),
+        ("searched", "comparison", {}),
+        ("searched", "hypervolume", {}),
+    ],
+)
+def test_a_repeat_has_the_same_bytes(
+    name: str, kind: str, choices: dict[str, object], tmp_path: Path
+) -> None:
+    """Of every format in tests/test_figures.py; what differs between kinds shows in an
+    SVG.
+    """
+    first = files(name, tmp_path / "a", kind, formats=("svg",), **choices)
+    again = files(name, tmp_path / "b", kind, formats=("svg",), **choices)
+    assert [path.read_bytes() for path in first] == [
+        path.read_bytes() for path in again
+    ]
+
+
+def test_every_kind_is_among_those_whose_bytes_are_compared() -> None:
+    (mark,) = (
+        m
+        for m in test_a_repeat_has_the_same_bytes.pytestmark
+        if m.name == "parametrize"
+    )
+    assert {kind for _, kind, _ in mark.args[1]} == set(KINDS)
+
+
+def test_files_say_which_points_they_show(tmp_path: Path) -> None:
+    (path,) = blank(
+        "grid",
+        tmp_path,
+        "scatter",
+        metrics=("speed",),
+        where={"borders": "torus"},
+        formats=("pdf",),
+    )
+    assert b"Where: borders=torus" in path.read_bytes()
+
+
+def test_over_half_takes_the_means_of_the_last_half(tmp_path: Path) -> None:
+    drawn = blank(
+        "drawn", tmp_path, "heatmap", "parallel", metrics=("speed+",), half=True
+    )
+    assert names(drawn) == ["heatmap-speed_mean.png", "parallel-speed_mean.png"]
+    drawn = blank("covering", tmp_path, "pareto", half=True)
+    assert names(drawn) == ["pareto-coverage_mean-coverage_cv_mean.png"]
+
+
+def test_curves_that_need_panels_are_a_figure_a_metric() -> None:
+    plot = plan_figures(study("grid"), ["curves"], Choices())
+    assert [planned.metric for _, planned in plot.figures] == ["speed", "flock_radius"]
+    plot = plan_figures(
+        study("grid"),
+        ["curves"],
+        Choices(where={"separation_weight": 2, "alignment_weight": 1}),
+    )
+    assert [planned.metric for _, planned in plot.figures] == [""]
+
+
+def test_the_sensitivity_of_some_points_is_of_these_alone() -> None:
+    part = Choices(metrics=("speed",), where={"n": 6})
+    ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], part).figures
+    assert "30 points, 60 trials;" in planned.draw().get_supxlabel()
+    ((_, planned),) = plan_figures(
+        study("drawn"), ["sensitivity"], part._replace(where=None)
+    ).figures
+    assert "30 points, 60 trials a panel;" in planned.draw().get_supxlabel()
+
+
+def test_a_new_kind_is_one_entry(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def plan(one: StoredStudy, _: Choices) -> list[Planned]:
+        if one.name != "small":
+            raise StoreError(f"study {one.name}: blank is for small")
+        return [Planned("", partial(Figure, (1, 1)))]
+
+    monkeypatch.setitem(KINDS, "blank", FigureKind("nothing", (), plan))
+    assert names(files("small", tmp_path, "blank")) == ["blank.png"]
+    assert (
+        "blank" in dict(plan_figures(study("small"), [], Choices()).figures)
+    ) is True
+    assert "blank: is for small" in plan_figures(study("grid"), [], Choices()).left_out
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "choices", "message"),
+    [
+        (
+            "grid",
+            ["scater"],
+            {},
+            'study grid: unknown kind "scater"; did you mean "scatter"?',
+        ),
+        (
+            "grid",
+            [],
+            {"metrics": ("sped",)},
+            'study grid: unknown metric "sped"; did you mean "speed"?',
+        ),
+        (
+            "grid",
+            [],
+            {"by": "border"},
+            'study grid: unknown varied setting "border"; did you mean "borders"?',
+        ),
+        (
+            "grid",
+            ["curves"],
+            {"x": "borders"},
+            "study grid: x is for scatter, heatmap, not for curves",
+        ),
+        (
+            "small",
+            ["coverage"],
+            {},
+            "study small has no heatmaps; record: {heatmaps: true} keeps them",
+        ),
+        (
+            "drawn",
+            ["sensitivity"],
+            {"where": {"n": 7}},
+            "study drawn: where n: no point has 7; allowed: 6, 12",
+        ),
+        ("grid", ["history"], {}, "study grid: not a search (it has no asked.parquet)"),
+        (
+            "searched",
+            ["front"],
+            {"metrics": ("speed",)},
+            "study searched: front is of the whole search and its",
+        ),
+        ("searched", ["history"], {"half": True}, "and takes no over half"),
+        (
+            "small",
+            [],
+            {"where": {"separation_weight": 1}, "metrics": ("dispersion",)},
+            "no kind of figure suits it",
+        ),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_before_any_work(
+    name: str, kinds: list[str], choices: dict[str, object], message: str
+) -> None:
+    with pytest.raises(ChoiceError) as error:
+        plan_figures(study(name), kinds, Choices(**choices))  # type: ignore[arg-type]
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> None:
+    relaunch(SPECS["small"], tmp_path)
+    command = [
+        "plot",
+        "small",
+        "--results",
+        str(tmp_path),
+        "--metric",
+        "speed",
+        "--over",
+        "half",
+    ]
+    done = CliRunner().invoke(app, [*command, "--format", "png", "--format", "pdf"])
+    folder = tmp_path / "small" / "figures"
+    wanted = [
+        folder / name
+        for name in (
+            "curves-speed.png",
+            "curves-speed.pdf",
+            "scatter-speed_mean.png",
+            "scatter-speed_mean.pdf",
+        )
+    ]
+    assert done.stdout.splitlines() == [str(path) for path in wanted]
+    assert all(path.exists() for path in wanted)
+    assert (
+        "not drawn: heatmap: needs two settings that vary, and there is 1\n"
+        in done.stderr
+    )
+    before = wanted[0].stat().st_ino
+    again = CliRunner().invoke(app, [*command, "--where", "separation_weight=1"])
+    assert again.stdout.splitlines() == [str(wanted[0])]
+    assert wanted[0].stat().st_ino != before
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        path.name for path in wanted
+    )

@@ -1,0 +1,119 @@
+"""Pieces of figures: what they show, where, and that nothing to show is no error."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection, PolyCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from sweep.figures import (
+    BLUE,
+    draw_flock,
+    draw_map,
+    draw_values,
+    draw_visits,
+    legend,
+    name_rows,
+    note,
+)
+from sweep.trial.world import TrialWorld
+from tests.studies import COVERING, launched
+
+WORLD = TrialWorld(
+    40.0, 30.0, np.array([[10.0, 20.0, 5.0, 5.0, 1.0], [30.0, 5.0, 4.0, 2.0, 0.0]])
+)
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Figure().subplots()
+
+
+def test_a_map_has_its_size_its_unit_and_its_obstacles(axes: Axes) -> None:
+    draw_map(axes, WORLD, "m")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "y (m)")
+    assert (axes.get_xlim(), axes.get_ylim()) == ((0.0, 40.0), (30.0, 0.0))
+    assert axes.get_aspect() == 1.0
+    (shapes,) = axes.collections
+    assert isinstance(shapes, PatchCollection)
+    corners = [
+        path.get_extents().get_points().ravel().tolist() for path in shapes.get_paths()
+    ]
+    np.testing.assert_allclose(corners, [[5, 15, 15, 25], [26, 3, 34, 7]], atol=1e-9)
+
+
+def test_a_map_can_have_y_upwards_and_no_obstacles(axes: Axes) -> None:
+    draw_map(axes, WORLD._replace(obstacles=np.empty((0, 5))), "m", downwards=False)
+    assert axes.get_ylim() == (0.0, 30.0)
+    assert axes.collections[0].get_paths() == []
+
+
+def test_a_boid_is_a_triangle_that_points_where_it_flies(axes: Axes) -> None:
+    draw_flock(
+        axes, np.array([[10.0, 1.0], [20.0, 2.0], [0.0, 0.0], [-3.0, 0.0]]), length=3.0
+    )
+    (triangles,) = axes.collections
+    assert isinstance(triangles, PolyCollection)
+    flying, resting = (path.vertices[:3] for path in triangles.get_paths())
+    np.testing.assert_allclose(flying, [[10, 18], [11, 21], [9, 21]], atol=1e-12)
+    np.testing.assert_allclose(resting, [[3, 2], [0, 3], [0, 1]], atol=1e-12)
+
+
+def test_no_boids_are_no_error(axes: Axes) -> None:
+    draw_flock(axes, np.empty((4, 0)), length=3.0)
+    assert axes.collections[0].get_paths() == []
+
+
+def test_visits_lie_where_their_pixels_are_and_obstacles_are_outlined(
+    axes: Axes, tmp_path: Path
+) -> None:
+    study = launched(COVERING, tmp_path)
+    trial, visits = study.heatmaps.iloc[0]
+    image = draw_visits(axes, visits, study.world(trial), most=3.0)
+    assert image.get_extent() == [-0.5, 799.5, 599.5, -0.5]
+    drawn = np.ma.asarray(image.get_array())
+    assert drawn.mask.sum() == (visits < 1).sum()
+    assert drawn.sum() == visits[visits > 0].sum() > 0
+    (shapes,) = axes.collections
+    assert len(shapes.get_paths()) == 18
+    assert to_hex(shapes.get_edgecolor()[0]) == BLUE.lower()
+
+
+def test_values_have_their_intervals_and_an_unknown_one_is_left_out(axes: Axes) -> None:
+    draw_values(
+        axes, [0, 1], ([1.0, 2.0], [0.5, np.nan], [1.5, np.nan]), BLUE, label="ours"
+    )
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_xydata(), [[1.0, 0.0], [2.0, 1.0]])
+    known, unknown = (
+        segment.tolist() for segment in axes.collections[0].get_segments()
+    )
+    assert known == [[0.5, 0.0], [1.5, 0.0]]
+    assert unknown == []
+    axes.figure.canvas.draw()
+
+
+def test_no_values_are_no_error(axes: Axes) -> None:
+    draw_values(axes, [], ([], [], []), BLUE)
+    name_rows(axes, [])
+    axes.figure.canvas.draw()
+
+
+def test_rows_go_down_and_carry_their_names(axes: Axes) -> None:
+    name_rows(axes, ["one", "other"])
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["one", "other"]
+    low, high = axes.get_ylim()
+    assert low > 1.0 > 0.0 > high
+
+
+def test_a_figure_has_a_legend_and_says_what_it_rests_on(axes: Axes) -> None:
+    draw_values(axes, [0], ([1.0], [0.5], [1.5]), BLUE, label="ours")
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    legend(figure, axes)
+    note(figure, "40 trials, mean with 95 % interval")
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["ours"]
+    assert figure.get_supxlabel() == "40 trials, mean with 95 % interval"

@@ -1,0 +1,191 @@
+"""What figures show of a study: which points, and how the settings that vary are shared
+out.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweep.analysis import mean_interval
+from sweep.errors import ChoiceError
+from sweep.figures.selection import select, where_of
+from tests.plotted import study
+from tests.sampled import axis, study_of
+from tests.studies import IMPOSSIBLE, launched
+
+
+def flat(settings: pd.DataFrame) -> np.ndarray:
+    """A metric that depends on nothing."""
+    return np.zeros(len(settings))
+
+
+def test_settings_with_the_fewest_values_come_first_and_sampled_ones_apart() -> None:
+    assert select(study("grid")).listed == [
+        "borders",
+        "separation_weight",
+        "alignment_weight",
+    ]
+    drawn = select(study("drawn"))
+    assert (drawn.listed, drawn.sampled) == (
+        ["n"],
+        ["separation_weight", "alignment_weight", "cohesion_weight"],
+    )
+
+
+def test_what_is_set_together_tells_points_apart_by_one_setting() -> None:
+    together = study_of(
+        "both: {zip: {n: [3, 4], cohesion_weight: [0.1, 0.2]}}, separation_weight: [0,"
+        " 1, 2]",
+        flat,
+    )
+    assert select(together).apart([]) == ["n", "separation_weight"]
+    assert select(together).apart(["cohesion_weight"]) == ["separation_weight"]
+
+
+def test_an_ablation_varies_in_one_setting() -> None:
+    selection = select(study("ablated"))
+    assert list(selection.points.columns) == ["detail"]
+    assert selection.values("detail")[0] == ""
+    assert selection.values("detail")[-1] == "all"
+
+
+def test_points_that_would_be_averaged_over_are_named() -> None:
+    assert select(study("grid")).mixed(["borders", "alignment_weight"]) == [
+        "separation_weight"
+    ]
+    assert (
+        select(study("grid")).mixed(
+            ["borders", "alignment_weight", "separation_weight"]
+        )
+        == []
+    )
+
+
+def test_where_chooses_points_and_leaves_what_still_varies() -> None:
+    selection = select(study("grid"), {"borders": "torus", "separation_weight": 2})
+    assert list(selection.points.columns) == ["alignment_weight"]
+    assert (len(selection.points), len(selection.trials), selection.planned) == (
+        3,
+        9,
+        9,
+    )
+    assert set(selection.trials["borders"]) == {"torus"}
+    assert len(selection.restricted.trials) == selection.restricted.plan.num_rows == 9
+
+
+def test_panels_are_in_the_order_of_their_values() -> None:
+    turned = study_of(
+        "n: [9, 3], both: {zip: {update: [synchronous, sequential], cohesion_weight:"
+        " [1, 0]}}",
+        flat,
+    )
+    facets = select(turned).facets(["n", "update"])
+    assert [facet.title for facet in facets] == [
+        "n = 3, update = synchronous",
+        "n = 3, update = sequential",
+        "n = 9, update = synchronous",
+        "n = 9, update = sequential",
+    ]
+
+
+def test_a_table_has_the_means_of_the_trials() -> None:
+    made = study_of(
+        axis("random", 5), noise=lambda rng, shape: rng.normal(size=shape), replicates=4
+    )
+    table = select(made).table(["speed"])
+    np.testing.assert_allclose(
+        table["speed"], made.trials.groupby("point", sort=False)["speed"].mean()
+    )
+    assert set(table["speed_n"]) == {4}
+
+
+def test_trials_that_are_not_done_are_counted() -> None:
+    made = study_of(axis("random", 5))
+    made.trials.loc[:2, "status"] = "failed"
+    assert (
+        select(made).about("{n} trials", [2])
+        == "made_up: 2 trials; 3 of 10 trials not done"
+    )
+
+
+def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
+    made = study_of(
+        axis("random", 5), noise=lambda rng, shape: rng.normal(size=shape), replicates=4
+    )
+    made.provenance["until"] = {
+        "metric": "speed",
+        "confidence": 0.9,
+        "nominal_confidence": 0.97,
+    }
+    selection = select(made)
+    point, row = next(iter(selection.table(["speed"]).iterrows()))
+    _, low, high, _ = mean_interval(
+        made.trials["speed"][made.trials["point"] == point], 0.97
+    )
+    np.testing.assert_allclose(
+        row[["speed_low", "speed_high"]].astype(float), [low, high]
+    )
+    said = selection.about("{n} trials", [4], "mean with 95 % interval", ["speed"])
+    assert said.endswith(
+        "4 trials, mean with 95 % interval; that of speed, which chose the trials:"
+        " repeated 90 %"
+    )
+    assert "repeated" not in selection.about(
+        "{n} trials", [4], "mean with 95 % interval", ["dispersion"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("texts", "found"),
+    [
+        (["n=50"], {"n": 50.0}),
+        (["map=empty,n=50"], {"map": "empty", "n": 50.0}),
+        (["minimum_image=True", "walls=no"], {"minimum_image": True, "walls": False}),
+        (["minimum_image=true", "detail="], {"minimum_image": True, "detail": ""}),
+    ],
+)
+def test_where_as_texts(texts: list[str], found: dict[str, object]) -> None:
+    assert where_of(study("small"), texts) == found
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["n"], 'study grid: where "n"; allowed: SETTING=VALUE, for example n=50'),
+        (
+            ["n=1", "n=2"],
+            "study grid: where has n twice; allowed: one value of a setting",
+        ),
+        (
+            ["border=torus"],
+            (
+                'study grid: where border: unknown varied setting "border"; did you'
+                ' mean "borders"?'
+            ),
+        ),
+        (
+            ["borders=tours"],
+            'study grid: where borders: unknown value "tours"; did you mean "torus"?',
+        ),
+        (
+            ["separation_weight=3"],
+            "study grid: where separation_weight: no point has 3; allowed: 0.5, 1, 2",
+        ),
+    ],
+)
+def test_wrong_choices_of_points_say_what_is_allowed(
+    texts: list[str], message: str
+) -> None:
+    with pytest.raises(ChoiceError) as error:
+        select(study("grid"), where_of(study("grid"), texts))
+    assert str(error.value).startswith(message)
+
+
+def test_a_study_without_results_says_so(tmp_path: Path) -> None:
+    failed = launched(IMPOSSIBLE, tmp_path)
+    with pytest.raises(
+        ChoiceError, match="study small: no trial is done, so there is nothing to draw"
+    ):
+        select(failed)

@@ -1,0 +1,1 @@
+"""Kernels against slow twins, laws and hand-made flocks."""

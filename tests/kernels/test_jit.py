@@ -1,0 +1,165 @@
+"""Compiled kernels: the same bits as the interpreter, one signature a model, and a
+cache that notices edits.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kernels
+from sweep.trial.simulation import run
+from tests import ROOT, builders
+
+
+def python(code: str, folder: Path = ROOT, **environment: str) -> str:
+    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
+    the tests' helpers.
+    """
+    paths = os.pathsep.join([str(folder), str(ROOT)])
+    environment = (
+        os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    )
+    command = [sys.executable, "-W", "error", "-c", code]
+    finished = subprocess.run(
+        command,
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert finished.returncode == 0, finished.stderr
+    return finished.stdout
+
+
+INTERPRETED = (
+    "from tests import builders; import numba; assert numba.config.DISABLE_JIT\n"
+)
+
+
+def test_the_interpreter_gives_the_same_bits() -> None:
+    """And warns of nothing: every division by zero, overflow and invalid value in a
+    rule is an error there.
+    """
+    code = (
+        "for model in builders.MODELS:\n    for job in builders.exact_jobs(model):"
+        " print(builders.bits(job))"
+    )
+    interpreted = python(INTERPRETED + code, NUMBA_DISABLE_JIT="1").split()
+    jobs = [job for model in builders.MODELS for job in builders.exact_jobs(model)]
+    different = [
+        job.settings
+        for job, bits in zip(jobs, interpreted, strict=True)
+        if builders.bits(job) != bits
+    ]
+    assert different == []
+
+
+@pytest.mark.parametrize("model", builders.MODELS)
+def test_whole_and_fractional_numbers_share_one_compiled_signature(model: str) -> None:
+    for number in (1, 1.0, 1.5, True + 1):
+        weights = {
+            name: number
+            for name, off in builders.weightless(model).items()
+            if off == 0.0
+        }
+        size = builders.scaled(model, width=400 + number, height=300)
+        assert (
+            run(builders.job(model, n=5, steps=2, **size, **weights)).status == "done"
+        )
+    for update in builders.UPDATES:
+        assert (
+            run(builders.job(model, n=6, steps=2, update=update, heatmaps=True)).status
+            == "done"
+        )
+    assert len(builders.MODELS[model].advance.signatures) == 1
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    """A copy of the kernels alone."""
+    shutil.copytree(
+        ROOT / "kernels",
+        tmp_path / "kernels",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+    return tmp_path
+
+
+def cache_files(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*.nb?")}
+
+
+CALLER = """
+from kernels.jit import jit
+from kernels.rules.borders import confine
+
+@jit
+def reflected(x: float) -> float:
+    return confine(x, 1.0, 800.0, 2)[0]
+"""
+CALL = (
+    "import kernels; from kernels.caller import reflected; print(kernels.KERNELS_SHA,"
+    " reflected(-3.0))"
+)
+
+
+def test_an_edited_rule_changes_the_number_and_the_stamp_though_its_caller_was_cached(
+    copied: Path,
+) -> None:
+    """The caller stands in another file, which numba's own check of the cache does not
+    look beyond.
+    """
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    cache = str(copied / "cache")
+    sha, value = python(CALL, copied, NUMBA_CACHE_DIR=cache).split()
+    rule = copied / "kernels" / "rules" / "borders.py"
+    edited = re.sub(r"= -position,", "= -2.0 * position,", rule.read_text())
+    assert edited != rule.read_text()
+    rule.write_text(edited)
+    new_sha, new_value = python(CALL, copied, NUMBA_CACHE_DIR=cache).split()
+    assert (float(value), float(new_value)) == (3.0, 6.0)
+    assert sha != new_sha
+
+
+def test_a_second_process_compiles_nothing(copied: Path) -> None:
+    (copied / "kernels" / "caller.py").write_text(CALLER)
+    outcomes, files = [], []
+    for _ in range(2):
+        outcomes.append(python(CALL, copied, NUMBA_CACHE_DIR=str(copied / "cache")))
+        files.append(cache_files(copied / "cache"))
+    assert len(files[0]) > 0
+    assert outcomes[0] == outcomes[1]
+    assert files[0] == files[1]
+
+
+def test_the_stamp_covers_names_and_contents_of_all_sources(copied: Path) -> None:
+    folder = copied / "kernels"
+    stamps = {kernels.source_stamp(folder)}
+    assert stamps == {kernels.KERNELS_SHA}
+    (folder / "rules" / "steering.py").rename(folder / "rules" / "steer.py")
+    stamps.add(kernels.source_stamp(folder))
+    (folder / "rules" / "social.py").write_text("")
+    stamps.add(kernels.source_stamp(folder))
+    (folder / "notes.txt").write_text("no source")
+    stamps.add(kernels.source_stamp(folder))
+    assert len(stamps) == 3
+
+
+def test_the_stamp_leaves_out_what_is_only_said_about_the_code(copied: Path) -> None:
+    rule = copied / "kernels" / "rules" / "borders.py"
+    said = (
+        rule.read_text()
+        .replace('"""What happens', '"""About what happens')
+        .replace("import jit\n", "import jit  # why\n\n")
+    )
+    assert said.count("About") == 1
+    rule.write_text(said)
+    assert kernels.source_stamp(copied / "kernels") == kernels.KERNELS_SHA
+    rule.write_text(said.replace("2.0 * length", "2.5 * length"))
+    assert kernels.source_stamp(copied / "kernels") != kernels.KERNELS_SHA

@@ -1,0 +1,288 @@
+"""Every search finds the same neighbours in ascending order, so that trials have the
+same bits.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kernels import neighbours
+from kernels.neighbours import (
+    Grid,
+    all_pairs,
+    build_grid,
+    build_near,
+    cone,
+    move,
+    nearest_image,
+    search,
+    square_range,
+)
+from kernels.settings import OPEN, TORUS
+from kernels.state import Flock, World
+from sweep.trial.simulation import Simulation
+from tests import builders, naive
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _every_list_is_read() -> Iterator[None]:
+    """Else searches in small flocks would look at everyone, and the lists would go
+    untested.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(neighbours, "CROWDED", 1)
+        yield
+
+
+coordinates = st.floats(-400, 1200) | st.sampled_from(
+    [0.0, 100.0, 150.0, 300.0, 450.0, 800.0]
+)
+components = st.floats(-5, 5).map(lambda speed: round(speed, 3))
+
+
+@st.composite
+def flocks(draw: st.DrawFn) -> Flock:
+    """Up to 25 boids, spread over the world and beyond, or gathered within some px of
+    one place.
+    """
+    n = draw(st.integers(1, 25))
+    spread = draw(st.sampled_from([1.0, 0.1, 0.001]))
+    columns = [
+        draw(st.lists(values, min_size=n, max_size=n))
+        for values in (coordinates, coordinates, components, components)
+    ]
+    x, y, vx, vy = map(np.array, columns)
+    return builders.a_flock(400 + (x - 400) * spread, 300 + (y - 300) * spread, vx, vy)
+
+
+worlds = st.builds(
+    builders.a_world,
+    st.sampled_from([800.0, 600.0, 451.0]),
+    st.just(600.0),
+    st.sampled_from([OPEN, TORUS]),
+    st.booleans(),
+)
+ranges = st.sampled_from([0.0, 10.0, 50.0, 150.0, 200.0, 1000.0])
+capacities = st.sampled_from([1, 2, 5, 64])
+
+
+def found_by(
+    grid: Grid,
+    flock: Flock,
+    world: World,
+    i: int,
+    reach: float,
+    fov: float,
+    inclusive: bool,
+) -> list[int]:
+    near = build_near(flock.x.size)
+    found = search(
+        flock,
+        world,
+        grid,
+        i,
+        square_range(reach, inclusive),
+        cone(fov),
+        flock.vx[i],
+        flock.vy[i],
+        near,
+    )
+    return near.boid[:found].tolist()
+
+
+@settings(max_examples=60)
+@given(
+    flocks(),
+    worlds,
+    ranges,
+    st.sampled_from([0.0, 60.0, 150.0, 180.0, 270.0, 360.0]),
+    st.booleans(),
+    capacities,
+)
+def test_search_finds_the_boids_in_range_and_view_in_ascending_order(
+    flock: Flock, world: World, reach: float, fov: float, inclusive: bool, capacity: int
+) -> None:
+    """Those within 1e-6 of a bound may be found or not, as angles and their cosines
+    round differently.
+    """
+    grid, birds = build_grid(flock, world, reach, capacity), naive.birds(flock)
+    for i in range(flock.x.size):
+        found = found_by(grid, flock, world, i, reach, fov, inclusive)
+        sure, possible = (
+            {
+                j
+                for j, _ in naive.neighbours(
+                    world, birds, i, reach, inclusive, fov, slack
+                )
+            }
+            for slack in (-1e-6, 1e-6)
+        )
+        assert found == sorted(found)
+        assert sure <= set(found) <= possible
+
+
+@settings(max_examples=60)
+@given(
+    flocks(),
+    worlds,
+    ranges,
+    st.booleans(),
+    capacities,
+    st.sampled_from([1.0, 1.3, 4.0]),
+)
+def test_a_grid_of_any_capacity_and_cell_finds_what_all_pairs_find(
+    flock: Flock,
+    world: World,
+    reach: float,
+    inclusive: bool,
+    capacity: int,
+    larger: float,
+) -> None:
+    grids = build_grid(flock, world, reach * larger, capacity), all_pairs(flock.x.size)
+    for i in range(flock.x.size):
+        first, second = (
+            found_by(grid, flock, world, i, reach, 150.0, inclusive) for grid in grids
+        )
+        assert first == second
+
+
+@settings(max_examples=60)
+@given(flocks(), worlds, st.sampled_from([20.0, 50.0, 150.0, 200.0]), st.data())
+def test_moves_keep_the_lists_of_a_grid_as_if_built_anew(
+    flock: Flock, world: World, reach: float, data: st.DataObject
+) -> None:
+    grid = build_grid(flock, world, reach)
+    for _ in range(data.draw(st.integers(1, 12))):
+        i = data.draw(st.integers(0, flock.x.size - 1))
+        flock.x[i], flock.y[i] = data.draw(coordinates), data.draw(coordinates)
+        move(grid, i, flock.x[i], flock.y[i])
+    for kept, fresh in zip(
+        lists(grid), lists(build_grid(flock, world, reach)), strict=True
+    ):
+        assert kept == fresh
+
+
+def lists(grid: Grid) -> list[list[int]]:
+    return [
+        members[:count].tolist()
+        for members, count in zip(grid.members, grid.length, strict=True)
+    ]
+
+
+def test_a_move_that_overflows_a_list_makes_searches_read_everyone() -> None:
+    flock, world = (
+        builders.a_flock(np.array([10.0, 410.0]), np.full(2, 100.0)),
+        builders.a_world(950.0, 250.0),
+    )
+    grid = build_grid(flock, world, 100.0, capacity=1)
+    assert not grid.full[0]
+    flock.x[1] = 20.0
+    move(grid, 1, 20.0, 100.0)
+    assert grid.full[0]
+    assert found_by(grid, flock, world, 0, 100.0, 360.0, False) == [1]
+
+
+def test_a_torus_of_three_columns_is_searched_by_grid_across_its_border() -> None:
+    world = builders.a_world(300.0, 900.0, TORUS, minimum_image=True)
+    flock = builders.a_flock(
+        np.array([5.0, 295.0, 150.0]), np.array([5.0, 895.0, 450.0])
+    )
+    grid = build_grid(flock, world, 99.0)
+    assert (grid.columns, bool(grid.full[0])) == (3, False)
+    assert found_by(grid, flock, world, 0, 99.0, 360.0, False) == [1]
+
+
+@pytest.mark.parametrize(("inclusive", "found"), [(True, [1]), (False, [])])
+def test_a_neighbour_exactly_at_the_range_counts_only_if_inclusive(
+    inclusive: bool, found: list[int]
+) -> None:
+    flock = builders.a_flock(np.array([100.0, 130.0]), np.array([100.0, 140.0]))
+    assert (
+        found_by(all_pairs(2), flock, builders.a_world(), 0, 50.0, 360.0, inclusive)
+        == found
+    )
+
+
+def test_a_boid_sees_ahead_within_its_cone_and_all_round_at_rest() -> None:
+    flock = builders.a_flock(
+        np.array([100.0, 120.0, 80.0]), np.full(3, 100.0), np.array([1.0, 1.0, 0.0])
+    )
+    seen = [
+        found_by(all_pairs(3), flock, builders.a_world(), i, 50.0, 150.0, False)
+        for i in range(3)
+    ]
+    assert seen == [[1], [], [0, 1]]
+
+
+@given(st.floats(0, 799.999), st.floats(0, 799.999))
+def test_the_nearest_image_is_at_most_half_a_period_off(a: float, b: float) -> None:
+    assert abs(nearest_image(a - b, 800.0)) == min(abs(a - b), 800.0 - abs(a - b))
+
+
+FLOCKS = {"as started": 0.0, "clustered": 0.02, "far outside": 30.0}
+SEARCHES = ("all pairs", "capacity 1", "capacity 5", "capacity 64", "larger cells")
+
+
+def end_of(a_job: builders.Job, spread: float, searched: str) -> bytes:
+    """The state after a trial whose flock was first spread or gathered, with a grid of
+    one kind.
+    """
+    simulation = Simulation(a_job)
+    if spread:
+        middle = 400 * builders.scale(a_job.model)
+        x, y = (
+            middle + (p - middle) * spread
+            for p in (simulation.flock.x, simulation.flock.y)
+        )
+        builders.place(simulation, x, y, simulation.flock.vx, simulation.flock.vy)
+    reach = simulation.flight.model.sight(simulation.flight.params).range
+    if searched == "all pairs":
+        grid = all_pairs(simulation.flock.x.size)
+    elif searched == "larger cells":
+        grid = build_grid(simulation.flock, simulation.world, 1.4 * reach)
+    else:
+        grid = build_grid(
+            simulation.flock, simulation.world, reach, int(searched.split()[1])
+        )
+    simulation.flight.work = simulation.flight.work._replace(grid=grid)
+    return builders.state(builders.to_end(simulation, steps_a_call=5).flock).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("update", "borders"), list(product(builders.UPDATES, builders.BORDERS))
+)
+@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+def test_all_pairs_and_every_grid_give_the_same_bits(
+    model: str, preset: str, update: str, borders: dict[str, Any]
+) -> None:
+    """Flocks over three columns or more, gathered until lists overflow, or mostly
+    outside the world.
+    """
+    changes = {
+        "n": 80,
+        "steps": 25,
+        "update": update,
+        "cohesion_range": 150,
+        "map": "random_obstacles",
+        "n_obstacles": 4,
+    }
+    changes |= builders.scaled(model, width=460, height=760)
+    a_job = builders.job(model, preset, **changes, **borders)
+    for spread in FLOCKS.values():
+        assert len({end_of(a_job, spread, searched) for searched in SEARCHES}) == 1
+
+
+def test_a_full_grid_is_rebuilt_with_more_room_between_calls() -> None:
+    simulation = Simulation(builders.job("aziel_chen2025", n=100, steps=4))
+    reach = simulation.flight.model.sight(simulation.flight.params).range
+    small = build_grid(simulation.flock, simulation.world, reach, capacity=4)
+    simulation.flight.work = simulation.flight.work._replace(grid=small)
+    assert small.full[0]
+    while simulation.flight.work.grid.full[0]:
+        assert simulation.advance(1)
+    assert simulation.flight.work.grid.members.shape[1] > 4

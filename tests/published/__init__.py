@@ -1,0 +1,1 @@
+"""Claims, measures and verdicts."""

@@ -1,0 +1,315 @@
+"""published.yaml: what is read, and what is said about
+mistakes before any trial runs.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from kernels.models import MODELS
+from sweep.errors import SpecError
+from sweep.published.claims import Publication, read_all
+from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
+from sweep.published.verdicts import Above, Value, Within
+from tests import ROOT
+from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
+
+MEASURE = "{mean: speed, frame: 0, for: {separation_weight: 1}}"
+EXPECT = "{value: 0.765, rounding: 0.0005, trials: 100}"
+
+
+def read(
+    folder: Path, published: str = PUBLISHED, *, quick: bool = False, spec: str = SPEC
+) -> Publication:
+    (publication,) = read_all(experiments(folder, published, spec), quick=quick)
+    return publication
+
+
+def test_a_publication_is_read(tmp_path: Path) -> None:
+    publication = read(tmp_path)
+    first, second = publication.claims
+    assert first.measure == Mean(
+        "small", "speed", (0, 0), {"separation_weight": 1.0}, "trial"
+    )
+    assert first.expect == Value(0.765, 0.0005, 100)
+    assert (second.measure, second.untestable) == (None, "no machine is named")
+    assert publication.contradictions[0].where == "Section 2"
+    assert list(publication.drawings) == ["curves"]
+    assert publication.studies["small"].text == SPEC
+
+
+@pytest.mark.parametrize(
+    ("measure", "expected"),
+    [
+        (
+            "{mean: speed_mean, unit: replicate}",
+            Mean("small", "speed_mean", None, {}, "replicate"),
+        ),
+        (
+            "{mean: dispersion, frames: [2, 6], unit: point}",
+            Mean("small", "dispersion", (2, 6), {}, "point"),
+        ),
+        (
+            "{rank_correlation: [separation_weight, speed]}",
+            RankCorrelation("small", "separation_weight", "speed", {}),
+        ),
+        ("{call: constant}", Call("constant")),
+        (
+            (
+                "{difference: [{mean: speed, spec: small, for: {separation_weight: 1}},"
+                " {mean: speed, unit: trial}]}"
+            ),
+            MeanDifference(
+                Mean("small", "speed", None, {"separation_weight": 1.0}, "trial"),
+                Mean("small", "speed", None, {}, "trial"),
+            ),
+        ),
+    ],
+)
+def test_every_form_of_a_measure(
+    tmp_path: Path, measure: str, expected: object
+) -> None:
+    published = PUBLISHED.replace(MEASURE, measure).replace(EXPECT, "{above: 1}")
+    claim = read(tmp_path, published).claims[0]
+    assert claim.measure == expected
+    assert claim.expect == Above(1.0)
+
+
+def test_numbers_computed_in_another_order_are_found(tmp_path: Path) -> None:
+    published = PUBLISHED.replace("weight: 1}", "weight: 0.3}").replace(
+        EXPECT, "{within: [0, 1]}"
+    )
+    spec = SPEC.replace("[0.5, 1]", "{linspace: [0.1, 0.5, 5]}")
+    claim = read(tmp_path, published, spec=spec).claims[0]
+    assert claim.expect == Within(0.0, 1.0)
+
+
+def test_the_quick_scale_changes_the_spec_and_its_name(tmp_path: Path) -> None:
+    study = read(tmp_path, quick=True).studies["small"]
+    assert (study.name, study.replicates, study.fixed["steps"]) == (
+        "quick/tiny/small",
+        3,
+        4,
+    )
+
+
+MISTAKES = [
+    (
+        "mean: speed,",
+        "mean: sped,",
+        'tiny/published.yaml:12: unknown recorded series "sped"; did you mean "speed"?',
+    ),
+    (
+        MEASURE,
+        "{mean: sped, unit: trial}",
+        'unknown column "sped"; did you mean "speed"?',
+    ),
+    (
+        "frame: 0",
+        "frame: 3",
+        "no frame is recorded there: frames are 0, 2, ... and the last, 6",
+    ),
+    ("frame: 0", "frames: [8, 9]", "no frame is recorded there"),
+    ("frame: 0", "frames: [0, 2], frame: 0", 'give either "frame" or "frames"'),
+    (
+        "weight: 1}",
+        "weight: 2}",
+        "no point has separation_weight = 2; values of separation_weight: 0.5, 1.0",
+    ),
+    (
+        "separation_weight: 1}",
+        "separation_wait: 1}",
+        'unknown setting "separation_wait"; did you mean',
+    ),
+    (
+        "separation_weight: 1}",
+        "n: many}",
+        "'many' is not allowed for n: it is a whole number",
+    ),
+    (
+        ", for: {separation_weight: 1}}",
+        "}",
+        '2 points are left: "unit" must say what counts',
+    ),
+    ("frame: 0,", "unit: trial, ", 'only one point is left: "unit" has no meaning'),
+    (MEASURE, "{maen: speed}", 'unknown key "maen"; did you mean "mean"?'),
+    (
+        MEASURE,
+        "{mean: speed, call: constant}",
+        "a measure needs exactly one of mean, difference,",
+    ),
+    (
+        MEASURE,
+        "{call: constat}",
+        'unknown function of figures.py "constat"; did you mean "constant"?',
+    ),
+    (
+        MEASURE,
+        "{difference: [{mean: speed, unit: trial}]}",
+        '"difference" must be a list of two',
+    ),
+    (MEASURE, "{rank_correlation: [n, speed]}", 'unknown varied number "n"'),
+    (
+        MEASURE,
+        "{rank_correlation: [separation_weight, speed]}",
+        '"trials" has no meaning for a rank correlation',
+    ),
+    (
+        EXPECT,
+        "{value: 1, above: 2}",
+        "an expectation needs exactly one of value, above, below, within",
+    ),
+    (
+        EXPECT,
+        "{value: 1, tolerance: 2}",
+        '"tolerance" and "because", its reason, go together',
+    ),
+    (EXPECT, "{value: 1, rounding: -1}", '"rounding" must be a number from 0, not -1'),
+    (EXPECT, "{above: 1, trials: 3}", 'unknown key "trials"'),
+    (EXPECT, "{within: [2, 1]}", "a list of two numbers, the smaller one first"),
+    ("    spec: small\n", "", 'missing key "spec": whose trials test the claim'),
+    (
+        "    spec: small",
+        "    spec: smal",
+        'tiny/published.yaml:10: unknown spec "smal"; did you mean "small"?',
+    ),
+    (
+        "figure: curves",
+        "figure: curve",
+        'unknown figure "curve"; did you mean "curves"?',
+    ),
+    ("id: hidden", "id: start-speed", '"start-speed" stands twice'),
+    ("id: hidden", 'id: "a b"', '"id" must be a name of letters'),
+    (
+        "    untestable:",
+        "    expect: {above: 1}\n    untestable:",
+        'either "measure" with "expect", or "untestable"',
+    ),
+    ("  small: {rep", "  smal: {rep", 'unknown spec "smal"; did you mean "small"?'),
+    ('says: "the text', 'sais: "the text', 'unknown key "sais"; did you mean "says"?'),
+]
+
+
+@pytest.mark.parametrize(("right", "wrong", "message"), MISTAKES)
+def test_a_mistake_is_named_with_its_line(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in PUBLISHED
+    with pytest.raises(SpecError) as caught:
+        read(tmp_path, PUBLISHED.replace(right, wrong, 1))
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("tiny/published.yaml:")
+
+
+def test_the_mistakes_of_all_claims_are_named_at_once(tmp_path: Path) -> None:
+    published = PUBLISHED.replace("mean: speed,", "mean: sped,").replace(
+        "untestable", "untestabel"
+    )
+    with pytest.raises(SpecError) as caught:
+        read(tmp_path, published)
+    assert len(str(caught.value).splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            "replicats: 3",
+            (
+                "tiny/published.yaml:5: with these changes small.yaml is wrong: unknown"
+                ' key "replicats"'
+            ),
+        ),
+        (
+            "sweep.seperation_weight.values: 3",
+            'unknown mapping in the spec "seperation_weight"',
+        ),
+        ("fixd.steps: 4", 'unknown mapping in the spec "fixd"; did you mean "fixed"?'),
+        ("sweep.separation_weight: [0.5, 2]", "no point has separation_weight = 1"),
+    ],
+)
+def test_wrong_quick_changes_are_named(
+    tmp_path: Path, change: str, message: str
+) -> None:
+    published = PUBLISHED.replace("replicates: 3, fixed.steps: 4", change)
+    with pytest.raises(SpecError) as caught:
+        read(tmp_path, published, quick=True)
+    assert message in str(caught.value)
+    read(tmp_path, published)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('("small",)', '("big",)', 'figures.py: figure "curves": unknown spec "big"'),
+        ('"curves":', '"../curves":', 'figures.py: figure "../curves" is not a name'),
+        (
+            "import numpy",
+            "import nunpy",
+            "figures.py:2: cannot be loaded: ModuleNotFoundError",
+        ),
+        (
+            "import numpy",
+            "import (",
+            (
+                "figures.py: cannot be loaded: SyntaxError: invalid syntax (figures.py,"
+                " line 2)"
+            ),
+        ),
+        (
+            "FIGURES = ",
+            "FIGURES = [] or None #",
+            "figures.py: FIGURES must be a dict of drawings by name, not NoneType",
+        ),
+        (
+            'Drawing(curves, ("small",), "Speed & dispersion")',
+            "curves",
+            'figures.py: figure "curves" must be Drawing(',
+        ),
+        (
+            '("small",)',
+            '"small"',
+            (
+                'figures.py: figure "curves" must be Drawing(function, (names of'
+                " specs,), text)"
+            ),
+        ),
+        ('"curves":', "3:", 'figures.py: figure "3" must be named by a text'),
+    ],
+)
+def test_wrong_figures_are_named(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    with pytest.raises(SpecError) as caught:
+        read_all(
+            experiments(tmp_path, figures=FIGURES.replace(right, wrong)), quick=False
+        )
+    assert str(caught.value).startswith(f"tiny/{message}")
+
+
+def test_a_study_belongs_to_one_spec(tmp_path: Path) -> None:
+    folder = experiments(tmp_path)
+    (folder / "tiny" / "other.yaml").write_text(SPEC)
+    (folder / "tiny" / "published.yaml").write_text(
+        PUBLISHED.replace("specs:\n", "specs:\n  other: {}\n")
+    )
+    with pytest.raises(
+        SpecError,
+        match=r'tiny/small.yaml: study "tiny/small" is that of tiny/other.yaml already',
+    ):
+        read_all(folder, quick=False)
+
+
+def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r"no folder in it has a published.yaml"):
+        read_all(tmp_path, quick=False)
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_what_the_five_documents_published_loads_at_both_scales(quick: bool) -> None:
+    """Every claim has a measure and an expectation or a reason, of specs and figures
+    that exist.
+    """
+    publications = read_all(ROOT / "experiments", quick=quick)
+    assert {publication.name for publication in publications} == set(MODELS)
+    assert all(publication.contradictions for publication in publications)

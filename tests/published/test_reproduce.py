@@ -1,0 +1,207 @@
+"""Reproductions from end to end: a tiny folder of
+experiments, run, drawn and judged.
+"""
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from sweep.cli.progress import ProgressBar
+from sweep.errors import OutputError, SpecError
+from sweep.published.claims import read_all
+from sweep.published.reproduce import Outcome, reproduce
+from sweep.workers.executors import Serial
+from tests.commands import sweep
+from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
+
+BROKEN_TRIALS = SPEC.replace(
+    "n: 40,", "n: 40, n_obstacles: 4000, obstacle_radius: 250, start_free: true,"
+).replace("replicates: 8", "replicates: 1")
+
+
+def reproduced(
+    folder: Path, *, quick: bool = False, only: tuple[str, ...] = ()
+) -> Outcome:
+    """The outcome for the publications below `folder`, in this process."""
+    publications = read_all(folder / "experiments", quick=quick, only=only)
+    return reproduce(
+        publications, folder / "results", Serial(), ProgressBar, quick=quick
+    )
+
+
+def done(outcome: Outcome) -> tuple[int, int, int]:
+    return outcome.new, outcome.drawn, outcome.kept
+
+
+def test_a_second_run_runs_and_draws_nothing_and_a_wrong_preset_fails(
+    tmp_path: Path,
+) -> None:
+    """as_run starts at a speed of 0.765, as_written at 3."""
+    experiments(tmp_path)
+    first = reproduced(tmp_path)
+    assert (done(first), first.whole) == ((16, 1, 0), True)
+    assert first.verdicts == {"reproduced": 1, "not testable as published": 1}
+    pages = [
+        (tmp_path / "results" / f"scorecard.{kind}").read_bytes()
+        for kind in ("html", "md")
+    ]
+    again = reproduced(tmp_path)
+    assert done(again) == (0, 0, 1)
+    assert pages == [
+        (tmp_path / "results" / f"scorecard.{kind}").read_bytes()
+        for kind in ("html", "md")
+    ]
+    experiments(tmp_path, spec=SPEC.replace("as_run", "as_written"))
+    wrong = reproduced(tmp_path)
+    assert (done(wrong), wrong.whole) == ((16, 1, 0), True)
+    assert wrong.verdicts == {"not reproduced": 1, "not testable as published": 1}
+    assert (
+        "Differs by +2.235, more than"
+        in (tmp_path / "results" / "scorecard.md").read_text()
+    )
+
+
+def test_the_quick_scale_is_apart_and_says_so(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    outcome = reproduced(tmp_path, quick=True)
+    results = tmp_path / "results"
+    assert done(outcome) == (6, 1, 0)
+    assert [path.name for path in results.iterdir()] == ["quick"]
+    assert "QUICK: FEW TRIALS" in (results / "quick" / "scorecard.html").read_text()
+    assert "QUICK: FEW TRIALS" in (results / "quick" / "scorecard.md").read_text()
+    full = reproduced(tmp_path)
+    assert done(full) == (16, 1, 0)
+    assert "QUICK" not in (results / "scorecard.html").read_text()
+
+
+def test_a_figure_says_what_it_shows(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    reproduced(tmp_path)
+    path = tmp_path / "results" / "figures" / "tiny" / "curves"
+    with Image.open(path.with_suffix(".png")) as image:
+        about = image.info
+    assert (about["Study"], about["Trials"]) == ("tiny/small", "16")
+    assert len(about["kernels_sha"]) == 64
+    assert len(about["Spec hash"]) == 16
+    assert b"Study: tiny/small" in path.with_suffix(".pdf").read_bytes()
+
+
+@pytest.mark.parametrize("change", ["figures.py", "spec", "pdf", "png"])
+def test_a_figure_is_drawn_again_when_its_inputs_change(
+    tmp_path: Path, change: str
+) -> None:
+    experiments(tmp_path)
+    reproduced(tmp_path)
+    path = tmp_path / "results" / "figures" / "tiny" / "curves"
+    if change == "figures.py":
+        experiments(tmp_path, figures=FIGURES + "\n# another comment\n")
+    elif change == "spec":
+        experiments(tmp_path, spec=SPEC.replace("replicates: 8", "replicates: 9"))
+    elif change == "pdf":
+        path.with_suffix(".pdf").unlink()
+    else:
+        path.with_suffix(".png").write_bytes(b"torn")
+    outcome = reproduced(tmp_path)
+    assert (outcome.drawn, outcome.kept) == (1, 0)
+
+
+def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> None:
+    published = PUBLISHED.replace(
+        "{mean: speed, frame: 0, for: {separation_weight: 1}}", "{call: broken}"
+    )
+    others = (
+        '"bad": Drawing(broken, ("small",), "nothing"),\n"none": Drawing(constant,'
+        ' ("small",), "nothing"),\n'
+    )
+    failing = FIGURES.replace('"curves":', others + '"curves":')
+    experiments(tmp_path, published, figures=failing)
+    outcome = reproduced(tmp_path)
+    assert outcome.failures == [
+        "figure tiny/bad: RuntimeError: no idea",
+        (
+            "figure tiny/none: TypeError: its function must return a figure of"
+            " matplotlib, not ndarray"
+        ),
+        "claim tiny/start-speed: broken: RuntimeError: no idea",
+    ]
+    assert (outcome.drawn, outcome.whole) == (1, False)
+    assert outcome.verdicts == {"not testable as published": 2}
+    assert (
+        "It has not been drawn" in (tmp_path / "results" / "scorecard.html").read_text()
+    )
+
+
+def test_trials_that_fail_are_told_and_nothing_is_judged(tmp_path: Path) -> None:
+    experiments(tmp_path, spec=BROKEN_TRIALS)
+    outcome = reproduced(tmp_path)
+    assert (outcome.not_done, outcome.whole) == (2, False)
+    assert outcome.verdicts == {"not testable as published": 2}
+    assert "2 not done" in outcome.summary()
+
+
+def two_publications(folder: Path) -> None:
+    """`tiny`, and the same as `other`."""
+    other = experiments(folder) / "other"
+    other.mkdir()
+    for name, text in (
+        ("small.yaml", SPEC),
+        ("published.yaml", PUBLISHED),
+        ("figures.py", FIGURES),
+    ):
+        (other / name).write_text(text.replace("tiny", "other"))
+
+
+def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
+    two_publications(tmp_path)
+    outcome = reproduced(tmp_path, only=("other",))
+    assert done(outcome) == (16, 1, 0)
+    assert outcome.verdicts == {"reproduced": 1, "not testable as published": 3}
+    page = (tmp_path / "results" / "scorecard.html").read_text()
+    assert "Not asked for: its code, figures.py, was not run" in page
+    assert "2 claims are tested on this page" in page
+    with pytest.raises(
+        SpecError, match='unknown study folder "tny"; did you mean "tiny"'
+    ):
+        reproduced(tmp_path, only=("tny",))
+
+
+def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
+    two_publications(tmp_path)
+    assert reproduced(tmp_path).verdicts["reproduced"] == 2
+    experiments(tmp_path, spec=SPEC.replace("steps: 6", "steps: 8"))
+    assert reproduced(tmp_path, only=("other",)).verdicts["reproduced"] == 1
+
+
+def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    (tmp_path / "results" / "scorecard.html").mkdir(parents=True)
+    with pytest.raises(
+        OutputError,
+        match=r"results: cannot write the page .*; trials and figures are stored",
+    ):
+        reproduced(tmp_path)
+
+
+def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    fine = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick")
+    assert fine.returncode == 0, fine.stderr
+    assert "claims: 1 not testable as published, 1 reproduced" in fine.stderr
+    experiments(
+        tmp_path,
+        figures=FIGURES.replace(
+            "return metric_curves", "raise RuntimeError(studies)  #"
+        ),
+    )
+    assert (
+        sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick").returncode
+        == 1
+    )
+    experiments(tmp_path, PUBLISHED.replace("mean: speed,", "mean: sped,"))
+    bad = sweep(tmp_path, "reproduce")
+    assert bad.returncode == 2
+    code, mistake = bad.stderr.splitlines()
+    assert code == "this runs code: experiments/tiny/figures.py"
+    assert mistake.startswith('tiny/published.yaml:12: unknown recorded series "sped"')
+    assert not (tmp_path / "results" / "tiny").exists()

@@ -1,0 +1,1 @@
+"""Stored trials again, as bits and as films."""

@@ -1,0 +1,310 @@
+"""A replay at full resolution: every frame, the picture of one, an animation."""
+
+import io
+import json
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from PIL import Image
+
+import sweep.replays.flight as flight
+import sweep.replays.video as video
+from sweep.cli.showing import Wanted, check, show
+from sweep.errors import ChoiceError, OutputError
+from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
+from sweep.replays.flight import frames, write_flight
+from sweep.tables.stored_study import StoredStudy
+from tests import builders
+from tests.commands import sweep
+from tests.studies import SMALL, launched
+
+SPEC = SMALL.replace("every: 2", "every: 3, trajectories: true").replace(
+    "n: 12,", "n: 12, n_obstacles: 3,"
+)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
+    return launched(SPEC, tmp_path_factory.mktemp("flown"))
+
+
+@pytest.fixture(scope="module")
+def trial(study: StoredStudy) -> str:
+    return str(study.plan["trial_id"][1].as_py())
+
+
+def silent(_done: int, _whole: int) -> None:
+    """Says nothing of the progress."""
+
+
+def test_every_frame_is_written_and_agrees_with_those_stored(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    show(study, trial, Wanted(trajectory=tmp_path / "flight.parquet"))
+    table = pq.read_table(tmp_path / "flight.parquet")
+    assert table["frame"].to_pylist() == list(range(10))
+    steps, stored = study.trajectory(trial)
+    assert steps.tolist() == [0, 3, 6, 9]
+    for row, name in enumerate(("x", "y", "vx", "vy")):
+        written = np.stack(table[name].to_pylist())
+        assert (
+            written[steps].tobytes() == np.ascontiguousarray(stored[:, row]).tobytes()
+        )
+    assert table.schema.field("x").metadata == {b"unit": b"px", b"text": b"positions"}
+    about = json.loads(table.schema.metadata[b"boidsweep"])
+    assert (about["trial"], about["spec"]) == (trial, study.spec)
+    assert about["run_again"]["cpu"]
+
+
+@pytest.fixture
+def few_steps_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred for 40 boids: as many as for 2000 without."""
+    monkeypatch.setattr(flight, "BOID_STEPS_A_CALL", 4000)
+
+
+@pytest.mark.usefixtures("few_steps_a_call")
+def test_long_flights_are_written_block_by_block(tmp_path: Path) -> None:
+    """With few steps a call there are many blocks, and the same frames."""
+    a_job = builders.job(n=40, steps=450)
+    blocks = [taken.steps for taken in frames(a_job, 7, silent)]
+    assert len(blocks) > 4
+    assert np.concatenate(blocks).tolist() == [*range(0, 450, 7), 450]
+    count = write_flight(a_job, tmp_path / "flight.parquet", 7, {}, silent)
+    assert count == pq.read_metadata(tmp_path / "flight.parquet").num_rows == 66
+
+
+@pytest.mark.usefixtures("few_steps_a_call")
+def test_progress_goes_from_step_to_step() -> None:
+    said: list[tuple[int, int]] = []
+    for _ in frames(
+        builders.job(n=40, steps=300),
+        100,
+        lambda done, whole: said.append((done, whole)),
+    ):
+        pass
+    assert said[-1] == (300, 300)
+    assert said == sorted(said)
+    assert len(said) > 2
+
+
+def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
+    """Where something is drawn, the pixel has its colour; the axes tell which pixel
+    that is.
+    """
+    a_job = builders.job(
+        "rustamani2024",
+        map="empty",
+        obstacle_radius=0.5,
+        n=1,
+        width=10,
+        height=10,
+        goal_x=9,
+        goal_y=9,
+    )
+    a_job = replace(a_job, obstacles=((3.0, 6.0, 1.0, 1.0, 1.0),))
+    scene = Scene("test", a_job)
+    picture = scene.draw(0, np.array([[5.0], [2.0], [1.0], [0.0]]))
+
+    def colour(x: float, y: float) -> list[int]:
+        column, up = scene.axes.transData.transform((x, y))
+        return picture[round(picture.shape[0] - up), round(column)].tolist()
+
+    assert max(colour(5.0, 2.0)) < 60
+    assert colour(3.0, 6.0) == [153, 153, 153]
+    assert colour(7.0, 3.0) == [255, 255, 255]
+    goal = colour(9.0, 9.0)
+    assert goal[1] > goal[0] + 50
+    later = scene.draw(1, np.array([[7.0], [3.0], [1.0], [0.0]]))
+    assert (later != picture).any()
+    assert not scene.axes.collections[1:]
+    picture = later
+    assert max(colour(7.0, 3.0)) < 60
+    assert colour(5.0, 2.0) == [255, 255, 255]
+
+
+def test_a_frame_says_its_number_its_time_and_who_is_outside() -> None:
+    scene = Scene("test", builders.job("rustamani2024", n=2, steps=40))
+    words = scene._words(12, np.array([[5.0, -1.0], [2.0, 0.5], [0, 0], [0, 0]]))
+    assert words == "step 12 of 40, t = 1.2 s; 2 boids, 1 outside"
+    pixels = Scene("test", builders.job("nguyen2024", n=2, steps=40))
+    assert pixels._words(0, np.zeros((4, 2))) == "step 0 of 40; 2 boids"
+
+
+@pytest.mark.parametrize(
+    ("steps", "apart"), [(1, 1), (599, 1), (600, 2), (3600, 7), (10**6, 1670)]
+)
+def test_an_animation_has_six_hundred_frames_at_most(steps: int, apart: int) -> None:
+    assert frames_apart(builders.job(steps=steps)) == apart
+    assert steps // apart + 1 + (steps % apart > 0) <= 601
+
+
+def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    job = study.job(study.trial(trial))
+    for name in ("one.gif", "two.gif"):
+        write_animation(study.name, job, tmp_path / name, 1, silent)
+    assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
+    with Image.open(tmp_path / "one.gif") as gif:
+        assert gif.n_frames == 10
+        assert gif.info["duration"] == 40
+        gif.seek(6)
+        shown = np.asarray(gif.convert("RGB"), np.int64)
+    bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])[6]
+    assert np.abs(shown - Scene(study.name, job).draw(6, bodies)).mean() < 1.0
+
+
+def test_the_picture_of_a_frame_is_that_frame(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    job = study.job(study.trial(trial))
+    _, stored = study.trajectory(trial)
+    for frame, index in ((0, 0), (6, 2), (9, 3)):
+        write_picture(study.name, job, frame, tmp_path / f"{frame}.png", silent)
+        with Image.open(tmp_path / f"{frame}.png") as image:
+            assert (
+                np.asarray(image) == Scene(study.name, job).draw(frame, stored[index])
+            ).all()
+
+
+def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
+    a_job = builders.job(
+        n=30, steps=400, separation_weight=1e308, separation_range=1000.0
+    )
+    with pytest.raises(ChoiceError, match=r"it diverged before frame 400"):
+        write_picture("test", a_job, 400, tmp_path / "x.png", silent)
+    assert list(tmp_path.iterdir()) == []
+    write_animation("test", a_job, tmp_path / "x.gif", 1, silent)
+    with Image.open(tmp_path / "x.gif") as gif:
+        assert gif.n_frames == 1
+
+
+@pytest.mark.skipif(
+    not (video.shutil.which("ffmpeg") or video.find_spec("imageio_ffmpeg")),
+    reason="no ffmpeg",
+)
+def test_an_mp4_can_be_decoded_and_has_all_frames(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    job = study.job(study.trial(trial))
+    write_animation(study.name, job, tmp_path / "flight.mp4", 1, silent)
+    command = [
+        video.find_ffmpeg(),
+        "-v",
+        "error",
+        "-i",
+        str(tmp_path / "flight.mp4"),
+        "-f",
+        "rawvideo",
+    ]
+    decoded = subprocess.run(
+        [*command, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True
+    ).stdout
+    bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])
+    scene = Scene(study.name, job)
+    drawn = np.stack([scene.draw(step, bodies[step]) for step in range(10)])
+    film = np.frombuffer(decoded, np.uint8).reshape(drawn.shape)
+    assert np.abs(film.astype(np.int64) - drawn).mean() < 4.0
+
+
+def test_without_ffmpeg_mp4_says_what_to_do(
+    study: StoredStudy, trial: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(video.shutil, "which", lambda _name: None)
+    monkeypatch.setattr(video, "find_spec", lambda _name: None)
+    with pytest.raises(
+        OutputError,
+        match=(
+            r'MP4 needs ffmpeg, .* pip install "\.\[video\]" brings one .*; a .gif'
+            r" needs none"
+        ),
+    ):
+        check(study, trial, Wanted(animation=tmp_path / "x.mp4"))
+
+
+def test_an_ffmpeg_that_fails_is_quoted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "broken"
+    broken.write_text("#!/bin/sh\necho no such codec >&2\nexit 3\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(video, "find_ffmpeg", lambda: str(broken))
+
+    def pictures() -> Iterator[np.ndarray]:
+        for _ in range(50):
+            yield np.zeros((200, 200, 3), np.uint8)
+
+    with pytest.raises(
+        (ChoiceError, OutputError), match="ffmpeg cannot write the MP4: no such codec"
+    ):
+        video.write_mp4(pictures(), io.BytesIO())
+
+
+WRONG = [
+    (Wanted(trajectory=Path("x.csv")), 'unknown kind of file ".csv"'),
+    (Wanted(animation=Path("x.avi")), 'unknown kind of file ".avi"'),
+    (Wanted(picture=(3, Path("x.jpg"))), 'unknown kind of file ".jpg"'),
+    (Wanted(picture=(10, Path("x.png"))), "there is no frame 10; it has frames 0 to 9"),
+    (Wanted(picture=(-1, Path("x.png"))), "there is no frame -1"),
+    (Wanted(animation=Path("no/folder/x.gif")), "there is no folder"),
+]
+
+
+@pytest.mark.parametrize(("wanted", "message"), WRONG)
+def test_a_mistake_is_said_before_any_work(
+    study: StoredStudy, trial: str, wanted: Wanted, message: str
+) -> None:
+    with pytest.raises((ChoiceError, OutputError)) as error:
+        check(study, trial, wanted)
+    assert message in str(error.value)
+
+
+def test_the_command_writes_all_of_it(
+    study: StoredStudy, trial: str, tmp_path: Path
+) -> None:
+    options = [
+        "--trajectory",
+        "a.parquet",
+        "--animate",
+        "a.gif",
+        "--frame",
+        "4",
+        "a.png",
+        "--every",
+        "2",
+    ]
+    command = [
+        "replay",
+        "small",
+        trial,
+        *options,
+        "--results",
+        str(study.store.folder.parent),
+    ]
+    done = sweep(tmp_path, *command)
+    assert done.returncode == 0, done.stderr
+    assert (
+        "equal to what is stored, to the last bit: trials, series, trajectories"
+        in done.stdout
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "a.gif",
+        "a.parquet",
+        "a.png",
+    ]
+    assert pq.read_table(tmp_path / "a.parquet")["frame"].to_pylist() == [
+        0,
+        2,
+        4,
+        6,
+        8,
+        9,
+    ]
+    again = sweep(tmp_path, *command)
+    assert again.returncode == 2
+    assert again.stderr == "a.parquet: exists already; --force replaces it\n"

@@ -1,0 +1,1 @@
+"""Specs that are read, and mistakes that are told."""

@@ -1,0 +1,509 @@
+"""Maps of a spec's own: what is drawn or read is where it should be, and what cannot be
+is refused.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from PIL import Image
+
+from kernels.models import MODELS
+from kernels.worlds import MAPS, build_reach, inside_any
+from sweep.campaigns.launch import launch
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, point_id
+from sweep.errors import SpecError, StoreError
+from sweep.replays.replay import replay
+from sweep.spec import images, maps
+from sweep.spec.images import obstacles_of, rectangles
+from sweep.spec.maps import OwnMap, from_json
+from sweep.spec.study import Study, load_spec, parse_spec
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import Simulation
+from sweep.workers.executors import Serial
+from tests import builders
+from tests.specs import short, short_study
+from tests.studies import SMALL
+
+ROOM = [
+    "maps:",
+    "  room:",
+    "    size: [400, 300]",
+    "    shapes:",
+    "      - disc: {x: 100, y: 50, radius: 20}",
+    "      - rectangle: {x: 300, y: 200, width: 40, height: 10}",
+]
+ROOM_OBSTACLES = ((100.0, 50.0, 20.0, 20.0, 1.0), (300.0, 200.0, 20.0, 5.0, 0.0))
+
+
+def inside(
+    obstacles: np.ndarray, size: tuple[float, float], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """Whether each point lies strictly inside an obstacle, as the kernels see it."""
+    world = builders.a_world(*size, obstacles=obstacles)
+    contact = build_reach(world, 0.0)
+    return np.array(
+        [
+            inside_any(world, contact, *point)
+            for point in zip(x.flat, y.flat, strict=True)
+        ]
+    ).reshape(x.shape)
+
+
+PIXELS = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, max_side=12))
+
+
+@settings(deadline=None)
+@given(PIXELS)
+def test_rectangles_cover_each_occupied_pixel_once(occupied: np.ndarray) -> None:
+    count = np.zeros(occupied.shape, int)
+    for left, top, right, bottom in rectangles(occupied):
+        count[top:bottom, left:right] += 1
+    assert (count == occupied).all()
+
+
+@settings(deadline=None)
+@given(PIXELS, st.sampled_from([0.05, 1.0, 37.3, 1e-4]))
+def test_the_kernels_see_the_pixels_of_an_image_without_seams(
+    occupied: np.ndarray, resolution: float
+) -> None:
+    rows, columns = occupied.shape
+    size = columns * resolution, rows * resolution
+    obstacles = obstacles_of(occupied, resolution)
+    row, column = np.indices(occupied.shape)
+    assert (
+        inside(obstacles, size, (column + 0.5) * resolution, (row + 0.5) * resolution)
+        == occupied
+    ).all()
+    right = occupied[:, :-1] & occupied[:, 1:]
+    row, column = np.nonzero(right)
+    assert inside(
+        obstacles, size, (column + 1) * resolution, (row + 0.5) * resolution
+    ).all()
+    row, column = np.nonzero(right[:-1] & right[1:])
+    assert inside(
+        obstacles, size, (column + 1) * resolution, (row + 1) * resolution
+    ).all()
+
+
+def test_rectangles_are_few() -> None:
+    frame = np.ones((50, 40), bool)
+    frame[1:-1, 1:-1] = False
+    assert rectangles(frame).tolist() == [
+        [0, 1, 1, 49],
+        [0, 0, 40, 1],
+        [0, 49, 40, 50],
+        [39, 1, 40, 49],
+    ]
+    assert len(rectangles(np.ones((4096, 4096), bool))) == 1
+    assert rectangles(np.zeros((3, 4), bool)).shape == (0, 4)
+
+
+def test_shapes_are_obstacles_and_bring_their_size() -> None:
+    study = short_study(*ROOM, "fixed: {map: room}")
+    assert study.maps["room"] == OwnMap((400.0, 300.0), ROOM_OBSTACLES)
+    point = expand(study).settings(0)
+    assert (point["map"], point["width"], point["height"]) == ("room", 400.0, 300.0)
+    job, _ = Jobs(study, expand(study), "sha")
+    assert job.obstacles == ROOM_OBSTACLES
+
+
+def test_a_map_goes_wherever_a_map_goes() -> None:
+    study = short_study(
+        *ROOM,
+        "sweep: {map: [empty, room], n: {values: [3, 4], when: \"map == 'room'\"}}",
+        "require: [width > 0]",
+    )
+    design = expand(study)
+    assert design.columns["map"].tolist() == ["empty", "room", "room"]
+    assert design.columns["width"].tolist() == [1280.0, 400.0, 400.0]
+    assert [job.obstacles for job in Jobs(study, design, "sha")[::2]] == [
+        None,
+        ROOM_OBSTACLES,
+        ROOM_OBSTACLES,
+    ]
+
+
+def points(study: Study) -> list[str]:
+    return Jobs(study, expand(study), "sha").points
+
+
+def test_points_stand_for_a_maps_content_and_those_of_built_in_maps_stay() -> None:
+    swept = "sweep: {map: [empty, room, cafeteria]}"
+    study = short_study(*ROOM, swept)
+    empty, room, cafeteria = points(study)
+    assert [empty, cafeteria] == points(short_study("sweep: {map: [empty, cafeteria]}"))
+    moved = [line.replace("x: 100", "x: 100.5") for line in ROOM]
+    assert points(short_study(*moved, swept))[0::2] == [empty, cafeteria]
+    assert points(short_study(*moved, swept))[1] != room
+    assert points(short_study(*ROOM, "fixed: {map: room}")) == [room]
+    assert (
+        point_id("nguyen2024", "as_run", expand(study).settings(1), study.maps) == room
+    )
+
+
+def write_image(path: Path, grey: np.ndarray) -> np.ndarray:
+    Image.fromarray(grey).save(path)
+    return grey
+
+
+def loaded(folder: Path, *lines: str) -> Study:
+    (folder / "spec.yaml").write_text(short("maps:", *lines))
+    return load_spec(folder / "spec.yaml")
+
+
+def test_an_image_keeps_its_orientation_and_dark_is_occupied(tmp_path: Path) -> None:
+    grey = write_image(
+        tmp_path / "lab.png", np.array([[255, 128, 127], [0, 255, 255]], np.uint8)
+    )
+    lab = loaded(tmp_path, "  lab: {image: lab.png, resolution: 0.05}").maps["lab"]
+    assert lab.size == pytest.approx((0.15, 0.1))
+    row, column = np.indices(grey.shape)
+    assert (
+        inside(
+            np.array(lab.obstacles), lab.size, (column + 0.5) * 0.05, (row + 0.5) * 0.05
+        )
+        == (grey < 128)
+    ).all()
+    assert from_json(lab.as_json()) == lab
+
+
+def occupied(path: Path) -> list[list[bool]]:
+    return (images.brightness(path) < 127.5).tolist()
+
+
+def test_images_of_other_kinds_mean_the_same(tmp_path: Path) -> None:
+    grey = np.array([[255, 128, 127], [0, 255, 255]], np.uint8)
+    expected = (grey < 128).tolist()
+    clear = np.dstack(
+        [np.zeros((2, 3, 3), np.uint8), np.where(grey < 128, 255, 0).astype(np.uint8)]
+    )
+    write_image(tmp_path / "deep.png", grey.astype(np.uint16) * 257)
+    write_image(tmp_path / "clear.png", clear)
+    write_image(tmp_path / "deep.pgm", grey.astype(np.uint16) * 257)
+    write_image(tmp_path / "colour.png", np.dstack([grey] * 3))
+    write_image(tmp_path / "grey.pgm", grey)
+    Image.fromarray(grey).convert("P").save(tmp_path / "palette.png")
+    Image.fromarray(grey < 128).convert("1").save(tmp_path / "bits.png")
+    for name in (
+        "deep.png",
+        "deep.pgm",
+        "clear.png",
+        "colour.png",
+        "grey.pgm",
+        "palette.png",
+    ):
+        assert occupied(tmp_path / name) == expected, name
+    assert occupied(tmp_path / "bits.png") == (grey >= 128).tolist()
+
+
+ROS = (
+    "image: floor.pgm\nresolution: 0.1\norigin: [-1.0, 2.5, 0.0]\nnegate:"
+    " {}\noccupied_thresh: {}\nfree_thresh: 0.196\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("negate", "threshold", "expected"),
+    [
+        (0, 0.65, [True, True, False, False]),
+        (0, 0.66, [True, False, False, False]),
+        (1, 0.65, [False, False, False, True]),
+    ],
+)
+def test_ros_maps_are_occupied_beyond_their_threshold(
+    tmp_path: Path, negate: int, threshold: float, expected: list[bool]
+) -> None:
+    """Of a value v the occupancy is (255 - v) / 255, or v / 255 if negated: 88 stands
+    for 0.655, 205 is unknown.
+    """
+    (tmp_path / "world").mkdir()
+    write_image(
+        tmp_path / "world" / "floor.pgm",
+        np.array([[0, 88, 140, 205 if not negate else 254]], np.uint8),
+    )
+    (tmp_path / "world" / "floor.yaml").write_text(ROS.format(negate, threshold))
+    floor = loaded(tmp_path, "  floor: {ros: world/floor.yaml}").maps["floor"]
+    assert floor.size == pytest.approx((0.4, 0.1))
+    x = np.array([0.05, 0.15, 0.25, 0.35])
+    assert (
+        inside(
+            np.array(floor.obstacles).reshape(-1, 5), floor.size, x, np.full(4, 0.05)
+        ).tolist()
+        == expected
+    )
+
+
+def test_a_ros_map_may_leave_out_what_has_a_default(tmp_path: Path) -> None:
+    write_image(tmp_path / "floor.pgm", np.array([[0, 88, 90, 205]], np.uint8))
+    (tmp_path / "floor.yaml").write_text("image: floor.pgm\nresolution: 1\n")
+    floor = loaded(tmp_path, "  floor: {ros: floor.yaml}").maps["floor"]
+    assert [(x, round(half, 6)) for x, _, half, _, _ in floor.obstacles] == [(1.0, 1.0)]
+
+
+def shapes(*lines: str) -> list[str]:
+    return [
+        "  room:",
+        "    size: [10, 20]",
+        "    shapes:",
+        *(f"      - {line}" for line in lines),
+    ]
+
+
+MISTAKES = [
+    (
+        ["  cafeteria: {image: x.png, resolution: 1}"],
+        '7: "cafeteria" is a map already: one of your own needs another',
+    ),
+    (
+        ["  Room: {image: x.png, resolution: 1}"],
+        '7: map "Room" is not allowed: names of small letters',
+    ),
+    (["  room: {image: x.png}"], '7: missing key "resolution" in "room"'),
+    (["  room: {img: x.png}"], '7: unknown key "img"'),
+    (["  room: {size: [1, 2]}"], '7: "room" needs one of shapes, image, ros'),
+    (
+        ["  room: {image: x.png, ros: x.yaml}"],
+        '7: "room" needs one of shapes, image, ros',
+    ),
+    (["  room: {image: x.png, resolution: 1, size: [1, 2]}"], '7: unknown key "size"'),
+    (["  room: 5"], '7: "room" must be a mapping with at least one entry, not 5'),
+    (
+        ["  room: {image: none.png, resolution: 1}"],
+        '7: the image "none.png" does not exist',
+    ),
+    (
+        ["  room: {image: text.png, resolution: 1}"],
+        '7: the image "text.png" is not an image; allowed are PNG,',
+    ),
+    (
+        ["  room: {image: broken.png, resolution: 1}"],
+        '7: the image "broken.png" cannot be read: ',
+    ),
+    (
+        ["  room: {image: wide.png, resolution: 1}"],
+        '7: the image "wide.png" has 4097 x 1 pixels; at most 4096 x 4096',
+    ),
+    (
+        ["  room: {image: bomb.png, resolution: 1}"],
+        '7: the image "bomb.png" is too large; at most 4096 x 4096 pixels',
+    ),
+    (
+        ["  room: {image: noise.png, resolution: 1}"],
+        '7: the image "noise.png" needs 8 rectangles; at most 7 are',
+    ),
+    (
+        ["  room: {image: noise.png, resolution: 0}"],
+        '7: "resolution" must be a number above 0, at most 1e+09, not 0',
+    ),
+    (
+        ["  room: {image: noise.png, resolution: .inf}"],
+        '7: "resolution" must be a finite number, not inf',
+    ),
+    (["  room: {ros: none.yaml}"], '7: there is no file "none.yaml" in '),
+    (
+        ["  room: {ros: empty.yaml}"],
+        '7: "empty.yaml" is no ROS map: it has no key "image"',
+    ),
+    (
+        ["  room: {ros: short.yaml}"],
+        '7: "short.yaml" is no ROS map: it has no key "resolution"',
+    ),
+    (
+        ["  room: {ros: scale.yaml}"],
+        'scale.yaml:3: unknown mode "scale". Allowed: trinary',
+    ),
+    (
+        ["  room: {ros: percent.yaml}"],
+        'percent.yaml:3: "occupied_thresh" must be a number from 0 to 1, not 65',
+    ),
+    (
+        ["  room: {image: whole.pfm, resolution: 1}"],
+        '7: the image "whole.pfm" has pixels of 32 bits, whose white',
+    ),
+    (["  room: {image: ., resolution: 1}"], '7: the image "." is a folder'),
+    (
+        ["  room: {size: [1], shapes: []}"],
+        '7: "size" must be [width, height], not a list',
+    ),
+    (shapes(), '9: "shapes" must be a list, not nothing'),
+    (shapes("disc: {x: 1, y: 1}"), '10: missing key "radius" in "disc"'),
+    (shapes("disk: {x: 1, y: 1}"), '10: unknown key "disk"; did you mean "disc"?'),
+    (
+        shapes("disc: {x: 1, y: 1, radius: -1}"),
+        '10: "radius" must be a number above 0, at most 1e+09, not -1',
+    ),
+    (
+        shapes("disc: {x: .nan, y: 1, radius: 1}"),
+        '10: "x" must be a finite number, not nan',
+    ),
+    (
+        shapes("disc: {x: 1, y: 1, radius: 1}", "disc: {x: -1, y: -1, radius: 1.4}"),
+        "11: the disc lies outside the",
+    ),
+    (
+        shapes("rectangle: {x: 11, y: 5, width: 2, height: 2}"),
+        "10: the rectangle lies outside the world, which is 10 x 20",
+    ),
+    (
+        shapes("{disc: {x: 1, y: 1, radius: 1}, rectangle: {x: 1}}"),
+        "10: a shape is either a disc or a rectangle",
+    ),
+    (
+        shapes(*["disc: {x: 1, y: 1, radius: 1}"] * 8),
+        '7: "room" has 8 shapes; at most 7 are allowed',
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"), MISTAKES, ids=[" ".join(lines)[-60:] for lines, _ in MISTAKES]
+)
+def test_mistake_is_named_with_its_line(
+    lines: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(maps, "MOST_SHAPES", 7)
+    (tmp_path / "text.png").write_text("not an image")
+    write_image(tmp_path / "wide.png", np.zeros((1, 4097), np.uint8))
+    write_image(tmp_path / "noise.png", np.array([[0, 255] * 8], np.uint8))
+    (tmp_path / "broken.png").write_bytes((tmp_path / "noise.png").read_bytes()[:45])
+    (tmp_path / "empty.yaml").write_text("# nothing\n")
+    (tmp_path / "short.yaml").write_text("image: noise.png\n")
+    (tmp_path / "scale.yaml").write_text(
+        "image: noise.png\nresolution: 1\nmode: scale\n"
+    )
+    (tmp_path / "percent.yaml").write_text(
+        "image: noise.png\nresolution: 1\noccupied_thresh: 65\n"
+    )
+    (tmp_path / "whole.pfm").write_bytes(b"Pf\n2 2\n-1.0\n" + bytes(16))
+    if "bomb" in lines[0]:
+        write_image(tmp_path / "bomb.png", np.zeros((30, 30), np.uint8))
+        monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 800)
+    with pytest.raises(SpecError) as error:
+        loaded(tmp_path, *lines)
+    assert str(error.value).startswith(
+        message if ".yaml" in message[:13] else f"spec.yaml:{message}"
+    )
+
+
+def test_a_size_that_contradicts_the_map_is_refused() -> None:
+    with pytest.raises(
+        SpecError, match="13: map room is 400 x 300 px: leave width and height out"
+    ):
+        expand(short_study(*ROOM, "fixed:", "  width: 401", "  map: room"))
+
+
+def test_a_map_in_another_unit_than_the_model_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(MODELS, "nguyen2024", MODELS["nguyen2024"]._replace(length="m"))
+    spec = parse_spec(short(*ROOM, "sweep:", "  map: [empty, room]"))
+    assert expand(spec).n_points == 2
+    with pytest.raises(SpecError) as error:
+        expand(parse_spec(short(*ROOM, "sweep:", "  map: [empty, cafeteria]")))
+    start = (
+        "spec.yaml:13: map cafeteria is measured in px, and nguyen2024 in m; maps in m:"
+        " empty, random_obstacles"
+    )
+    assert str(error.value).startswith(start)
+    assert str(error.value).endswith('; or give shapes of your own under "maps"')
+
+
+IN_MAPS = SMALL.replace(
+    "separation_weight: [0.5, 1]", "map: [room, lab, random_obstacles, cafeteria]"
+)
+IN_MAPS += "\n".join(ROOM) + "\n  lab: {image: lab.png, resolution: 10}\n"
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> StoredStudy:
+    """A study on maps of all kinds, whose image has been deleted after its launch."""
+    grey = np.full((30, 40), 255, np.uint8)
+    grey[5:9, 6:20] = 0
+    write_image(tmp_path / "lab.png", grey)
+    (tmp_path / "spec.yaml").write_text(IN_MAPS)
+    launch(load_spec(tmp_path / "spec.yaml"), tmp_path, Serial())
+    (tmp_path / "lab.png").unlink()
+    return StoredStudy("small", tmp_path)
+
+
+def test_a_study_on_its_own_maps_replays_without_their_files(
+    stored: StoredStudy,
+) -> None:
+    trials = stored.trials
+    assert set(trials["status"]) == {"done"}
+    assert list(trials["map"][::3]) == ["room", "lab", "random_obstacles", "cafeteria"]
+    for trial in trials["trial_id"][::3]:
+        report, same = replay(stored, trial)
+        assert same, report
+
+
+def test_the_world_of_a_trial_is_the_one_it_flew_in(stored: StoredStudy) -> None:
+    room, lab, drawn, cafeteria = (
+        stored.world(trial) for trial in stored.trials["trial_id"][::3]
+    )
+    assert (room.width, room.height) == (400.0, 300.0)
+    assert tuple(map(tuple, room.obstacles)) == ROOM_OBSTACLES
+    assert lab.obstacles == pytest.approx(np.array([[130.0, 70.0, 70.0, 20.0, 0.0]]))
+    assert cafeteria.obstacles.shape == MAPS["cafeteria"].draw(None, None).shape
+    study = parse_spec(
+        SMALL.replace("separation_weight: [0.5, 1]", "map: [random_obstacles]")
+    )
+    job = next(job for job in Jobs(study, expand(study), "sha") if job.replicate == 0)
+    flown = Simulation(job).world
+    assert (
+        drawn.obstacles[:, :2] == np.column_stack([flown.obstacle_x, flown.obstacle_y])
+    ).all()
+
+
+def test_a_trial_whose_map_has_changed_since_is_not_replayed(
+    stored: StoredStudy,
+) -> None:
+    trial = stored.trials["trial_id"][0]
+    spec = SMALL.replace("separation_weight: [0.5, 1]", "map: [room]") + "\n".join(
+        ROOM
+    ).replace("x: 100", "x: 101")
+    launch(parse_spec(spec), stored.store.folder.parent, Serial())
+    with pytest.raises(
+        StoreError,
+        match="the spec as last launched does not have the map room of this trial",
+    ):
+        replay(StoredStudy("small", stored.store.folder.parent), trial)
+
+
+@pytest.mark.parametrize("metrics", [("speed",), ("coverage",)])
+def test_worlds_kept_between_trials_are_those_of_their_obstacles(
+    metrics: tuple[str, ...],
+) -> None:
+    """Two maps of one name and size follow each other in one process."""
+    jobs = [
+        replace(
+            builders.job(
+                n=3, steps=2, metrics=metrics, map="empty", width=100, height=90
+            ),
+            obstacles=obstacles,
+        )
+        for obstacles in (
+            None,
+            ((50.0, 45.0, 20.0, 10.0, 0.0),),
+            ((50.0, 45.0, 20.0, 11.0, 0.0),),
+        )
+    ]
+    assert [Simulation(job).world.half_height.tolist() for job in jobs * 2] == [
+        [],
+        [10.0],
+        [11.0],
+    ] * 2
+    if metrics == ("coverage",):
+        assert [
+            Simulation(job).flight.record.coverage.traversable for job in jobs * 2
+        ] == [
+            9000,
+            9000 - 39 * 19,
+            9000 - 39 * 21,
+        ] * 2

@@ -1,0 +1,263 @@
+"""The JSON Schema accepts what loads and refuses what editors should mark."""
+
+import copy
+import json
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft7Validator
+from ruamel.yaml import YAML
+
+from kernels.models import MODELS
+from sweep.design.design import expand
+from sweep.spec.schema import json_schema
+from sweep.spec.settings import settings_of
+from sweep.spec.study import load_spec, parse_spec
+from tests import ROOT
+from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short
+
+EXPERIMENTS = ROOT / "experiments"
+VALIDATOR = Draft7Validator(json_schema())
+TABLE = "sweep: {g: {sample: table, file: gains.csv, columns: {drag: k}}}"
+
+
+def content(text: str) -> Any:
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def test_schema_is_valid_and_plain_json() -> None:
+    Draft7Validator.check_schema(json_schema())
+    assert json.loads(json.dumps(json_schema(), allow_nan=False)) == json_schema()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [SEPARATION, GAINS, EVERYTHING, SHORT],
+    ids=["separation", "gains", "everything", "short"],
+)
+def test_what_loads_is_valid(text: str) -> None:
+    parse_spec(text)
+    VALIDATOR.validate(content(text))
+
+
+def test_tables_are_valid() -> None:
+    VALIDATOR.validate(content(short(TABLE)))
+
+
+ROOM = "maps: {room: {size: [9, 9], shapes: [{disc: {x: 1, y: 2, radius: 3}}]}}"
+LAB = "maps: {lab: {image: lab.png, resolution: 0.05}, floor: {ros: floor.yaml}}"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (ROOM, "fixed: {map: room}"),
+        (LAB, "sweep: {map: [lab, empty]}"),
+        (LAB, "sweep: {z: {zip: {map: [lab, floor], n: [1, 2]}}}"),
+        ("sweep: {detail: {ablate: as_written, when: n > 1}}",),
+        ("record: {trajectories: true}",),
+        (
+            (
+                "sweep: {j: {sample: saltelli, points: 8, second_order: false, drag:"
+                " {uniform: [0, 1]}}}"
+            ),
+        ),
+        ("sweep: {j: {sample: morris, points: 8, levels: 6, n: {integers: [3, 6]}}}",),
+    ],
+    ids=" ".join,
+)
+def test_maps_ablations_and_trajectories_are_valid(lines: tuple[str, ...]) -> None:
+    VALIDATOR.validate(content(short(*lines)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_preset_value_is_valid(model: str) -> None:
+    for preset, values in MODELS[model].presets.items():
+        fixed = {name: values[name] for name in settings_of(model)}
+        head = content(SHORT) | {"model": model, "preset": preset}
+        VALIDATOR.validate(head | {"fixed": fixed})
+        VALIDATOR.validate(
+            head | {"sweep": {name: [value] for name, value in fixed.items()}}
+        )
+
+
+@pytest.mark.parametrize("key", ["study", "model", "preset", "seed", "replicates"])
+def test_missing_keys_are_invalid(key: str) -> None:
+    spec = copy.deepcopy(content(SHORT))
+    del spec[key]
+    assert not VALIDATOR.is_valid(spec)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "sweeep: {n: [1]}",
+        "fixed: {nn: 1}",
+        "fixed: {perception_range: 1}",
+        "fixed: {n: 0}",
+        "fixed: {n: 1.5}",
+        "fixed: {drag: 2}",
+        "fixed: {width: 0}",
+        "fixed: {map: cafetria}",
+        "fixed: {minimum_image: 1}",
+        "fixed: {map: room}",
+        "sweep: {map: [room]}",
+        "maps: {Room: {image: lab.png, resolution: 1}}",
+        "maps: {empty: {image: lab.png, resolution: 1}}",
+        "maps: {room: {image: lab.png}}",
+        "maps: {room: {image: lab.png, resolution: 0}}",
+        "maps: {room: {size: [9], shapes: [{disc: {x: 1, y: 2, radius: 3}}]}}",
+        "maps: {room: {size: [9, 9], shapes: [{disc: {x: 1, y: 2}}]}}",
+        "maps: {room: {ros: floor.yaml, resolution: 1}}",
+        "sweep: {detail: {ablate: as_ritten}}",
+        "sweep: {detail: {ablate: as_written, points: 3}}",
+        "record: {trajectories: 1}",
+        "sweep: {n: []}",
+        "sweep: {n: 5}",
+        "sweep: {drag: [0, 7]}",
+        "sweep: {drag: [0, 0]}",
+        "sweep: {drag: {values: [7]}}",
+        "sweep: {drag: {linspace: [0, 1]}}",
+        "sweep: {drag: {uniform: [0, 1]}}",
+        "sweep: {drag: {values: [0], points: 3}}",
+        "sweep: {drag: {uniform: [0, 1], normal: [0, 1], points: 3}}",
+        "sweep: {x: [1]}",
+        "sweep: {j: {sample: random, drag: {uniform: [0, 1]}}}",
+        "sweep: {j: {sample: sobool, points: 3, drag: {uniform: [0, 1]}}}",
+        "sweep: {j: {sample: lhs, points: 3, drag: {choice: [7]}}}",
+        "sweep: {j: {sample: table}}",
+        "sweep: {j: {sample: saltelli, points: 1, drag: {uniform: [0, 1]}}}",
+        "sweep: {j: {sample: saltelli, points: 8, levels: 4, drag: {uniform: [0, 1]}}}",
+        (
+            "sweep: {j: {sample: saltelli, points: 8, when: n > 1, drag: {uniform: [0,"
+            " 1]}}}"
+        ),
+        "sweep: {j: {sample: morris, points: 8, levels: 5, drag: {uniform: [0, 1]}}}",
+        "sweep: {z: {zip: {nn: [1]}}}",
+        "sweep: {z: {zip: {n: []}}}",
+        "sweep: {z: {zip: {drag: [7]}}}",
+        "sweep: {z: {zip: {drag: {uniform: [0, 1]}}}}",
+        "sweep: {n: {zip: {drag: [1]}}}",
+        "sweep: {j: {sample: random, points: 3, drag: [0, 1]}}",
+        "sweep: {j: {sample: table, file: t.csv, columns: [nn]}}",
+        "sweep: {j: {sample: table, file: t.csv, columns: {nn: k}}}",
+        "derive: {map: n}",
+        "derive: {n: 5}",
+        "require: n > 1",
+        "seeds: [1]",
+        "streams: {start: shared}",
+        "record: {metrics: [polarisation]}",
+        "record: {every: 0}",
+        "time_limit: 0",
+        "checkpoint: 0",
+        "checkpoint: true",
+    ],
+)
+def test_mistakes_are_invalid(line: str) -> None:
+    assert not VALIDATOR.is_valid(content(short(line)))
+
+
+def test_study_names_cannot_leave_the_results() -> None:
+    for name in ("../up", "/root", "a//b", "a/../b"):
+        assert not VALIDATOR.is_valid(content(SHORT) | {"study": name})
+
+
+def test_fields_are_described_with_unit_and_presets() -> None:
+    about = json_schema()["definitions"]["nguyen2024.derived"]["properties"]
+    described = "r_s of Eq. (4) (px). as_written: 50.0, as_run: 50.0"
+    assert about["separation_range"] == {"description": described}
+
+
+def places(name: str, value: Any) -> list[dict[str, Any]]:
+    """Parts of a spec, in each of which a setting stands in another place."""
+    asked = {"objectives": {"speed": {"minimize": "mean"}}, "budget": 9}
+    search = asked | {"parameters": {"n": {"integers": [1, 9]}}}
+    drawn = {"sample": "lhs", "points": 3, name: {"choice": [value]}}
+    return [
+        {"fixed": {name: value}},
+        {"sweep": {name: [value]}},
+        {"sweep": {name: {"values": [value]}}},
+        {"sweep": {"z": {"zip": {name: [value]}}}},
+        {"sweep": {"j": drawn}},
+        {"search": asked | {"parameters": {name: {"choice": [value]}}}},
+        {"search": search | {"over": {name: [value]}}},
+        {"search": search | {"references": {"r": {name: value}}}},
+    ]
+
+
+NAMES = sorted({name for model in MODELS for name in settings_of(model)})
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) -> None:
+    head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
+    for name in NAMES:
+        for part in places(name, preset.get(name, 1)):
+            assert VALIDATOR.is_valid(head | part) == (name in settings_of(model)), part
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_no_place_takes_what_a_setting_cannot_be(model: str) -> None:
+    head = content(SHORT) | {"model": model}
+    for part in places("n", 0) + places("update", "sequental") + places("dt", "1"):
+        assert not VALIDATOR.is_valid(head | part), part
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_editors_suggest_and_describe_the_settings_of_the_model(model: str) -> None:
+    """They take names and texts from `properties`, and follow references."""
+    part = json_schema()["definitions"]
+    derived = part[f"{model}.derived"]["properties"]
+    about = derived | part[f"{model}.about"]["properties"]
+    values = part[f"{model}.settings"]["properties"]
+    assert set(about) == set(values) == set(settings_of(model))
+    assert set(derived) == set(about) - {"map"}
+    assert all(text["description"] for text in about.values())
+
+
+def schemas(part: Any) -> Iterator[dict[str, Any]]:
+    """All mappings in a schema."""
+    if isinstance(part, dict):
+        yield part
+    for inner in part.values() if isinstance(part, dict) else part:
+        if isinstance(inner, dict | list):
+            yield from schemas(inner)
+
+
+def test_nothing_stands_beside_a_reference_as_draft_07_ignores_it() -> None:
+    referring = [part for part in schemas(json_schema()) if "$ref" in part]
+    assert referring
+    assert all(len(part) == 1 for part in referring)
+
+
+def test_what_has_a_name_is_used_and_what_is_used_has_one() -> None:
+    named = {f"#/definitions/{name}" for name in json_schema()["definitions"]}
+    assert {part["$ref"] for part in schemas(json_schema()) if "$ref" in part} == named
+
+
+def test_what_is_large_stands_once() -> None:
+    """Apart from an axis that ablates: models may have presets of the same names."""
+    texts = [json.dumps(part, sort_keys=True) for part in schemas(json_schema())]
+    twice = {text for text, count in Counter(texts).items() if count > 1}
+    assert {text for text in twice if len(text) > 200 and "ablate" not in text} == set()
+
+
+def test_the_file_for_editors_is_up_to_date() -> None:
+    """`sweep schema > spec.schema.json` renews it."""
+    committed = ROOT / "spec.schema.json"
+    assert json.loads(committed.read_text(encoding="utf-8")) == json_schema()
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted(
+        path for path in EXPERIMENTS.glob("*/*.yaml") if path.name != "published.yaml"
+    ),
+    ids=lambda path: f"{path.parent.name}-{path.stem}",
+)
+def test_the_specs_of_the_experiments_load_and_are_valid(path: Path) -> None:
+    expand(load_spec(path))
+    VALIDATOR.validate(content(path.read_text(encoding="utf-8")))

@@ -1,0 +1,1 @@
+"""Stored studies: whole or absent, here and in object stores."""

@@ -1,0 +1,347 @@
+"""What version 0.4.0 stored is read, checked, extended and compared by this version.
+
+`stored/0.4.0/README.md` says how the stores were made. What 0.4.0 said of them is
+expected. The stamp of the kernels decides whether two versions have the same ones. The
+tests set it, so that they hold when the kernels change.
+"""
+
+import csv
+import importlib
+import json
+import shutil
+from collections import Counter
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sweep
+from kernels import KERNELS_SHA
+from sweep.tables.stored_study import StoredStudy, details
+from tests import ROOT
+from tests.commands import sweep as command
+
+EARLIER = ROOT / "tests" / "stored" / "0.4.0"
+THEN = "5812f667a47f7ad702e3a82a50f459d68577b5285317db45715c9360de123f8b"
+"""The stamp of the kernels of 0.4.0."""
+OTHER = "f" * 64
+COMMIT = "fc235e49594c4a8c6433fe8b0e005962c06ebefa"
+TRIALS = {"room": 8, "narrow": 39, "gains": 18}
+CSV = sorted(EARLIER.glob("expected/*/*.csv"))
+TABLES = [(path.parent.name, path.stem) for path in CSV]
+VALUES = {"b": "true".__eq__, "i": int, "f": lambda text: float(text or "nan")}
+"""What a text in a CSV file stands for, by the kind of its column."""
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Path:
+    """A folder with a copy of the stores and their specs."""
+    for part in ("studies", "specs"):
+        shutil.copytree(EARLIER / part, tmp_path / part)
+    return tmp_path
+
+
+def stamp(monkeypatch: pytest.MonkeyPatch, kernels: str) -> None:
+    """Give this stamp of the kernels to every module of `sweep` that uses it."""
+    for path in ROOT.glob("sweep/**/*.py"):
+        if "KERNELS_SHA" in path.read_text():
+            name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+            module = importlib.import_module(name.removesuffix(".__init__"))
+            monkeypatch.setattr(module, "KERNELS_SHA", kernels, raising=False)
+
+
+@pytest.fixture
+def same_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels have the stamp of those of 0.4.0."""
+    stamp(monkeypatch, THEN)
+
+
+@pytest.fixture
+def other_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels have another stamp than those of 0.4.0."""
+    stamp(monkeypatch, OTHER)
+
+
+def done(here: Path, *arguments: str) -> CompletedProcess[str]:
+    """A command that has run with the copied stores as its results."""
+    return command(here, *arguments, "--results", "studies")
+
+
+def said(here: Path, *arguments: str) -> str:
+    """What a command prints that succeeds."""
+    ended = done(here, *arguments)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def launched(here: Path, study: str) -> str:
+    """What a launch says at its end, or a search; diverged trials make the code 1."""
+    verb = "search" if study == "gains" else "launch"
+    ended = done(here, verb, f"specs/{study}.yaml")
+    assert ended.returncode in (0, 1), ended.stderr
+    return ended.stderr.splitlines()[-1]
+
+
+def expected(study: str, name: str) -> str:
+    return (EARLIER / "expected" / study / name).read_text()
+
+
+def exported(study: str, table: str) -> dict[str, list[str]]:
+    """The columns of a table as 0.4.0 exported it."""
+    rows = list(csv.DictReader(expected(study, f"{table}.csv").splitlines()))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def loaded(here: Path, study: str) -> StoredStudy:
+    return sweep.load(study, here / "studies")
+
+
+def long(study: StoredStudy, table: str) -> pd.DataFrame:
+    """A table with one row a pixel or boid, as CSV files have it."""
+    frame = getattr(study, table)
+    if table == "heatmaps":
+        pixels = [
+            (trial, *place, count)
+            for trial, visits in zip(frame["trial_id"], frame["visits"], strict=True)
+            for place, count in np.ndenumerate(visits)
+        ]
+        return pd.DataFrame(pixels, columns=["trial_id", "row", "column", "visits"])
+    if table == "trajectories":
+        names = ["x", "y", "vx", "vy"]
+        boids = frame.explode(names, ignore_index=True)
+        number = boids.groupby(["trial_id", "frame"], sort=False).cumcount()
+        return boids.astype(dict.fromkeys(names, float)).assign(boid=number)
+    return frame
+
+
+def equal(frame: pd.DataFrame, columns: dict[str, list[str]]) -> None:
+    """Assert that a table has the values of an exported one, to the last bit."""
+    assert set(frame.columns) == set(columns)
+    for name, texts in columns.items():
+        value = VALUES.get(frame[name].dtype.kind, str)
+        then = np.array([value(text) for text in texts])
+        np.testing.assert_array_equal(frame[name].to_numpy(then.dtype), then, name)
+
+
+def leaves(value: Any, place: str = "") -> dict[str, Any]:
+    """What stands in nested lists and mappings, by its place."""
+    if not isinstance(value, dict | list):
+        return {place: value}
+    parts = value.items() if isinstance(value, dict) else enumerate(value)
+    nested = (leaves(part, f"{place}/{name}") for name, part in parts)
+    return {key: leaf for inner in nested for key, leaf in inner.items()}
+
+
+def alike(now: str, then: str) -> None:
+    """Assert that two JSON texts say the same, but for the rounding of numbers."""
+    found, wanted = leaves(json.loads(now)), leaves(json.loads(then))
+    assert found.keys() == wanted.keys()
+    for place, value in wanted.items():
+        known = pytest.approx(value, rel=1e-9) if isinstance(value, float) else value
+        assert found[place] == known, place
+
+
+def edit(here: Path, study: str, old: str, new: str) -> None:
+    """Put `new` in place of `old` in the spec of a study."""
+    path = here / "specs" / f"{study}.yaml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+
+
+def unchanged(here: Path, study: str) -> None:
+    """Assert that the rows of 0.4.0 are stored to the last bit.
+
+    A trial that ran again would have taken other `seconds`.
+    """
+    for name, table in TABLES:
+        if name == study:
+            columns = exported(study, table)
+            frame = long(loaded(here, study), table)
+            then = frame[frame["trial_id"].isin(columns["trial_id"])]
+            order = then["trial_id"].map(columns["trial_id"].index).to_numpy()
+            equal(then.iloc[np.argsort(order, kind="stable")], columns)
+
+
+def test_the_stores_are_those_of_0_4_0(here: Path) -> None:
+    for study, count in TRIALS.items():
+        stored = loaded(here, study)
+        assert stored.provenance["kernels_sha"] == THEN
+        assert stored.provenance["versions"]["boidsweep"] == "0.4.0"
+        git = {"commit": COMMIT, "diff": "", "cut": 0, "untracked": {}}
+        assert stored.provenance["git"] == git
+        assert stored.statuses().total() == count
+    tables = {table for _, table in TABLES}
+    assert tables == {"trials", "series", "heatmaps", "trajectories"}
+    parts = Counter(path.parent.parent.name for path in here.glob("studies/*/parts/*"))
+    assert parts == {"room": 2, "narrow": 1, "gains": 1}
+
+
+@pytest.mark.parametrize(("study", "table"), TABLES)
+def test_every_value_is_read_as_then(here: Path, study: str, table: str) -> None:
+    equal(long(loaded(here, study), table), exported(study, table))
+
+
+@pytest.mark.parametrize("then", CSV, ids=map("-".join, TABLES))
+def test_tables_are_exported_as_then(here: Path, then: Path) -> None:
+    said(here, "export", then.parent.name, "--table", then.stem, "--to", "now.csv")
+    found, wanted = pd.read_csv(here / "now.csv"), pd.read_csv(then)
+    pd.testing.assert_frame_equal(found, wanted, check_exact=True)
+
+
+def test_maps_ablations_and_the_rule_of_stopping_are_read(here: Path) -> None:
+    room, narrow = loaded(here, "room"), loaded(here, "narrow")
+    world = room.world(room.trials["trial_id"][0])
+    assert (world.width, world.height) == (120, 80)
+    assert world.obstacles.tolist() == [[30, 25, 8, 8, 1], [85, 50, 8, 6, 0]]
+    assert details(narrow, "as_written").nunique() == 12
+    assert narrow.units["speed"] == "px/step"
+    assert Counter(narrow.stopping["why"]) == {"half width": 11, "max": 1}
+
+
+@pytest.mark.parametrize("study", TRIALS)
+def test_the_status_is_that_of_then(here: Path, study: str) -> None:
+    assert said(here, "status", study) == expected(study, "status.txt")
+
+
+@pytest.mark.parametrize("study", ["room", "narrow"])
+def test_means_are_those_of_then(here: Path, study: str) -> None:
+    alike(said(here, "table", study, "--json"), expected(study, "table.json"))
+
+
+@pytest.mark.parametrize(
+    "sides",
+    [
+        ("room:cohesion_weight=0.01", "room:cohesion_weight=5,alignment_weight=0.5"),
+        ("narrow:as_run", "narrow:detail=drag"),
+    ],
+)
+def test_comparisons_are_those_of_then(here: Path, sides: tuple[str, str]) -> None:
+    study = sides[0].partition(":")[0]
+    alike(said(here, "compare", *sides, "--json"), expected(study, "compare.json"))
+
+
+PLOTS = {
+    "scatter-coverage": ("room", "scatter", "--metric", "coverage"),
+    "coverage": ("room", "coverage"),
+    "trajectories": ("room", "trajectories"),
+    "curves": ("narrow", "curves", "--where", "detail=drag"),
+    "history": ("gains", "history"),
+}
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_figures_are_drawn(here: Path, name: str) -> None:
+    figure = here / said(here, "plot", *PLOTS[name]).strip()
+    assert figure.name == f"{name}.png"
+    assert figure.stat().st_size > 10_000
+
+
+@pytest.mark.skipif(
+    KERNELS_SHA != THEN,
+    reason="these kernels are not those of 0.4.0; what is said then is tested below",
+)
+@pytest.mark.parametrize("study", TRIALS)
+def test_trials_run_again_are_compared_and_equal(here: Path, study: str) -> None:
+    """Equal on the machine and with the versions of then, as `verify` names both."""
+    count, trial = TRIALS[study], loaded(here, study).trials["trial_id"][0]
+    verified = done(here, "verify", study, "--fraction", "1", "--workers", "1")
+    replayed = done(here, "replay", study, trial)
+    lines = verified.stdout.splitlines()
+    assert f"checked    {count} of {count} stored trials" in lines[1]
+    then, now = (
+        line.removeprefix(word).strip().removesuffix(f": {count} trials")
+        for word in ("then", "now")
+        for line in lines
+        if line.startswith(f"{word} ")
+    )
+    tables = ["trials", *(table for name, table in TABLES if name == study)]
+    tables = ", ".join(dict.fromkeys(tables))
+    if then == now:
+        assert (verified.returncode, replayed.returncode) == (0, 0), verified.stdout
+        same = f"equal to what is stored, to the last bit: {tables}"
+        assert replayed.stdout.splitlines()[-1] == same
+
+
+@pytest.mark.parametrize("study", TRIALS)
+@pytest.mark.usefixtures("same_kernels")
+def test_the_same_spec_runs_nothing(here: Path, study: str) -> None:
+    nothing = f"{study}: nothing was missing; {TRIALS[study]} trials"
+    assert launched(here, study).startswith(nothing)
+    unchanged(here, study)
+
+
+@pytest.mark.usefixtures("same_kernels")
+def test_the_report_of_a_search_is_that_of_then(here: Path) -> None:
+    report = said(here, "search", "specs/gains.yaml", "--json")
+    alike(report, expected("gains", "search.json"))
+
+
+LONGER = [
+    ("room", "seeds: [27, 729]", "seeds: [27, 729, 4913]", 4),
+    ("room", "[0.01, 5, 1.0e+308]", "[0.01, 0.5, 5, 1.0e+308]", 2),
+    ("narrow", "half_width: 1.2", "half_width: 0.1", 9),
+    ("gains", "{candidates: 2, replicates: 2}", "{candidates: 2, replicates: 3}", 3),
+]
+
+
+@pytest.mark.parametrize("longer", LONGER, ids=lambda longer: longer[2])
+@pytest.mark.usefixtures("same_kernels")
+def test_a_longer_spec_runs_the_new_trials_alone(here: Path, longer: Any) -> None:
+    study, old, new, added = longer
+    edit(here, study, old, new)
+    if study != "gains":
+        change = f"{added} added, {TRIALS[study]} kept, 0 dropped"
+        assert change in said(here, "diff", f"specs/{study}.yaml")
+    assert f"{study}: {added} new trials" in launched(here, study)
+    assert loaded(here, study).statuses().total() == TRIALS[study] + added
+    unchanged(here, study)
+
+
+@pytest.mark.usefixtures("same_kernels")
+def test_giving_room_back_merges_the_parts_and_keeps_every_trial(here: Path) -> None:
+    assert "go         nothing; small parts are merged" in said(here, "gc", "room")
+    assert len(list(here.glob("studies/room/parts/*"))) == 1
+    unchanged(here, "room")
+
+
+@pytest.mark.parametrize("study", TRIALS)
+@pytest.mark.usefixtures("other_kernels")
+def test_other_kernels_read_what_is_stored(here: Path, study: str) -> None:
+    unchanged(here, study)
+    assert said(here, "status", study) == expected(study, "status.txt")
+
+
+@pytest.mark.parametrize("study", TRIALS)
+@pytest.mark.usefixtures("other_kernels")
+def test_other_kernels_have_no_bits_to_compare(here: Path, study: str) -> None:
+    refused = done(here, "verify", study)
+    assert refused.returncode == 2
+    whose = f"computed by the kernels {THEN[:16]}, here are {OTHER[:16]}"
+    way_out = f"there is nothing to compare; check out {COMMIT} to verify it"
+    assert refused.stderr == f"study {study} was {whose}: {way_out}\n"
+
+
+@pytest.mark.usefixtures("other_kernels")
+def test_other_kernels_run_every_trial_and_leave_the_old_ones_apart(here: Path) -> None:
+    change = said(here, "diff", "specs/room.yaml")
+    assert "trials     8 added, 0 kept, 8 dropped" in change
+    assert f"the kernels have changed ({THEN[:16]} -> {OTHER[:16]})" in change
+    assert "room: 8 new trials" in launched(here, "room")
+    room, then = loaded(here, "room"), exported("room", "trials")["trial_id"]
+    assert room.statuses().total() == room.apart() == len(then)
+    assert set(room.trials["trial_id"]).isdisjoint(then)
+    assert "apart     8 stored trials of another spec" in said(here, "status", "room")
+
+
+@pytest.mark.usefixtures("other_kernels")
+def test_trials_of_other_kernels_stay_until_room_is_given_back(here: Path) -> None:
+    launched(here, "room")
+    rows = f"8 trials that were computed by other kernels, {THEN[:16]}"
+    assert rows in said(here, "gc", "room", "--dry-run")
+    assert loaded(here, "room").apart() == 8
+    said(here, "gc", "room", "--yes")
+    assert loaded(here, "room").apart() == 0
+    assert len(loaded(here, "room").trials) == 8

@@ -1,0 +1,1 @@
+"""Stored tables, chosen, compared and exported."""

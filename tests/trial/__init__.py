@@ -1,0 +1,1 @@
+"""One trial: its bits, and how it stops and goes on."""

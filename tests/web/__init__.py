@@ -1,0 +1,1 @@
+"""The page, as a protocol and in a real browser."""

@@ -1,0 +1,63 @@
+"""One browser and one server for all tests of the page in a worker; a page, and a
+session of its own, for each test.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser
+
+from sweep.web.server import PageServer
+from tests.web.chromium import Opened, running_browser, running_server
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with running_browser() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[PageServer]:
+    with running_server() as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def shared() -> list[Opened]:
+    """Room for the page that tests have in common."""
+    return []
+
+
+@pytest.fixture
+def opened(
+    browser: Browser, server: PageServer, shared: list[Opened]
+) -> Iterator[Callable[..., Opened]]:
+    """Opens pages: the common one, begun anew, or one of its own for who asks for
+    something else.
+
+    Afterwards it sees that none of them has met an error in its script or has broken
+    its own rules.
+    """
+    used: list[Opened] = []
+
+    def opened(at: PageServer = server, **about: Any) -> Opened:
+        if at is server and not about and shared:
+            used.append(shared[0].begin_anew())
+            return used[-1]
+        context = browser.new_context(
+            **{"viewport": {"width": 1280, "height": 720}, **about}
+        )
+        context.grant_permissions(["clipboard-read", "clipboard-write"])
+        used.append(Opened(context.new_page(), at))
+        if at is server and not about:
+            shared.append(used[-1])
+        return used[-1]
+
+    yield opened
+    complaints = [complaint for one in used for complaint in one.complaints]
+    for one in used:
+        if one not in shared:
+            one.page.context.close()
+    assert complaints == []

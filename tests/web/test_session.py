@@ -1,0 +1,375 @@
+"""A session is a run of the kernels as sweeps run them, and says so only as long as it
+is.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from sweep.errors import SpecError
+from sweep.spec.settings import settings_of
+from sweep.spec.study import parse_spec
+from sweep.web.history import MOST, Cursor, History
+from sweep.web.running import changed, simulation_of
+from sweep.web.session import Session
+from sweep.web.state import Range, begin, from_study
+from tests import builders
+from tests.specs import short
+from tests.studies import launched
+
+Floats = NDArray[np.float64]
+DISC = {"disc": {"x": 100.0, "y": 200.0, "radius": 30.0}}
+
+
+def short_run(
+    model: str = "nguyen2024", preset: str = "as_run", **changes: Any
+) -> Session:
+    """A session of few boids and steps."""
+    session = Session(begin(model, preset))
+    session.change({"n": 12, "steps": 30} | changes)
+    return session
+
+
+def to_end(session: Session, steps_a_call: int = 7) -> Floats:
+    """The frames from here to the end, the one that is shown first; (F, 4, N)."""
+    frames = [session.bodies]
+    session.run()
+    while session.going:
+        frames += list(session.advance(steps_a_call).bodies)
+    return np.array(frames)
+
+
+def launched_frames(session: Session, folder: Path) -> Floats:
+    """The frames of a launch of the copied spec, (F, 4, N)."""
+    stored = launched(session.state.as_text(), folder).trajectories
+    return np.array(
+        [np.stack(stored[name].to_list()) for name in ("x", "y", "vx", "vy")]
+    ).transpose(1, 0, 2)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_run_has_the_bits_and_the_metrics_of_a_launch_of_its_spec(
+    model: str, tmp_path: Path
+) -> None:
+    session = short_run(model, steps=20)
+    frames = to_end(session)
+    assert session.exact
+    np.testing.assert_array_equal(frames, launched_frames(session, tmp_path))
+    message, _ = session.history.since(Cursor())
+    series = launched(session.state.as_text(), tmp_path).series
+    assert message is not None
+    for name in session.state.plots:
+        values = np.array(
+            [np.nan if value is None else value for value in message["values"][name]]
+        )  # type: ignore[index]
+        np.testing.assert_array_equal(values, series[name])
+
+
+def test_a_run_on_shapes_of_its_own_has_the_bits_of_a_launch(tmp_path: Path) -> None:
+    session = short_run("aziel_chen2025")
+    session.place(
+        [DISC, {"rectangle": {"x": 400.0, "y": 300.0, "width": 333.3, "height": 222.2}}]
+    )
+    assert session.exact
+    np.testing.assert_array_equal(to_end(session), launched_frames(session, tmp_path))
+
+
+def test_looking_changes_nothing() -> None:
+    """Overlays, a selected boid, other plots and another pace."""
+    plain, watched = to_end(short_run()), short_run()
+    watched.draw(("flocks", "coverage", "accelerations"))
+    watched.select(3)
+    watched.hurry(0)
+    watched.sweep("cohesion_weight", Range(0, 1, 3))
+    watched.run()
+    watched.advance(11)
+    watched.follow(("polarization", "equilibrium"))
+    np.testing.assert_array_equal(to_end(watched, 3), plain[11:])
+    assert watched.exact
+
+
+@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
+    model: str, preset: str
+) -> None:
+    """With the same settings; some boids are at rest, where it matters what they faced
+    before.
+    """
+    view = {"fov": 200} if "fov" in settings_of(model) else {}
+    job = begin(model, preset).with_settings({"n": 90, "steps": 30} | view).job
+    whole, earlier = simulation_of(job), simulation_of(job)
+    for simulation in (whole, earlier):
+        while simulation.step < 13:
+            simulation.advance(13 - simulation.step)
+            simulation.take_frames()
+        simulation.flock.vx[::3] = simulation.flock.vy[::3] = 0.0
+    later = changed(earlier, job)
+    for simulation in (whole, later):
+        while simulation.steps_left:
+            simulation.advance(30)
+            simulation.take_frames()
+    np.testing.assert_array_equal(np.stack(later.flock), np.stack(whole.flock))
+    np.testing.assert_array_equal(
+        later.flight.record.watch.events, whole.flight.record.watch.events
+    )
+    np.testing.assert_array_equal(
+        later.flight.record.coverage.visits, whole.flight.record.coverage.visits
+    )
+    np.testing.assert_array_equal(
+        later.flight.record.coverage.sums, whole.flight.record.coverage.sums
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"cohesion_weight": 0.0},
+        {"separation_range": 5.0},
+        {"update": "synchronous"},
+        {"borders": "bounded"},
+        {"width": 900.0},
+        {"obstacle_radius": 60.0},
+        {"max_force": 0.1},
+    ],
+)
+def test_a_setting_changed_on_the_way_acts_from_there_on_and_is_said(
+    change: dict[str, Any],
+) -> None:
+    plain, session = to_end(short_run(n=30, steps=200)), short_run(n=30, steps=200)
+    session.take_steps(20)
+    while session.going:
+        session.advance(20)
+    session.change(change)
+    assert (session.step, session.exact) == (20, False)
+    assert (
+        session.note
+        == f"{next(iter(change))} changed, last at step 20; reset shows what the spec"
+        " gives"
+    )
+    np.testing.assert_array_equal(session.bodies, plain[20])
+    assert not np.array_equal(to_end(session)[-1], plain[-1])
+
+
+def test_after_a_reset_a_changed_run_is_exact_again(tmp_path: Path) -> None:
+    session = short_run()
+    session.run()
+    session.advance(10)
+    session.change({"cohesion_weight": 3})
+    session.place([DISC])
+    assert session.note.startswith(
+        "cohesion_weight, obstacles changed, last at step 10"
+    )
+    session.reset()
+    assert (session.step, session.exact, session.note, session.running) == (
+        0,
+        True,
+        "",
+        True,
+    )
+    np.testing.assert_array_equal(to_end(session), launched_frames(session, tmp_path))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"n": 5}, {"seed": 3}, {"map": "empty"}, {"start_speed": 0.5}, {"steps": 9}],
+)
+def test_what_makes_another_start_begins_anew_and_goes_on_running(
+    change: dict[str, Any],
+) -> None:
+    session = short_run()
+    session.run()
+    session.advance(10)
+    session.change(change)
+    assert (session.step, session.exact, session.running) == (0, True, True)
+
+
+def test_obstacles_set_on_the_way_are_avoided() -> None:
+    """Boids of aziel_chen2025 fly at up to 5 px a step, and an obstacle repels them
+    without bound at its surface.
+    """
+    session = short_run("aziel_chen2025", n=60, steps=400, map="empty")
+    session.take_steps(20)
+    while session.going:
+        session.advance(20)
+    x, y = session.bodies[:2]
+    free = max(
+        ((cx, cy) for cx in range(150, 700, 10) for cy in range(150, 500, 10)),
+        key=lambda place: float(np.hypot(x - place[0], y - place[1]).min()),
+    )
+    radius = float(np.hypot(x - free[0], y - free[1]).min()) - 15.0
+    plain, disc = (
+        short_run("aziel_chen2025", n=60, steps=400, map="empty"),
+        {"x": free[0], "y": free[1]},
+    )
+    through = to_end(plain)[20:]
+    session.place([{"disc": disc | {"radius": radius}}])
+    around = to_end(session)
+    depths = [
+        radius - np.hypot(run[:, 0] - free[0], run[:, 1] - free[1])
+        for run in (through, around)
+    ]
+    assert radius > 10
+    assert (depths[0] > 0).mean() > 10 * (depths[1] > 0).mean()
+
+
+@pytest.mark.parametrize("model", ["nguyen2024", "rustamani2024"])
+def test_a_run_that_goes_on_is_the_longer_run_of_its_spec(
+    model: str, tmp_path: Path
+) -> None:
+    session = short_run(model, steps=12)
+    first = to_end(session)
+    with pytest.raises(
+        SpecError, match="has ended after 12 steps; continue makes it longer"
+    ):
+        session.run()
+    session.extend()
+    assert (session.running, session.exact, session.state.settings["steps"]) == (
+        True,
+        True,
+        24,
+    )
+    frames = np.concatenate([first, to_end(session)[1:]])
+    np.testing.assert_array_equal(frames, launched_frames(session, tmp_path))
+
+
+def test_a_run_whose_noise_depends_on_its_length_says_so_when_it_goes_on() -> None:
+    session = Session(from_study(parse_spec(short("fixed: {n: 5, steps: 6}"))))
+    to_end(session)
+    session.extend()
+    assert (session.exact, session.note) == (
+        False,
+        "steps changed, last at step 6; reset shows what the spec gives",
+    )
+
+
+def test_a_run_that_diverges_pauses_and_says_so() -> None:
+    session = short_run(dt=1e300)
+    session.run()
+    session.advance(5)
+    assert (session.going, session.diverged) == (False, True)
+    assert np.isfinite(session.bodies).all()
+    with pytest.raises(
+        SpecError, match=r"the run diverged at step 1: .*; reset begins again"
+    ):
+        session.run()
+    session.change({"dt": 1})
+    assert (session.step, session.diverged, session.exact) == (0, False, True)
+
+
+@pytest.mark.parametrize("do", [
+    lambda session: session.change({"cohesion_wieght": 1}),
+    lambda session: session.change({"n": 200_000}),
+    lambda session: session.place([{"disk": {}}]),
+    lambda session: session.choose("nguyen2025", "as_run"),
+    lambda session: session.follow(("sped",)),
+    lambda session: session.draw(("flocs",)),
+    lambda session: session.select(12),
+    lambda session: session.hurry(-1.0),
+    lambda session: session.sweep("cohesion_weight", Range(1, 2, 0)),
+])  # fmt: skip
+def test_what_is_refused_changes_nothing(do: Any) -> None:
+    session = short_run()
+    session.run()
+    session.advance(4)
+    state, simulation, version = session.state, session.simulation, session.version
+    with pytest.raises(SpecError):
+        do(session)
+    assert (session.state, session.simulation, session.version) == (
+        state,
+        simulation,
+        version,
+    )
+    assert (session.step, session.running, session.exact) == (4, True, True)
+
+
+def test_single_steps_and_a_pause() -> None:
+    session = short_run()
+    session.take_steps(3)
+    assert (session.going, session.running) == (True, False)
+    session.advance(100)
+    assert (session.going, session.step) == (False, 3)
+    session.run()
+    session.pause()
+    assert not session.going
+
+
+def test_a_flock_that_shrinks_has_no_selected_boid_any_more() -> None:
+    session = short_run()
+    session.select(11)
+    session.change({"n": 12})
+    assert session.selected == 11
+    session.change({"n": 11})
+    assert session.selected is None
+
+
+def test_metrics_of_visits_begin_anew_where_visits_were_not_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sweep.web.running.MOST_PIXELS", 1000)
+    session = short_run()
+    session.run()
+    session.advance(5)
+    with pytest.raises(SpecError, match="plot coverage first, or change pixel"):
+        session.draw(("coverage",))
+    session.follow(("speed",))
+    assert session.step == 5
+    session.follow(("coverage",))
+    assert session.step == 0
+    session.draw(("coverage",))
+
+
+def test_another_model_begins_with_its_preset_and_stands_still() -> None:
+    session = short_run(seed=8)
+    session.run()
+    session.choose("patel2023", "as_written")
+    assert (session.state.model, session.state.seed, session.running) == (
+        "patel2023",
+        8,
+        False,
+    )
+    assert session.n == MODELS["patel2023"].presets["as_written"]["n"]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
+    names = tuple(
+        name
+        for name, metric in METRICS.items()
+        if not metric.potential or MODELS[model].pair_potential
+    )
+    session = short_run(model)
+    session.run()
+    session.advance(3)
+    session.follow(names)
+    session.advance(2)
+    message, _ = session.history.since(Cursor())
+    assert message is not None
+    assert (message["steps"], message["reset"]) == ([4, 5], True)
+    assert set(message["values"]) == set(names)  # type: ignore[call-overload]
+
+
+def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
+    history, cursor = History(), Cursor()
+    history.begin(("speed",))
+    told: list[int] = []
+    for first in range(0, 3 * MOST, 100):
+        steps = np.arange(first, first + 100)
+        history.add(steps, 2.0 * steps[np.newaxis])
+        message, cursor = history.since(cursor)
+        told += message["steps"] if message else []  # type: ignore[operator]
+    assert len(history.steps) <= MOST
+    assert history.steps == list(range(0, history.steps[-1] + 1, history.every))
+    assert told == sorted(set(told))
+    assert history.since(cursor) == (None, cursor)
+    message, _ = history.since(Cursor())
+    assert message == {
+        "type": "metrics",
+        "steps": history.steps,
+        "values": {"speed": [2.0 * step for step in history.steps]},
+        "reset": True,
+    }

@@ -1,0 +1,84 @@
+"""The command `sweep view`, short of serving."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from sweep.cli import app
+from sweep.web.server import PageServer
+from tests.studies import SMALL, launched
+
+
+@pytest.fixture
+def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any]:
+    """Runs `sweep view` up to the point where it would serve, and returns what it
+    shows.
+    """
+    shown: list[Any] = []
+
+    def run(server: PageServer) -> None:
+        server.socket.close()
+        shown.append(server.rooms.begin())
+
+    monkeypatch.setattr(PageServer, "run", run)
+    monkeypatch.setattr("webbrowser.open", shown.append)
+
+    def viewed(*arguments: str) -> Any:
+        shown.clear()
+        done = CliRunner().invoke(app, ["view", *arguments, "--results", str(tmp_path)])
+        if done.exception:
+            raise done.exception
+        assert done.stdout.startswith("http://127.0.0.1:")
+        assert [one for one in shown if isinstance(one, str)] == (
+            [] if "--no-open" in arguments else [done.stdout.strip()]
+        )
+        return shown[-1]
+
+    return viewed
+
+
+def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
+    viewed: Callable[..., Any], tmp_path: Path
+) -> None:
+    assert (
+        viewed(
+            "--model", "nanobot", "--preset", "as_written", "--map", "random_obstacles"
+        ).state.job.settings["map"]
+        == "random_obstacles"
+    )
+    stored = launched(SMALL, tmp_path).trials
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    first = stored.iloc[0]
+    for arguments in (
+        (str(tmp_path / "spec.yaml"),),
+        ("small",),
+        ("small", stored["trial_id"][4]),
+    ):
+        show = viewed(*arguments, "--no-open")
+        assert show.state.job.point == (
+            stored["point"][4] if len(arguments) == 2 else first["point"]
+        )
+        assert show.state.job.seed == 5
+    assert show.status()["replay"]["equal"]
+
+
+def test_the_command_says_what_is_wrong_before_it_serves(
+    viewed: Callable[..., Any], tmp_path: Path
+) -> None:
+    launched(SMALL, tmp_path)
+    for arguments, words in (
+        (("--model", "nguyen"), 'unknown model "nguyen"; did you mean "nguyen2024"'),
+        (("--map", "arena"), "map arena is measured in m"),
+        (("none.yaml",), r"none\.yaml: no such file"),
+        (("none",), "no study has been launched here"),
+        (("smal",), 'no study has been launched here; did you mean "small"'),
+    ):
+        with pytest.raises(Exception, match=words) as refused:
+            viewed(*arguments)
+        assert type(refused.value).__name__ in ("SpecError", "StoreError")
+    for arguments in (("small", "--model", "nanobot"), ("spec.yaml", "05d7")):
+        with pytest.raises(SystemExit):
+            viewed(*arguments)

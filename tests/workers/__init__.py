@@ -1,0 +1,1 @@
+"""Worker processes, and long trials that go on."""
