@@ -1,10 +1,10 @@
 """How kernels are compiled: two decorators, and nothing else in the project calls
 numba.
 
-Kernels are compiled at their first call (no signatures), cached on disk, and keep IEEE
-arithmetic, since `fastmath` gives different bits on different processors. With
-NUMBA_DISABLE_JIT=1 the decorated functions stay plain Python, which is the reference
-the tests compare with.
+Kernels are compiled at their first call (no signatures), cached on disk (see
+kernels.caching), and keep IEEE arithmetic, since `fastmath` gives different bits on
+different processors. With NUMBA_DISABLE_JIT=1 the decorated functions stay plain
+Python, which is the reference the tests compare with.
 
 numba counts references to every array that a function touches, with atomic
 instructions, and a boid-step touches dozens of arrays. A kernel that allocates nothing

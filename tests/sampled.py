@@ -81,6 +81,4 @@ def study_of(
     )
     if noise:
         values = values + noise(default_rng(seed), values.shape)
-    return MadeUp(
-        plan_table(spec, design, Jobs(spec, design, "kernels"), {}), values.ravel()
-    )
+    return MadeUp(plan_table(spec, design, Jobs(spec, design), {}), values.ravel())

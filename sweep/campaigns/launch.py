@@ -8,7 +8,6 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from kernels import KERNELS_SHA
 from sweep.analysis.sequential import Until, look
 from sweep.campaigns.progress import Progress
 from sweep.design.design import Design, expand
@@ -103,7 +102,7 @@ class _Launch:
             False,
         )
         while not settled:
-            self._run_plan(Jobs(study, self.design, KERNELS_SHA, trials))
+            self._run_plan(Jobs(study, self.design, trials))
             if study.until is None:
                 break
             further = _further(study.until, self.store, trials)

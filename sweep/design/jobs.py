@@ -2,8 +2,8 @@
 
 The id of a point covers the model, the preset and the settings that differ from the
 preset's. So a new axis leaves the points with its preset value what they were. The id
-of a trial adds the kernels, the seed, the streams and what is recorded: trials that
-could differ in a single number are different trials.
+of a trial adds the code that computes it, the seed, the streams and what is recorded:
+trials that could differ in a single number are different trials.
 """
 
 import hashlib
@@ -20,6 +20,8 @@ import pyarrow as pa
 from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
+from kernels.identity import Code
+from sweep.design.code import study_code
 from sweep.design.design import Design
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_words
@@ -127,7 +129,6 @@ class Jobs(Sequence[Job]):
         self,
         study: Study,
         design: Design,
-        kernels_sha: str,
         trials: Counts | None = None,
     ) -> None:
         self.study = study
@@ -138,16 +139,8 @@ class Jobs(Sequence[Job]):
             else trials
         )
         self._ends = np.cumsum(self.trials)
-        recorded = study.record
-        record = asdict(recorded) | {
-            "metrics": sorted(recorded.metrics),
-            "series": sorted(recorded.series),
-        }
-        # Trajectories came later: without them a trial is what it was.
-        if not recorded.trajectories:
-            del record["trajectories"]
-        content = [kernels_sha, asdict(study.streams), record]
-        self._common = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+        self._code = study_code(study)
+        self._begun: dict[str, hashlib._Hash] = {}
 
     def __len__(self) -> int:
         return int(self._ends[-1])
@@ -205,10 +198,16 @@ class Jobs(Sequence[Job]):
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
         """The ids of some trials, by the places of their points and replicates."""
-        names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
+        design = self.design
+        maps = (
+            design.columns["map"][point].tolist()
+            if "map" in design.columns
+            else repeat(design.base["map"], len(point))
+        )
+        names = zip(self._points[point].tolist(), replicate.tolist(), maps, strict=True)
         ids = [
-            self._trial_id(name.decode(), self._ending(number))
-            for name, number in names
+            self._trial_id(name.decode(), self._ending(number), drawn)
+            for name, number, drawn in names
         ]
         return pa.array(ids, pa.string())
 
@@ -220,7 +219,7 @@ class Jobs(Sequence[Job]):
         )
         own = study.maps.get(str(settings["map"]))
         return Job(
-            trial_id=self._trial_id(name, self._ending(replicate)),
+            trial_id=self._trial_id(name, self._ending(replicate), settings["map"]),
             point=name,
             replicate=replicate,
             seed=self._seed(replicate),
@@ -239,15 +238,37 @@ class Jobs(Sequence[Job]):
             self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
         )
 
+    def _common(self, drawn: str) -> "hashlib._Hash":
+        """The hash of what all trials on a map have in common."""
+        if drawn not in self._begun:
+            content = common_content(self.study, self._code, drawn)
+            text = json.dumps(content, sort_keys=True)
+            self._begun[drawn] = hashlib.sha256(text.encode())
+        return self._begun[drawn]
+
     def _ending(self, replicate: int) -> str:
         # The place of a listed seed is left out, so that the list may be reordered.
         which = f"replicate {replicate}" if self.study.seeds is None else "listed"
         return f"{self._seed(replicate)} {which}"
 
-    def _trial_id(self, point: str, ending: str) -> str:
-        digest = self._common.copy()
+    def _trial_id(self, point: str, ending: str, drawn: Value) -> str:
+        """The id of a trial on the map `drawn`; the id of the point has the content of
+        a map that the spec brings.
+        """
+        digest = self._common(str(drawn)).copy()
         digest.update(f" {point} {ending}".encode())
         return digest.hexdigest()[:24]
+
+
+def common_content(study: Study, code: Code, drawn: str) -> list[Any]:
+    """What the ids of all trials on the map `drawn` cover, ready for JSON."""
+    recorded = study.record
+    record = asdict(recorded) | {
+        "metrics": sorted(recorded.metrics),
+        "series": sorted(recorded.series),
+    }
+    stamps = [code.flight, code.models, code.metrics, code.maps.get(drawn, "")]
+    return [*stamps, asdict(study.streams), record]
 
 
 class SomeJobs(Sequence[Job]):

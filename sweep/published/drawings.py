@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from kernels import KERNELS_SHA
+from kernels.identity import kernels_sha
 from sweep.figures import STYLE, save, saved_about
 from sweep.published.claims import Publication
 from sweep.spec.layout import FIGURES
@@ -77,7 +77,7 @@ class FigureFile:
         inputs = [
             done,
             specs,
-            KERNELS_SHA,
+            kernels_sha(),
             sources,
             _house_sources(),
             matplotlib.__version__,
@@ -86,7 +86,7 @@ class FigureFile:
         return {
             "Study": ", ".join(done),
             "Spec hash": ", ".join(_hash(spec)[:16] for spec in specs),
-            "kernels_sha": KERNELS_SHA,
+            "kernels_sha": kernels_sha(),
             "Trials": ", ".join(str(len(trials)) for trials in done.values()),
             "Inputs": _hash(json.dumps(inputs)),
         }

@@ -10,9 +10,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kernels import KERNELS_SHA
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Display
+from sweep.design.code import study_code
 from sweep.errors import OutputError, StoreError
 from sweep.published.claims import QUICK, Claim, Publication
 from sweep.published.drawings import FigureFile
@@ -147,7 +147,7 @@ def _run(
 
 def _stored(publication: Publication, results: Path) -> dict[str, StoredStudy]:
     """The stored studies, by the names of their specs, that are of these specs and
-    kernels, with a trial done.
+    this code, with a trial done.
     """
     found = {}
     for spec, study in publication.studies.items():
@@ -155,10 +155,7 @@ def _stored(publication: Publication, results: Path) -> dict[str, StoredStudy]:
             stored = StoredStudy(study.name, results)
         except StoreError:
             continue
-        same = (
-            stored.spec == study.text
-            and stored.provenance["kernels_sha"] == KERNELS_SHA
-        )
+        same = stored.spec == study.text and stored.code == study_code(study)
         if same and stored.statuses()["done"]:
             found[spec] = stored
     return found

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernels import KERNELS_SHA
+from kernels.identity import as_now
 from sweep.design.cost import job_seconds
 from sweep.design.jobs import Job
 from sweep.errors import StoreError
@@ -180,13 +180,12 @@ def _drawn(
     study: StoredStudy, fraction: float, most: int, seed: int
 ) -> tuple[list[str], Verification]:
     """The sample, and a verification in which nothing has been compared yet."""
-    then = study.provenance["kernels_sha"]
-    if then != KERNELS_SHA:
+    if changes := _code_changes(study):
         commit = study.provenance["git"].get("commit")
         where = f"check out {commit}" if commit else "install the version of then"
         raise StoreError(
-            f"study {study.name} was computed by the kernels {then[:16]}, here are"
-            f" {KERNELS_SHA[:16]}: there is nothing to compare; {where} to verify it"
+            f"study {study.name} was computed by other code ({', '.join(changes)}):"
+            f" there is nothing to compare; {where} to verify it"
         )
     stored, plan = study.store.trial_ids(), study.plan["trial_id"].to_pylist()
     comparable = [trial for trial in plan if stored.get(trial) in REPEATABLE]
@@ -204,6 +203,12 @@ def _drawn(
     return [comparable[index] for index in sorted(chosen)], Verification(
         study.name, len(comparable), seed, left_out
     )
+
+
+def _code_changes(study: StoredStudy) -> list[str]:
+    """What is no longer the code that computed the trials, in words."""
+    then = study.code
+    return then.changes(as_now(then)) if then else ["by a version before 0.7"]
 
 
 def _worker_died(trial: StoredTrial) -> bool:

@@ -6,10 +6,12 @@ Some of plans came with later versions: those of LATER together, those of ALONE 
 one.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import pyarrow as pa
 
+from kernels.identity import Code
 from sweep.errors import StoreError
 from sweep.store.locations import Location
 from sweep.store.parquet import remedy_for
@@ -34,9 +36,11 @@ LATER = {
     "maps": {},
     "ablated": {str: [[str]]},
 }
+STAMPS = {kind: {str: str} for kind in ("models", "metrics", "maps")}
 NUMBERS = ("half_width", "confidence", "nominal_confidence")
 ALONE = {
     "axes": {str: {"fields": [str], "sampler": str | None}},
+    "code": {"flight": str} | STAMPS,
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"
@@ -61,6 +65,17 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
         if name not in plan.column_names:
             raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
     return about
+
+
+def same_code(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether trials of two origins are computed by the same code, as far as they have
+    models, metrics and maps in common.
+
+    Before 0.7 only one hash of all kernels was recorded.
+    """
+    if "code" in one and "code" in other:
+        return not Code(**one["code"]).changes(Code(**other["code"]))
+    return bool(one["kernels_sha"] == other["kernels_sha"])
 
 
 def metadata(

@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from kernels import KERNELS_SHA
+from kernels.identity import kernels_sha
+from sweep.design.code import study_code
 from sweep.spec.study import Study
 
 PACKAGES = (
@@ -41,7 +42,8 @@ def provenance(study: Study) -> dict[str, Any]:
         "preset": study.preset,
         "spec": study.text,
         "spec_path": str(study.path),
-        "kernels_sha": KERNELS_SHA,
+        "kernels_sha": kernels_sha(),
+        "code": study_code(study)._asdict(),
         "git": git_state(Path(__file__).parent.parent),
         "lock": list(installed()),
         **machine(),

@@ -17,7 +17,7 @@ from sweep.errors import StoreError
 from sweep.store.custody import custody
 from sweep.store.locations import Location
 from sweep.store.merging import superseded_rows
-from sweep.store.origin import part_provenance
+from sweep.store.origin import part_provenance, same_code
 from sweep.store.parquet import each, load_table
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.checkpoint_folder import Checkpoints
@@ -28,12 +28,12 @@ class Waste:
     """What could go: by part of the store the ids of the trials whose rows go (`rows`),
     and how many stay (`kept`).
 
-    `trials` counts trials by the kernels that computed them, `size_bytes` the bytes
-    that their files hold of them: `exact` where parts go whole, else in proportion to
-    their trials. `repeated` counts rows of trials that a later part has too. `unlisted`
-    trials stay although the plan lacks them: they were stored under its very spec and
-    kernels, as those of a run that has not come to its end. `checkpoints` are the
-    trials whose checkpoints nobody will ask for.
+    `trials` counts trials by the kernels that computed them, "" for the code of today,
+    and `size_bytes` the bytes that their files hold of them: `exact` where parts go
+    whole, else in proportion to their trials. `repeated` counts rows of trials that a
+    later part has too. `unlisted` trials stay although the plan lacks them: they were
+    stored under its very spec and code, as those of a run that has not come to its end.
+    `checkpoints` are the trials whose checkpoints nobody will ask for.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class Waste:
 
     def as_text(self, study: StoredStudy) -> str:
         """What would go, for a reader who is asked whether it may."""
-        own, about = study.provenance["kernels_sha"], "" if self.exact else "about "
+        about = "" if self.exact else "about "
         lines = [
             f"study      {study.name}",
             (
@@ -57,9 +57,9 @@ class Waste:
         ]
         for kernels, count in self.trials.most_common():
             why = (
-                "have left the spec"
-                if kernels == own
-                else f"were computed by other kernels, {kernels[:16]}"
+                f"were computed by other kernels, {kernels[:16]}"
+                if kernels
+                else "have left the spec"
             )
             lines.append(
                 f"go         {count:,} trials that {why}:"
@@ -125,10 +125,8 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
         )
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
-        if (about["spec"], about["kernels_sha"]) == (
-            study.spec,
-            study.provenance["kernels_sha"],
-        ):
+        other = "" if same_code(about, study.provenance) else about["kernels_sha"]
+        if about["spec"] == study.spec and not other:
             waste.unlisted += _count(left)
             left = pc.and_(left, False)
         going = pc.or_(left, stale)
@@ -138,10 +136,8 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
                 len(ids) - _count(going),
             )
             waste.repeated += _count(stale)
-            waste.trials[about["kernels_sha"]] += _count(left)
-            waste.size_bytes[about["kernels_sha"]] += round(
-                _bytes(part) * _count(left) / len(ids)
-            )
+            waste.trials[other] += _count(left)
+            waste.size_bytes[other] += round(_bytes(part) * _count(left) / len(ids))
             waste.exact &= waste.kept[part] == 0
     waste.trials = +waste.trials
     return waste

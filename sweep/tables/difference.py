@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from kernels import KERNELS_SHA
+from kernels.identity import Code
+from sweep.design.code import study_code
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.spec.document import Document
@@ -25,7 +26,7 @@ MOST_SHOWN = 60
 
 
 class SpecVersion(NamedTuple):
-    """One of the two that are compared: its spec as plain values, its kernels, its
+    """One of the two that are compared: its spec as plain values, its code, its
     trials and points.
 
     `at_most` where it has so many trials at most, as it adds them until an interval is
@@ -36,7 +37,7 @@ class SpecVersion(NamedTuple):
     name: str
     at_most: bool
     spec: dict[str, Any]
-    kernels: str
+    code: Code | None
     trials: pa.Array
     points: pa.Array
 
@@ -133,7 +134,7 @@ def _side(one: Study | StoredStudy) -> SpecVersion:
             one.name,
             False,
             spec,
-            one.provenance["kernels_sha"],
+            one.code,
             trials,
             points,
         )
@@ -143,14 +144,14 @@ def _side(one: Study | StoredStudy) -> SpecVersion:
             " what it would add is not known before"
         )
         raise one.document.error(("search",), message)
-    table = Jobs(one, expand(one), KERNELS_SHA).table()
+    table = Jobs(one, expand(one)).table()
     trials, points = (table[name].combine_chunks() for name in ("trial_id", "point"))
     return SpecVersion(
         str(one.path),
         one.name,
         one.until is not None,
         _values(one.document),
-        KERNELS_SHA,
+        study_code(one),
         trials,
         points,
     )
@@ -181,12 +182,13 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
 
 
 def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
-    same = before.kernels == after.kernels
-    if not same:
-        yield (
-            f"the kernels have changed ({before.kernels[:16]} -> {after.kernels[:16]}):"
-            " every trial is another one"
-        )
+    if before.code is None or after.code is None:
+        changes = ["a version before 0.7 computed them"]
+    else:
+        changes = before.code.changes(after.code)
+    if changes:
+        said = ", ".join(changes)
+        yield f"the code has changed ({said}): trials that it computes are other ones"
     if before.name != after.name:
         yield (
             f"these are two studies: {after.name} has a folder of its own and takes no"
@@ -199,7 +201,7 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
                 " where an interval is narrow"
             )
     if (
-        same
+        not changes
         and not after.at_most
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)

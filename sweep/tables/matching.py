@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sweep.analysis import replicates
 from sweep.errors import ChoiceError
 from sweep.spec.settings import settings_of
+from sweep.store.origin import same_code
 from sweep.tables.sides import Side
 
 DIGITS = 9
@@ -49,7 +50,8 @@ def match(one: Side, other: Side) -> Matching:
     points of a side agree in all that is matched on, where no point has a partner, and
     where the two sides are the same trials.
     """
-    tables = _points(one), _points(other)
+    alike = same_code(one.study.provenance, other.study.provenance)
+    tables = _points(one, alike), _points(other, alike)
     settings = _settings(one, other)
     names = [
         name
@@ -117,13 +119,15 @@ def _settings(one: Side, other: Side) -> list[str]:
     return [name for name in names if name in known[0] & known[1]]
 
 
-def _points(side: Side) -> pd.DataFrame:
-    """One row a point: its id, its settings, and what else it is."""
+def _points(side: Side, alike: bool) -> pd.DataFrame:
+    """One row a point: its id, its settings, and what else it is; `alike` says that
+    both sides have the same code.
+    """
     points = side.trials.drop_duplicates("point")
     own = {name: json.dumps(about) for name, about in side.study.about.maps.items()}
     return points.assign(
         **{
-            "kernels": side.kernels,
+            "kernels": "" if alike else side.kernels,
             "shapes of the map": [own.get(str(name), "") for name in points["map"]],
         }
     )
@@ -191,7 +195,7 @@ def _shared_points(one: Side, other: Side) -> set[str]:
 
     points = (
         set(one.trials["point"]) & set(other.trials["point"])
-        if one.kernels == other.kernels
+        if same_code(one.study.provenance, other.study.provenance)
         else set()
     )
     return {point for point, *_ in keys(one, points) & keys(other, points)}

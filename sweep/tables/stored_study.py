@@ -11,6 +11,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kernels.identity import Code
 from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
@@ -90,6 +91,14 @@ class StoredStudy:
     def about(self) -> PlanAbout:
         """What the plan records of the study, beside its trials."""
         return PlanAbout.read(self.provenance)
+
+    @property
+    def code(self) -> Code | None:
+        """The stamps of what computes its trials, as of its last launch; None for one
+        before 0.7.
+        """
+        stored = self.provenance.get("code")
+        return Code(**stored) if stored else None
 
     @property
     def axes(self) -> dict[str, AxisAbout]:

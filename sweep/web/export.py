@@ -14,7 +14,7 @@ from matplotlib import style
 from numpy.typing import NDArray
 from PIL import Image, PngImagePlugin
 
-from kernels import KERNELS_SHA
+from kernels.identity import kernels_sha
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import STYLE, draw_flock
@@ -59,7 +59,7 @@ def about(study: str, job: Job) -> dict[str, str]:
         "Study": study,
         "Trial": job.trial_id,
         "Model": f"{job.model} {job.preset}",
-        "kernels_sha": KERNELS_SHA,
+        "kernels_sha": kernels_sha(),
         "Software": f"boidsweep {machine()['versions']['boidsweep']}",
     }
 

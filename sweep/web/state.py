@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kernels import KERNELS_SHA
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
@@ -83,7 +82,7 @@ class ViewState:
         """The trial on the screen: the first of the copied spec without its sweep."""
         plain = replace(self, sweeps={}) if self.sweeps else self
         study = _study(plain)
-        job = Jobs(study, expand(study), KERNELS_SHA)[self.replicate]
+        job = Jobs(study, expand(study))[self.replicate]
         if int(job.settings["n"]) > MOST_BOIDS:
             raise SpecError(
                 f"n: {job.settings['n']:,} boids are more than can be shown;"
@@ -296,7 +295,7 @@ def begin(
 
 def from_study(study: Study) -> ViewState:
     """The state that shows the first trial of a study."""
-    return from_job(Jobs(study, expand(study), KERNELS_SHA)[0])
+    return from_job(Jobs(study, expand(study))[0])
 
 
 def from_job(job: Job) -> ViewState:

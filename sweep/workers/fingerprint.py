@@ -2,7 +2,7 @@
 that its bits depend on.
 
 A process takes its fingerprint once, after it has imported what it runs: the versions,
-the stamp of the kernels, and a hash of every source file of `kernels` and `sweep`. So
+and a hash of every source file of `kernels` and `sweep`. So
 after an edit of a file, the fingerprints of older and newer processes differ. A process
 that runs trials for another one compares both fingerprints, and refuses if something
 differs that it has imported itself. A fingerprint travels as text, which any version of
@@ -34,8 +34,6 @@ def fingerprint() -> str:
         for name in LIBRARIES
         if name in sys.modules
     }
-    if "kernels" in sys.modules:
-        versions["kernels"] = str(sys.modules["kernels"].KERNELS_SHA)
     return json.dumps(versions | _sources(ROOT))
 
 

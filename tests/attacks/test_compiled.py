@@ -11,10 +11,9 @@ from collections import namedtuple
 from collections.abc import Iterator
 from pathlib import Path
 
-import numba
 import pytest
 
-import kernels
+from kernels.caching import FOLDER, usual_folder
 from sweep.errors import CacheError
 from sweep.trial import compiled
 from sweep.trial.compiled import make_private, settle, usual
@@ -80,7 +79,7 @@ def test_what_only_the_user_could_write_is_used_and_closed(cache: Path) -> None:
 
 
 def test_the_kernels_of_this_process_are_private() -> None:
-    assert mode(Path(numba.config.CACHE_DIR).parent) == 0o700
+    assert mode(FOLDER.parent) == 0o700
 
 
 @pytest.mark.parametrize("place", [".", "boidsweep", "boidsweep/stamp"])
@@ -231,7 +230,7 @@ def test_the_folder_is_the_one_that_kernels_take(
         monkeypatch.delenv(name, raising=False)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    assert usual() == kernels._cache_folder().parent
+    assert usual() == usual_folder().parent
 
 
 def test_a_relative_folder_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -297,7 +296,7 @@ def test_a_pickle_that_others_may_have_put_there_is_not_loaded(tmp_path: Path) -
     places = {"NUMBA_CACHE_DIR": str(cache), "TMPDIR": str(tmp_path)}
     first = ran(tmp_path, ONE_KERNEL, **places)
     assert first.stdout == "(3.0, 4.0)\n", first.stderr
-    indices = list(cache.glob("boidsweep/*/*/*.nbi"))
+    indices = list(cache.glob("boidsweep/kernels/*.nbi"))
     for index in indices:
         index.write_bytes(pickle.dumps(Payload(trap)))
     assert indices
@@ -318,25 +317,23 @@ def homeless(folder: Path) -> dict[str, str]:
 
 
 SHARED = """
-import numba
 import sweep
-import kernels
+from kernels.caching import FOLDER
 from sweep.workers.executors import Loky
 from shared import cache
 
 engine = Loky(2)
 pool = engine.start()
 workers = {pool.submit(cache).result() for _ in range(4)}
-print(*workers, *({numba.config.CACHE_DIR} - workers))
+print(*workers, *({str(FOLDER)} - workers))
 engine.stop()
 """
 CACHE = """
 import sweep
-import kernels
-import numba
+from kernels.caching import FOLDER
 
 def cache():
-    return numba.config.CACHE_DIR
+    return str(FOLDER)
 """
 
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from kernels import KERNELS_SHA
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import parse_spec
@@ -123,7 +122,7 @@ def test_a_launch_in_a_stranger_s_folder_is_undisturbed(
     """
     folder, study = tmp_path / "theirs" / "small" / "checkpoints", parse_spec(SMALL)
     folder.mkdir(parents=True)
-    jobs = Jobs(study, expand(study), KERNELS_SHA)
+    jobs = Jobs(study, expand(study))
     for a_job in jobs:
         saved = Saved(filled("flock.x", 1.0)(_advanced(a_job).state()), 1.0)
         write_state(folder / f"{a_job.trial_id}.state", a_job.trial_id, saved, STRANGER)

@@ -11,7 +11,6 @@ from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
 import sweep.workers.batch as batch_module
-from kernels import KERNELS_SHA
 from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import Until, looks, nominal_confidence
 from sweep.campaigns.launch import launch
@@ -213,10 +212,8 @@ def test_the_plan_lists_what_the_looks_so_far_have_asked_for(tmp_path: Path) -> 
 def test_jobs_with_a_number_for_each_point_are_those_of_a_fixed_number() -> None:
     study = parse_spec(SMALL.replace("replicates: 3", "replicates: 5"))
     design = expand(study)
-    every = {
-        (job.point, job.replicate): job for job in Jobs(study, design, KERNELS_SHA)
-    }
-    jobs = Jobs(study, design, KERNELS_SHA, np.array([2, 4]))
+    every = {(job.point, job.replicate): job for job in Jobs(study, design)}
+    jobs = Jobs(study, design, np.array([2, 4]))
     assert [job.replicate for job in jobs] == [0, 1, 0, 1, 2, 3]
     assert all(job == every[job.point, job.replicate] for job in jobs)
     table = jobs.table()

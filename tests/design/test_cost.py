@@ -104,6 +104,6 @@ def test_jobs_of_a_study_cost_what_each_of_them_does() -> None:
             "n: 12, ", ""
         )
     )
-    jobs = SomeJobs(Jobs(study, expand(study), "sha"), np.array([5, 0, 1]))
+    jobs = SomeJobs(Jobs(study, expand(study)), np.array([5, 0, 1]))
     assert job_seconds(jobs).tolist() == job_seconds(list(jobs)).tolist()
     assert job_seconds(jobs)[0] > job_seconds(jobs)[1]

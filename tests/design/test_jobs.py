@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels import identity
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs, literal_seed, point_id, stream
 from sweep.spec.settings import preset_settings
@@ -25,8 +26,8 @@ def study_of(**keys: object) -> Study:
     return parse_spec(BASE | ({} if "seeds" in keys else {"replicates": 2}) | keys)
 
 
-def jobs_of(study: Study, kernels_sha: str = "sha") -> Jobs:
-    return Jobs(study, expand(study), kernels_sha)
+def jobs_of(study: Study) -> Jobs:
+    return Jobs(study, expand(study))
 
 
 def words(job: Job) -> dict[str, list[int]]:
@@ -166,21 +167,46 @@ def test_what_could_change_a_number_makes_other_trials(keys: dict[str, object]) 
     assert not ids() & ids(**keys)
 
 
-def test_other_kernels_make_other_trials_of_the_same_points() -> None:
-    one, other = jobs_of(study_of(), "one"), jobs_of(study_of(), "other")
+@pytest.mark.parametrize("kind", ["_flight_stamp", "_model_stamp", "_metric_stamp"])
+def test_other_code_makes_other_trials_of_the_same_points(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = jobs_of(study_of())
+    monkeypatch.setattr(identity, kind, lambda *_: "other")
+    other = jobs_of(study_of())
     assert one.points == other.points
     assert not set(one.table()["trial_id"].to_pylist()) & set(
         other.table()["trial_id"].to_pylist()
     )
 
 
-def test_trials_that_keep_no_trajectory_are_what_they_were_before_one_could() -> None:
-    """The hash of a trial, spelled out."""
-    study = study_of(record={"metrics": ["speed"], "trajectories": False})
-    record = {"metrics": ["speed"], "series": [], "every": 1, "heatmaps": False}
+def test_another_map_makes_other_trials_on_it_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    study = study_of(sweep={"map": ["empty", "random_obstacles"]})
+    before = jobs_of(study).table().to_pandas()
+    stamp = identity._map_stamp
+    monkeypatch.setattr(
+        identity,
+        "_map_stamp",
+        lambda name: "other" if name == "empty" else stamp(name),
+    )
+    after = jobs_of(study).table().to_pandas()
+    assert before["point"].equals(after["point"])
+    same = before["trial_id"] == after["trial_id"]
+    assert same.tolist() == [False, False, True, True]
+    assert [job.trial_id for job in jobs_of(study)] == after["trial_id"].tolist()
+
+
+def test_the_hash_of_a_trial_spelled_out() -> None:
+    study = study_of(record={"metrics": ["speed"]})
+    kept = {"heatmaps": False, "trajectories": False}
+    record = {"metrics": ["speed"], "series": [], "every": 1} | kept
     streams = {"start": "common", "world": "common", "noise": "independent"}
+    code = identity.code_of("nguyen2024", study.preset, ["speed"], ["random_obstacles"])
+    stamps = [code.flight, code.models, code.metrics, *code.maps.values()]
     content = (
-        json.dumps(["sha", streams, record], sort_keys=True)
+        json.dumps([*stamps, streams, record], sort_keys=True)
         + f" {jobs_of(study).points[0]} 5 replicate 0"
     )
     assert jobs_of(study)[0].trial_id == sha256(content.encode()).hexdigest()[:24]
@@ -234,8 +260,8 @@ def test_ids_are_the_same_in_another_process() -> None:
     code = (
         "from sweep.design.design import expand\nfrom sweep.design.jobs import Jobs,"
         " stream\nfrom sweep.spec.study import parse_spec\nstudy ="
-        f" parse_spec({SEPARATION!r})\njob = Jobs(study, expand(study),"
-        " 'sha')[-1]\nprint(job.trial_id, job.point, stream(job,"
+        f" parse_spec({SEPARATION!r})\njob = Jobs(study,"
+        " expand(study))[-1]\nprint(job.trial_id, job.point, stream(job,"
         " 'noise').generate_state(1)[0])"
     )
     run = subprocess.run(

@@ -16,7 +16,6 @@ import pandas as pd
 import pytest
 
 import sweep.workers.batch as batch_module
-from kernels import KERNELS_SHA
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.campaigns.search.stored import read_asked
 from sweep.design.design import expand
@@ -189,9 +188,7 @@ def test_shares_are_exact(policy: Policy, trials: int, allowed: int | None) -> N
 def test_trials_are_the_same_whatever_becomes_of_failed_ones() -> None:
     others = "on_error: retry\nretries: 7\nfailure_budget: 3%\nmemory_limit: 3 GiB\n"
     one, other = parse_spec(SMALL), parse_spec(SMALL + others)
-    assert list(Jobs(one, expand(one), KERNELS_SHA)) == list(
-        Jobs(other, expand(other), KERNELS_SHA)
-    )
+    assert list(Jobs(one, expand(one))) == list(Jobs(other, expand(other)))
 
 
 @pytest.mark.parametrize(
@@ -236,7 +233,7 @@ def test_errors_say_how_often_a_trial_was_tried_and_end_as_before() -> None:
 def test_the_first_error_of_this_launch_is_named(tmp_path: Path) -> None:
     """Rather than a later one, or one that is stored from before."""
     study = parse_spec(SMALL + "failure_budget: 2\n")
-    one, two, *_ = Jobs(study, expand(study), KERNELS_SHA)
+    one, two, *_ = Jobs(study, expand(study))
     failures = Failures(study, Store(tmp_path / "small"), 6)
     failures.note_stored(["0" * 24])
     failures.note([Result(two, "diverged", 0.0), failed(one, "first")])

@@ -193,7 +193,7 @@ class Made(MadeUp):
             "model": spec.model,
             "preset": spec.preset,
         }
-        plan = plan_table(spec, design, Jobs(spec, design, kernels), about)
+        plan = plan_table(spec, design, Jobs(spec, design), about)
         super().__init__(plan, np.zeros(plan.num_rows))
         streams = spec.streams
         others = {

@@ -11,7 +11,7 @@ from PIL import Image
 
 import sweep.web.export as export
 import sweep.web.flight as flights
-from kernels import KERNELS_SHA
+from kernels.identity import kernels_sha
 from sweep.errors import ChoiceError, OutputError, StoreError
 from sweep.replays.animation import Scene
 from sweep.spec.study import RecordSpec
@@ -86,7 +86,7 @@ def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: KeptFlight) -> 
             np.asarray(image) == Scene(STUDY, JOB).draw(20, flight.bodies[20])
         ).all()
         assert (image.info["Study"], image.info["Trial"]) == (STUDY, JOB.trial_id)
-        assert image.info["kernels_sha"] == KERNELS_SHA
+        assert image.info["kernels_sha"] == kernels_sha()
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
@@ -115,7 +115,7 @@ def test_an_svg_has_a_shape_for_every_boid_and_its_origin(flight: KeptFlight) ->
     words = "".join(root.itertext())
     assert (
         f"Study: {STUDY}; Trial: {JOB.trial_id}; Model: nguyen2024 as_run; kernels_sha:"
-        f" {KERNELS_SHA}" in words
+        f" {kernels_sha()}" in words
     )
 
 

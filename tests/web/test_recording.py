@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 import sweep.web.recording as recording
-from kernels import KERNELS_SHA
+from kernels.identity import kernels_sha
 from sweep.cli.showing import Wanted, check, show
 from sweep.errors import ChoiceError
 from sweep.web.export import File
@@ -87,7 +87,7 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     content = content_of(file.content)
     assert file.name == f"some-study-{STATE.job.trial_id[:8]}.html"
     assert content["about"]["Trial"] == STATE.job.trial_id
-    assert content["about"]["kernels_sha"] == KERNELS_SHA
+    assert content["about"]["kernels_sha"] == kernels_sha()
     assert content["spec"] == STATE.as_text()
     assert content["metrics"]["speed"] == flight.values["speed"].tolist()
     assert content["state"]["replay"]["frames"] == [0, 60, 1]

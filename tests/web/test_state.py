@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kernels import KERNELS_SHA
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -31,7 +30,7 @@ OWN = short(
 def copied(state: ViewState) -> Job:
     """The first trial of the spec that is copied from a state."""
     study = parse_spec(state.as_text())
-    return Jobs(study, expand(study), KERNELS_SHA)[0]
+    return Jobs(study, expand(study))[0]
 
 
 @pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
@@ -60,7 +59,7 @@ def test_what_differs_from_the_preset_is_fixed_and_nothing_else() -> None:
 )
 def test_a_study_is_shown_from_its_first_trial(text: str) -> None:
     study = parse_spec(text)
-    job, state = Jobs(study, expand(study), KERNELS_SHA)[0], from_study(study)
+    job, state = Jobs(study, expand(study))[0], from_study(study)
     for same in (
         "point",
         "seed",

@@ -6,7 +6,6 @@ from itertools import count
 
 import numpy as np
 
-from kernels import KERNELS_SHA
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
@@ -44,7 +43,7 @@ class Candidate:
             raise study.document.error(
                 ("require",), f"{rejected} of {search.scenarios} scenarios are rejected"
             )
-        self.jobs = Jobs(whole, design, KERNELS_SHA)
+        self.jobs = Jobs(whole, design)
 
     def job(self, block: int, scenario: int) -> Job:
         """One of its trials."""

@@ -1,0 +1,148 @@
+"""Which code the numbers of a trial come from: the flight, a model, a map and metrics,
+each with a stamp of its own.
+
+So a new model or metric changes no other, a rule changes the models that use it, and a
+metric what records it.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+from kernels import coverage, flight, starts
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.settings import (
+    About,
+    Observation,
+    Schedule,
+    StartSettings,
+    WorldSettings,
+)
+from kernels.stamps import stamp, stamp_of_all
+from kernels.worlds import MAPS
+
+FLIGHT: tuple[Callable[..., Any], ...] = (
+    flight.build_scenery,
+    flight.begin,
+    flight.advance,
+    flight.rebuild_grid,
+    flight.go_on_from,
+    flight.measure,
+    flight.forget_frames,
+    starts.start,
+    coverage.build_coverage,
+    coverage.no_coverage,
+    coverage.unvisited,
+    coverage.heatmap,
+)
+"""What runs a trial, whatever its model."""
+
+
+class Code(NamedTuple):
+    """The stamps of what trials are computed by. Those of models, metrics and maps have
+    names; a model goes with a preset, whose values points leave out.
+    """
+
+    flight: str
+    models: dict[str, str]
+    metrics: dict[str, str]
+    maps: dict[str, str]
+
+    def changes(self, later: "Code") -> list[str]:
+        """What has another stamp in `later`, of what both have; in words."""
+        found = ["the flight"] if self.flight != later.flight else []
+        for kind in ("models", "metrics", "maps"):
+            mine, theirs = getattr(self, kind), getattr(later, kind)
+            common = sorted(mine.keys() & theirs.keys())
+            found += [
+                f"{kind[:-1]} {name}" for name in common if mine[name] != theirs[name]
+            ]
+        return found
+
+
+def as_now(then: Code) -> Code:
+    """The stamps that the names in `then` have now; "" where one is not known."""
+    return Code(
+        _flight_stamp(),
+        {name: _model_stamp(*name.split(" ")) for name in then.models},
+        {name: _metric_stamp(name) for name in then.metrics},
+        {name: _map_stamp(name) for name in then.maps},
+    )
+
+
+def code_of(
+    model: str, preset: str, metrics: Iterable[str], maps: Iterable[str]
+) -> Code:
+    """The code by which trials of a preset of a model, on maps of these names, record
+    these metrics. All are built in.
+    """
+    return Code(
+        _flight_stamp(),
+        {f"{model} {preset}": _model_stamp(model, preset)},
+        {name: _metric_stamp(name) for name in sorted(metrics)},
+        {name: _map_stamp(name) for name in sorted(maps)},
+    )
+
+
+@cache
+def kernels_sha() -> str:
+    """The sha256 of all kernels together, by which people tell versions apart."""
+    return stamp_of_all(Path(__file__).parent)
+
+
+@cache
+def _flight_stamp() -> str:
+    groups = (Schedule, WorldSettings, StartSettings, Observation)
+    return _hash([[stamp(one) for one in FLIGHT], [_shape(group) for group in groups]])
+
+
+@cache
+def _model_stamp(name: str, preset: str) -> str:
+    """Of the functions of a model, the shape of its settings, and the preset's values,
+    which points leave out.
+    """
+    if name not in MODELS or preset not in MODELS[name].presets:
+        return ""
+    model = MODELS[name]
+    functions = {
+        field: stamp(value)
+        for field, value in model._asdict().items()
+        if callable(value) and value is not model.params
+    }
+    return _hash([functions, _shape(model.params), model.presets[preset]])
+
+
+@cache
+def _metric_stamp(name: str) -> str:
+    if name not in METRICS:
+        return ""
+    metric = METRICS[name]
+    needs = metric.covers, metric.counts, metric.pairs
+    return _hash([stamp(metric.measure), needs])
+
+
+@cache
+def _map_stamp(name: str) -> str:
+    if name not in MAPS:
+        return ""
+    drawn = MAPS[name]
+    return _hash([stamp(drawn.draw), drawn.size])
+
+
+def _shape(group: type[Any]) -> list[Any]:
+    """The names, kinds and choices of settings in their order, as kernels take them."""
+    hints = get_type_hints(group, include_extras=True)
+    abouts: dict[str, tuple[type[Any], About]] = {
+        name: get_args(hint)[:2] for name, hint in hints.items()
+    }
+    return [
+        [name, kind.__name__, about.choices] for name, (kind, about) in abouts.items()
+    ]
+
+
+def _hash(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

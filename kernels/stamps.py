@@ -1,0 +1,221 @@
+"""What code computes, as a hash: a function, and all that it uses.
+
+The stamp of a function covers its own code and that of every definition of ours whose
+name occurs in it, and so on: functions, classes and constants, in whatever file.
+Comments, docstrings, annotations and layout are left out, so that a better explanation
+leaves results valid. A stamp changes with whatever may change a number, and with
+nothing that only others use.
+
+Ours is the package of the function, and `kernels`. Names are read from the sources: a
+name that is put together while a program runs is not seen.
+"""
+
+import ast
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+REGISTRIES = ("kernels.metrics.METRICS", "kernels.models.MODELS", "kernels.worlds.MAPS")
+"""Tables of what a trial looks up by name. They are not followed, as what it finds
+there has a stamp of its own.
+"""
+
+
+class Definition(NamedTuple):
+    """A name at the top of a module; "" stands for the statements that define none."""
+
+    module: str
+    name: str
+
+
+@dataclass
+class Source:
+    """The top of a module: the statements that define each name, and the dotted names
+    of what is imported.
+    """
+
+    statements: dict[str, list[ast.stmt]] = field(default_factory=dict)
+    imported: dict[str, str] = field(default_factory=dict)
+
+
+def stamp(function: Callable[..., Any]) -> str:
+    """The sha256, in hexadecimal, of what a function computes, compiled or not.
+
+    Raises ValueError for a function that is made within another one: the values that
+    it takes from there are in no source.
+    """
+    plain = getattr(function, "py_func", function)
+    if "." in getattr(plain, "__qualname__", "."):
+        raise ValueError(f"{plain} is no function at the top of a module")
+    lines = sorted(
+        f"{one.module} {one.name} {_hash(one)}\n"
+        for one in closure(Definition(plain.__module__, plain.__name__))
+    )
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def stamp_of_all(folder: Path) -> str:
+    """The sha256 of all Python sources below `folder`: their names and code."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        code = ast.unparse(_Bare().visit(ast.parse(path.read_bytes())))
+        name = path.relative_to(folder).as_posix()
+        digest.update(f"{name} {len(code)}\n{code}".encode())
+    return digest.hexdigest()
+
+
+def closure(root: Definition) -> set[Definition]:
+    """`root` and all definitions that it uses, directly or through others."""
+    found, waiting = set[Definition](), [root]
+    while waiting:
+        one = waiting.pop()
+        if one not in found and ".".join(one) not in REGISTRIES:
+            found.add(one)
+            waiting += _used(one)
+    return found
+
+
+@cache
+def _used(definition: Definition) -> frozenset[Definition]:
+    """The definitions of ours whose names occur in the code of one."""
+    module, name = definition
+    source = _read(module)
+    found = {Definition(module, "")}
+    for statement in source.statements.get(name, []):
+        imported = source.imported | _imports(statement, module)
+        for used in _names(statement):
+            first, _, rest = used.partition(".")
+            if first in imported:
+                meant = f"{imported[first]}.{rest}" if rest else imported[first]
+                found |= _meant(meant, module)
+            elif first in source.statements:
+                found.add(Definition(module, first))
+    return frozenset(found)
+
+
+def _meant(dotted: str, user: str) -> set[Definition]:
+    """The definitions for which a dotted name stands in the module `user`; none where
+    they are not ours. A module without a name stands for all that it defines.
+    """
+    package = dotted.partition(".")[0]
+    if package not in ("kernels", user.partition(".")[0]):
+        return set()
+    module, name = dotted, ""
+    while module not in sys.modules and module:
+        module, _, last = module.rpartition(".")
+        name = f"{last}.{name}" if name else last
+    source, first = _read(module), name.partition(".")[0]
+    if first in source.imported:
+        return _meant(source.imported[first], module)
+    names = [first] if first else source.statements
+    return {Definition(module, one) for one in names}
+
+
+@cache
+def _read(module: str) -> Source:
+    """What the source of a module that has been imported says."""
+    path = sys.modules[module].__file__
+    assert path is not None
+    source = Source()
+    for statement in ast.parse(Path(path).read_bytes()).body:
+        source.imported |= _imports(statement, module)
+        if isinstance(statement, ast.Import | ast.ImportFrom) or _is_constant(
+            statement
+        ):
+            continue
+        for name in _bound(statement) or [""]:
+            source.statements.setdefault(name, []).append(_Bare().visit(statement))
+    return source
+
+
+def _bound(statement: ast.stmt) -> set[str]:
+    """The names that a statement defines, or changes as `NAME[0] = 1` does."""
+    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return {statement.name}
+    found, waiting = set[str](), list[Any]([statement])
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.comprehension):  # its names are its own
+            continue
+        if isinstance(getattr(node, "ctx", None), ast.Store):
+            while isinstance(node, ast.Attribute | ast.Subscript):
+                node = node.value
+            found |= {node.id} if isinstance(node, ast.Name) else set()
+        waiting += ast.iter_child_nodes(node)
+    return found
+
+
+def _imports(statement: ast.stmt, module: str) -> dict[str, str]:
+    """The names that a statement imports, anywhere in it, and what they stand for."""
+    found = {}
+    for node in ast.walk(statement):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                first = alias.name.partition(".")[0]
+                found[alias.asname or first] = alias.name if alias.asname else first
+        elif isinstance(node, ast.ImportFrom):
+            origin = ".".join(filter(None, [_origin(node, module), node.module]))
+            for alias in node.names:
+                found[alias.asname or alias.name] = f"{origin}.{alias.name}"
+    return found
+
+
+def _origin(node: ast.ImportFrom, module: str) -> str:
+    """The package from which a relative import counts, "" for an absolute one."""
+    if node.level == 0:
+        return ""
+    path = sys.modules[module].__package__ or ""
+    return ".".join(path.split(".")[: len(path.split(".")) - node.level + 1])
+
+
+def _names(statement: ast.AST) -> Iterator[str]:
+    """The names in a statement, each with the attributes that follow it."""
+    dotted, node = list[str](), statement
+    while isinstance(node, ast.Attribute):
+        dotted.append(node.attr)
+        node = node.value
+    if isinstance(node, ast.Name):
+        yield ".".join([node.id, *reversed(dotted)])
+    for child in ast.iter_child_nodes(node):
+        yield from _names(child)
+
+
+class _Bare(ast.NodeTransformer):
+    """Takes annotations and docstrings out of a tree."""
+
+    def visit_arg(self, node: ast.arg) -> ast.AST:
+        node.annotation = None
+        return node
+
+    def visit_Module(self, node: ast.Module) -> ast.AST:
+        return self.visit_ClassDef(node)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        node.returns = None
+        return self.visit_ClassDef(node)
+
+    def visit_ClassDef(
+        self, node: ast.Module | ast.FunctionDef | ast.ClassDef
+    ) -> ast.AST:
+        kept = [part for part in node.body if not _is_constant(part)]
+        node.body = kept or [ast.Pass()]
+        return self.generic_visit(node)
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
+        node.annotation = ast.Constant(None)
+        return self.generic_visit(node)
+
+
+def _is_constant(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+
+
+@cache
+def _hash(definition: Definition) -> str:
+    statements = _read(definition.module).statements.get(definition.name, [])
+    code = "\n".join(ast.unparse(statement) for statement in statements)
+    return hashlib.sha256(code.encode()).hexdigest()

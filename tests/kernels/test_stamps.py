@@ -1,0 +1,232 @@
+"""Stamps of code: what changes them, and whom it concerns."""
+
+import importlib
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from kernels import stamps
+from kernels.identity import FLIGHT
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.stamps import Definition, closure, stamp
+from kernels.worlds import MAPS
+from tests import ROOT
+
+ONE = '''
+"""A module."""
+from typing import NamedTuple
+
+from own.two import SCALE, scaled, unused
+from own import three
+from . import four
+
+FACTOR: float = 2.0
+NAMES = ["a"]
+NAMES.append("b")
+
+
+class Pair(NamedTuple):
+    """Two numbers."""
+
+    first: float
+    second: float = 1.0
+
+
+def alone(x: float) -> float:
+    """Uses nothing."""
+    return x + 1.0
+
+
+def all_of_it(x: float) -> float:
+    # A comment.
+    from own.five import late
+
+    return three.deep(scaled(x) * FACTOR + SCALE) + four.plus(Pair(x).first) + late(x)
+
+
+def mutual(x: float) -> float:
+    return x if x < 0 else other(x)
+
+
+def other(x: float) -> float:
+    return mutual(x - 1.0)
+'''
+OTHERS = {
+    "two": "SCALE = 3.0\n\ndef scaled(x): return inner(x)\n\ndef inner(x): return x"
+    "\n\ndef unused(x): return x\n",
+    "three": "from own.two import inner as again\n\ndef deep(x): return again(x)\n",
+    "four": "OFFSET = {}\nOFFSET['x'] = 4.0\n\ndef plus(x): return x + OFFSET['x']\n",
+    "five": "def late(x): return x\n",
+}
+
+Reader = Callable[[str], dict[str, str]]
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder of a package of six modules, which is forgotten afterwards."""
+    folder = tmp_path / "own"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "one.py").write_text(ONE)
+    for name, code in OTHERS.items():
+        (folder / f"{name}.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield folder
+    forget()
+
+
+def forget() -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] == "own"]:
+        del sys.modules[name]
+    for cached in (stamps._read, stamps._used, stamps._hash):
+        cached.cache_clear()
+
+
+def all_stamps() -> dict[str, str]:
+    """The stamp of each function of `one`, read anew."""
+    forget()
+    importlib.invalidate_caches()
+    one = importlib.import_module("own.one")
+    importlib.import_module("own.five")
+    names = ("alone", "all_of_it", "mutual", "other")
+    return {name: stamp(getattr(one, name)) for name in names}
+
+
+def edited(folder: Path, module: str, old: str, new: str) -> set[str]:
+    """The functions whose stamps an edit changes."""
+    before, path = all_stamps(), folder / f"{module}.py"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    after = all_stamps()
+    return {name for name in before if before[name] != after[name]}
+
+
+CHANGES = {
+    "its own code": ("one", "x + 1.0", "x + 2.0", {"alone"}),
+    "a constant": ("one", "FACTOR: float = 2.0", "FACTOR: float = 2.5", {"all_of_it"}),
+    "a constant elsewhere": ("two", "SCALE = 3.0", "SCALE = 4.0", {"all_of_it"}),
+    "what is called by what is called": (
+        "two",
+        "def inner(x): return x",
+        "def inner(x): return -x",
+        {"all_of_it"},
+    ),
+    "under another name": (
+        "three",
+        "again(x)",
+        "again(x) + 1",
+        {"all_of_it"},
+    ),
+    "by a relative import": ("four", "x + OFFSET", "x - OFFSET", {"all_of_it"}),
+    "what is put into a table": ("four", "= 4.0", "= 5.0", {"all_of_it"}),
+    "what is imported within": ("five", "return x", "return -x", {"all_of_it"}),
+    "a default of a class": (
+        "one",
+        "second: float = 1.0",
+        "second: float = 2.0",
+        {"all_of_it"},
+    ),
+    "one of two that call each other": (
+        "one",
+        "x - 1.0",
+        "x - 2.0",
+        {"mutual", "other"},
+    ),
+    "what a module does": (
+        "one",
+        'append("b")',
+        'append("c")',
+        {"alone", "all_of_it", "mutual", "other"},
+    ),
+    "what nobody calls": (
+        "two",
+        "def unused(x): return x",
+        "def unused(x): pass",
+        set(),
+    ),
+    "another function": (
+        "two",
+        "def unused",
+        "def more(x): return x\n\ndef unused",
+        set(),
+    ),
+    "a docstring": ("one", '"""Uses nothing."""', '"""Adds one."""', set()),
+    "a comment": ("one", "# A comment.", "# Another.", set()),
+    "an annotation": ("one", "def alone(x: float)", "def alone(x: int)", set()),
+    "layout": ("one", "    return x + 1.0", "\n    return (x +\n        1.0)", set()),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_an_edit_changes_the_stamps_of_those_who_use_it(own: Path, name: str) -> None:
+    module, old, new, concerned = CHANGES[name]
+    assert edited(own, module, old, new) == concerned
+
+
+def test_a_function_within_another_has_no_stamp() -> None:
+    def inner(x: float) -> float:
+        return x
+
+    with pytest.raises(ValueError, match="no function at the top of a module"):
+        stamp(inner)
+
+
+def names_of(function: Callable[..., object]) -> set[str]:
+    """The modules in what a function uses."""
+    plain = getattr(function, "py_func", function)
+    return {one.module for one in closure(Definition(plain.__module__, plain.__name__))}
+
+
+def test_models_metrics_and_maps_use_no_other() -> None:
+    """So that one that is added, or edited, changes no other."""
+    for model in MODELS.values():
+        used = names_of(model.advance)
+        assert {name for name in used if name.startswith("kernels.models.")} == {
+            f"kernels.models.{model.name}"
+        }
+        assert not any(name.startswith("kernels.metrics") for name in used)
+    for table, others in ((METRICS, "kernels.models"), (MAPS, "kernels.metrics")):
+        for entry in table.values():
+            used = names_of(entry[0])
+            assert not any(name.startswith(others) for name in used)
+    for function in FLIGHT:
+        used = names_of(function) - {"kernels.metrics.ground"}
+        assert not any(
+            name.startswith(("kernels.models.", "kernels.metrics.")) for name in used
+        )
+
+
+def test_a_rule_concerns_the_models_that_import_it() -> None:
+    using = {
+        name
+        for name, model in MODELS.items()
+        if "kernels.rules.avoidance" in names_of(model.advance)
+    }
+    importing = {
+        name
+        for name in MODELS
+        if "kernels.rules.avoidance"
+        in (ROOT / "kernels" / "models" / f"{name}.py").read_text()
+    }
+    assert using == importing != set()
+
+
+def test_all_that_runs_a_trial_has_a_stamp() -> None:
+    """Every kernel that the trial package calls is in FLIGHT."""
+    named = {(one.__module__, one.__name__) for one in FLIGHT}
+    for name in ("simulation", "scenery", "state", "generators"):
+        text = (ROOT / "sweep" / "trial" / f"{name}.py").read_text()
+        for module, names in re.findall(
+            r"^from (kernels\.(?:flight|starts|coverage|events|recording)) import"
+            r" (\([^)]*\)|.*)$",
+            text,
+            re.MULTILINE,
+        ):
+            for one in re.findall(r"\b[a-z_]\w*", names):
+                assert (module, one) in named
