@@ -13,7 +13,7 @@ name that is put together while a program runs is not seen.
 import ast
 import hashlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -86,8 +86,9 @@ def _used(definition: Definition) -> frozenset[Definition]:
     source = _read(module)
     found = {Definition(module, "")}
     for statement in source.statements.get(name, []):
-        imported = source.imported | _imports(statement, module)
-        for used in _names(statement):
+        nodes = list(ast.walk(statement))
+        imported = source.imported | _imports(nodes, module)
+        for used in _names(nodes):
             first, _, rest = used.partition(".")
             if first in imported:
                 meant = f"{imported[first]}.{rest}" if rest else imported[first]
@@ -122,13 +123,13 @@ def _read(module: str) -> Source:
     assert path is not None
     source = Source()
     for statement in ast.parse(Path(path).read_bytes()).body:
-        source.imported |= _imports(statement, module)
-        if isinstance(statement, ast.Import | ast.ImportFrom) or _is_constant(
-            statement
-        ):
+        if _is_constant(statement):
             continue
-        for name in _bound(statement) or [""]:
-            source.statements.setdefault(name, []).append(_Bare().visit(statement))
+        if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
+            source.imported |= _imports(ast.walk(statement), module)
+        if not isinstance(statement, ast.Import | ast.ImportFrom):
+            for name in _bound(statement) or [""]:
+                source.statements.setdefault(name, []).append(_Bare().visit(statement))
     return source
 
 
@@ -149,10 +150,10 @@ def _bound(statement: ast.stmt) -> set[str]:
     return found
 
 
-def _imports(statement: ast.stmt, module: str) -> dict[str, str]:
-    """The names that a statement imports, anywhere in it, and what they stand for."""
+def _imports(nodes: Iterable[ast.AST], module: str) -> dict[str, str]:
+    """The names that are imported among `nodes`, and what they stand for."""
     found = {}
-    for node in ast.walk(statement):
+    for node in nodes:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.partition(".")[0]
@@ -172,16 +173,19 @@ def _origin(node: ast.ImportFrom, module: str) -> str:
     return ".".join(path.split(".")[: len(path.split(".")) - node.level + 1])
 
 
-def _names(statement: ast.AST) -> Iterator[str]:
-    """The names in a statement, each with the attributes that follow it."""
-    dotted, node = list[str](), statement
-    while isinstance(node, ast.Attribute):
-        dotted.append(node.attr)
-        node = node.value
-    if isinstance(node, ast.Name):
-        yield ".".join([node.id, *reversed(dotted)])
-    for child in ast.iter_child_nodes(node):
-        yield from _names(child)
+def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
+    """The names among `nodes`, which go from the outside to the inside, each with the
+    attributes that follow it.
+    """
+    within = set[ast.AST]()
+    for node in nodes:
+        dotted, inner = list[str](), node
+        while isinstance(inner, ast.Attribute):
+            dotted.append(inner.attr)
+            inner = inner.value
+            within.add(inner)
+        if isinstance(inner, ast.Name) and node not in within:
+            yield ".".join([inner.id, *reversed(dotted)])
 
 
 class _Bare(ast.NodeTransformer):
