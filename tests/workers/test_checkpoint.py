@@ -217,7 +217,7 @@ def test_a_trial_goes_on_in_another_process(
     a_job = flown(plain_job())
     broken_off(tmp_path, monkeypatch, a_job)
     code = (
-        "import test_checkpoint as t, pathlib\n"
+        "import pathlib\nfrom tests.workers import test_checkpoint as t\n"
         "t.simulation.BOID_STEPS_A_CALL = 36\n"
         f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}),"
         " 1e9)(t.flown(t.plain_job()))\n"
