@@ -18,11 +18,9 @@ the commands, so that `sweep --help` answers at once.
     search_report    what a search found
     showing          files of a replay
     comparison_text  a comparison
+    output           standard output that cannot be written
     terminal         tables and lines, by rich
 """
-
-import os
-import sys
 
 # ruff: isort: off
 # The modules enter their commands in the order of the help.
@@ -34,6 +32,7 @@ from sweep.cli import catalogue as catalogue
 
 # ruff: isort: on
 from sweep.cli.app import app, stop
+from sweep.cli.output import check_output_stream, flush_output
 from sweep.errors import UserError
 from sweep.text import guard_streams
 from sweep.workers.surroundings import ignore_settings
@@ -46,9 +45,13 @@ def main() -> None:
     code.
     """
     ignore_settings()
+    check_output_stream()
     guard_streams()
     try:
-        app()
+        try:
+            app()
+        finally:
+            flush_output()
     except (KeyboardInterrupt, SystemExit) as ending:
         # typer turns Ctrl-C into an exit without a word.
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
@@ -59,8 +62,6 @@ def main() -> None:
             INTERRUPTED,
         )
     except BrokenPipeError:
-        # The reader of our output has seen enough; Python would complain once more at
-        # exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        pass  # the reader of our output has seen enough
     except UserError as error:
         stop(str(error), error.exit_code)
