@@ -16,7 +16,7 @@ from sweep.store.rows import Tables
 from sweep.store.store import Store
 from sweep.store.writer import Writer
 from sweep.trial.result import Result, after, failed, overdue, result_bytes
-from sweep.trial.simulation import run, warm
+from sweep.trial.simulation import is_brief, run, warm
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
@@ -55,7 +55,7 @@ def run_jobs(
     checkpoints = Checkpoints.of(store.folder)
 
     def stored(results: list[Result]) -> None:
-        checkpoints.discard({result.job.trial_id for result in results})
+        _discard(checkpoints, results)
 
     outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
     with (
@@ -85,7 +85,7 @@ def _outcomes(
         for results in _driven(study, jobs, executor, checkpoints):
             again += [result.job for result in results if result.has_failed]
             late = [result for result in results if result.status == "timeout"]
-            checkpoints.discard({result.job.trial_id for result in late})
+            _discard(checkpoints, late)
             yield [result for result in results if not result.has_failed]
         if not again:
             return
@@ -96,6 +96,12 @@ def _outcomes(
         jobs = again
     for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
+
+
+def _discard(checkpoints: Checkpoints, results: list[Result]) -> None:
+    """Delete the checkpoints of these results. A brief trial never wrote one."""
+    if long := [one.job.trial_id for one in results if not is_brief(one.job)]:
+        checkpoints.discard(long)
 
 
 def _driven(

@@ -40,6 +40,7 @@ from sweep.workers.checkpoint_file import (
     read_state,
     write_state,
 )
+from sweep.workers.checkpoint_folder import delete_files, frames_file, state_files
 from sweep.workers.checkpoint_key import own_key
 
 LOG = logging.getLogger("sweep")
@@ -91,11 +92,8 @@ class _Checkpoint:
         job = simulation.job
         self.simulation, self._key = simulation, key
         self._folder, self._trial, self._every = folder, job.trial_id, every
-        self._places = [
-            folder / f"{job.trial_id}.{ending}"
-            for ending in ("state", "tried-1", "tried-2")
-        ]
-        self._frames = folder / f"{job.trial_id}.frames"
+        self._places = state_files(folder, job.trial_id)
+        self._frames = frames_file(folder, job.trial_id)
         self._kind = frame_type(
             len(job.record.metrics),
             simulation.schedule.n if job.record.trajectories else 0,
@@ -159,9 +157,7 @@ class _Checkpoint:
 
     def discard(self) -> None:
         """Delete the checkpoint, if there is one."""
-        for path in (*self._places, self._frames):
-            with suppress(OSError):
-                path.unlink()
+        delete_files(self._folder, self._trial)
 
     def _set_aside(self) -> Path | None:
         """The checkpoint, renamed for the next try; None if there is none, or no try is

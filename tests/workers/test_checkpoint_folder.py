@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
@@ -11,8 +11,10 @@ import sweep.campaigns.search.ledger as ledger_module
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
+from sweep.store.writer import Writer
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers import batch
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -26,8 +28,16 @@ SEARCH = TINY.replace("steps: 9", "steps: 2").replace("every: 9", "every: 2")
 SEARCH = SEARCH.replace("budget: 30", "budget: 8")
 UNKNOWN = "f" * 24
 Command = Callable[[Path], None]
+R = TypeVar("R")
 HALVES = [Share(1, 2), Share(2, 2)]
 ENDINGS = ("state", "tried-1", "tried-2", "frames", "state-0123456789ab")
+
+
+class EagerWriter(Writer[R]):
+    """Stores a part of each result."""
+
+    def __init__(self, *given: Any, **options: Any) -> None:
+        super().__init__(*given, rows=1, **options)
 
 
 class Killed(BaseException):
@@ -73,6 +83,33 @@ def test_a_complete_study_keeps_none(tmp_path: Path, command: Command) -> None:
     checkpoints = left_behind(folder)
     command(tmp_path)
     assert not checkpoints.exists()
+
+
+def test_checkpoints_of_stored_trials_are_deleted_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A launch lists the folder at its beginning and its end, not once a part. A brief
+    trial has no checkpoint, so nothing is looked for.
+    """
+    listed, looked = [], []
+    discard, files = Checkpoints.discard, Checkpoints._files
+
+    def listing(self: Checkpoints) -> Any:
+        listed.append(self.folder)
+        return files(self)
+
+    def discarding(self: Checkpoints, trials: list[str]) -> None:
+        looked.append(len(trials))
+        discard(self, trials)
+
+    monkeypatch.setattr(Checkpoints, "_files", listing)
+    monkeypatch.setattr(Checkpoints, "discard", discarding)
+    monkeypatch.setattr(batch, "Writer", EagerWriter)
+    relaunch(SPEC, tmp_path / "brief")
+    assert (len(listed), looked) == (2, [])
+    monkeypatch.setattr(batch, "is_brief", lambda _job: False)
+    relaunch(SPEC, tmp_path / "long")
+    assert (len(listed), looked) == (4, [1] * 6)
 
 
 def test_a_complete_search_keeps_none(tmp_path: Path) -> None:
