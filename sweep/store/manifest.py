@@ -24,7 +24,7 @@ from typing import TypedDict
 
 import pyarrow as pa
 
-from sweep.errors import StoreError, TooLargeError
+from sweep.errors import StoreError, UnreadableError
 from sweep.store.locations import Location
 from sweep.store.new_files import create
 from sweep.store.origin import part_provenance
@@ -125,8 +125,8 @@ def table_names(part: Location) -> list[str]:
     except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
         files = _listed(part)
     except (OSError, ValueError) as error:
-        raise StoreError(
-            f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}"
+        raise UnreadableError(
+            part / MANIFEST, f"cannot be read ({error})", remedy_for(part)
         ) from error
     return sorted(
         name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name)
@@ -150,8 +150,8 @@ def replaced_by(part: Location) -> list[str]:
     except FileNotFoundError:
         raise
     except (OSError, ValueError) as error:
-        raise StoreError(
-            f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}"
+        raise UnreadableError(
+            part / REPLACES, f"cannot be read ({error})", remedy_for(part)
         ) from error
     return names
 
@@ -194,10 +194,8 @@ def _made_up(part: Path, manifest: Manifest) -> str:
         part_provenance(schema, part / "trials.parquet")
         if MERGED_MARK in part.name:
             replaced_by(part)
-    except TooLargeError:
-        raise
-    except StoreError as error:
-        return str(error).removeprefix(f"{part}/").partition("; ")[0]
+    except UnreadableError as error:
+        return f"{error.file.name}: {error.wrong}"
     except FileNotFoundError as error:
         return f"{Path(error.filename).name} is missing"
     if rows != manifest["trials"]:
@@ -217,9 +215,7 @@ def _undecodable(part: Location) -> str:
             table = load_table(part, name)
             if name == "trials":
                 missing = _recorded(table.schema, part / "trials.parquet") - present
-        except TooLargeError:
-            raise
-        except StoreError:
+        except UnreadableError:
             return f"{name}.parquet cannot be read"
     return f"{min(missing)}.parquet is missing" if missing else ""
 
@@ -233,7 +229,7 @@ def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
         text = part_provenance(schema, trials)["spec"]
         spec = parse_document(text, Path("stored spec")).value
     except SpecError as error:
-        raise StoreError(f"{trials}: {error}") from error
+        raise UnreadableError(trials, str(error), remedy_for(trials.parent)) from error
     record = spec.get("record") if isinstance(spec, dict) else None
     kept = ("series", "heatmaps", "trajectories")
     return {name for name in kept if isinstance(record, dict) and record.get(name)}

@@ -10,7 +10,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.errors import StoreError
+from sweep.errors import UnreadableError
 from sweep.store.locations import Location
 from sweep.store.parquet import remedy_for
 from sweep.store.regular import fits, parsed
@@ -59,7 +59,7 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     ]
     for name in ("trial_id", "point", *about["varied"], *settings):
         if name not in plan.column_names:
-            raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
+            raise UnreadableError(file, f"has no column {name}", LAUNCH_AGAIN)
     return about
 
 
@@ -74,7 +74,6 @@ def metadata(
     return about
 
 
-def _unknown(file: Location, remedy: str) -> StoreError:
-    return StoreError(
-        f"{file}: does not say, or not rightly, where it comes from; {remedy}"
-    )
+def _unknown(file: Location, remedy: str) -> UnreadableError:
+    wrong = "does not say, or not rightly, where it comes from"
+    return UnreadableError(file, wrong, remedy)

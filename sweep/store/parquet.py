@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sweep.errors import StoreError, TooLargeError
+from sweep.errors import TooLargeError, UnreadableError
 from sweep.store.bounds import excess_bytes, excess_rows
 from sweep.store.locations import GONE, Location
 from sweep.store.regular import regular_size
@@ -63,8 +63,8 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
             and not GONE.search(str(error))
         ):
             raise path.server.trouble(path, OSError(str(error))) from error
-        raise StoreError(
-            f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}"
+        raise UnreadableError(
+            path, f"cannot be read ({error})", remedy or remedy_for(path.parent)
         ) from error
 
 
