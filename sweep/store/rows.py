@@ -94,11 +94,14 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 
 
 def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: visit counts row after row, -1 in obstacles."""
+    """One row a trial: visit counts row after row, -1 in obstacles.
+
+    A pixel is a square of the world; the setting `pixel` is its side as a length.
+    """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
-        _column("rows", pa.int32(), "px", "height of the map"),
-        _column("columns", pa.int32(), "px", "width of the map"),
+        _column("rows", pa.int32(), "pixels", "height of the map"),
+        _column("columns", pa.int32(), "pixels", "width of the map"),
         _column(
             "visits",
             pa.list_(pa.int32()),
