@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryFile
 from threading import Lock
 from typing import BinaryIO, NamedTuple
 
@@ -117,16 +118,13 @@ def animate(flight: KeptFlight, kind: str) -> File:
     if kind == "mp4":
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
-    content = io.BytesIO()
-    with DRAWING:
-        scene, frames = (
-            Scene(few.study, few.job),
-            zip(few.steps, few.bodies, strict=True),
-        )
-        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), content)
-    return File(
-        file_name(flight.study, flight.job, kind), MIME[kind], content.getvalue()
-    )
+    with DRAWING, TemporaryFile() as file:  # a true one, as ffmpeg needs a path
+        scene = Scene(few.study, few.job)
+        frames = zip(few.steps, few.bodies, strict=True)
+        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), file)
+        file.seek(0)
+        content = file.read()
+    return File(file_name(flight.study, flight.job, kind), MIME[kind], content)
 
 
 def thinned(flight: KeptFlight, most: int) -> KeptFlight:
