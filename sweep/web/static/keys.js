@@ -97,7 +97,7 @@ export class Keys {
   /** @param {number} direction @param {number} index */
   weigh(direction, index = this.weight) {
     const { view } = this;
-    const field = view.weights[index];
+    const field = view.groups.weights[index];
     if (!field || view.hand.frozen) return;
     this.weight = index;
     const value = direction ? field.step(direction) : field.value;
