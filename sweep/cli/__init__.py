@@ -1,24 +1,24 @@
-"""The command line. Data goes to stdout, progress and messages to stderr.
+"""The command line. Data goes to stdout; progress and messages go to stderr.
 
-Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad
-spec, 130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside
-the commands, so that `sweep --help` answers at once.
+Exit codes: 0 fine, 1 some trials failed or differ, 2 wrong usage or a bad spec, 130
+interrupted by Ctrl-C, SIGTERM or SIGHUP. The commands import everything heavy
+themselves, so that `sweep --help` answers at once.
 
-    app              the app and its options
-    engines          where trials run
-    running          launch, search, reproduce
-    reading          table, plot, compare
-    keeping          verify, diff, gc, export
-    viewing          the live simulator
-    catalogue        models, maps, metrics
-    listing          what exists, what came out
-    progress         a launch on stderr
-    search_progress  a search on stderr
-    counting         other work on stderr
-    search_report    what a search found
-    showing          files of a replay
-    comparison_text  a comparison
-    output           standard output that cannot be written
+    app              the app, and options that commands share
+    engines          the options that say where trials run
+    running          launch, search, plan, reproduce
+    reading          status, table, plot, compare
+    keeping          replay, verify, diff, gc, export
+    viewing          view: the live simulator
+    catalogue        models, maps, metrics, schema
+    listing          tables of what exists and of what is stored
+    progress         the progress of a launch, on stderr
+    search_progress  the progress of a search, on stderr
+    counting         the progress of other work, on stderr
+    search_report    the report of a search
+    showing          the files that a replay writes
+    comparison_text  a comparison as text and as JSON
+    output           errors of standard output
     terminal         tables and lines, by rich
 """
 
@@ -41,7 +41,7 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """The `sweep` command: errors that a user can mend become one line and an exit
+    """The `sweep` command. An error that a user can mend becomes one line and an exit
     code.
     """
     ignore_settings()
@@ -53,7 +53,7 @@ def main() -> None:
         finally:
             flush_output()
     except (KeyboardInterrupt, SystemExit) as ending:
-        # typer turns Ctrl-C into an exit without a word.
+        # typer turns Ctrl-C into an exit without a message.
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
         stop(

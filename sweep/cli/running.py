@@ -11,7 +11,7 @@ from sweep.cli.app import Json, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
 OWN_EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
-"""Those of the checkout to which this code belongs."""
+"""The studies of the checkout that contains this code."""
 
 
 class Scale(StrEnum):
@@ -166,8 +166,9 @@ def reproduce(
     """Run what is missing of the published studies, draw their figures, and judge every
     published claim.
 
-    It runs code, figures.py of each study in the folder, with --only of those alone:
-    read it first. The verdicts are on the page scorecard.html below the results.
+    It runs code: figures.py of each study in the folder. With --only it runs that of
+    the named studies alone. Read this code first. The verdicts are on the page
+    scorecard.html below the results.
     """
     from sweep.cli.progress import ProgressBar
     from sweep.published.claims import code_files, read_all

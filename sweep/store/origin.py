@@ -66,7 +66,16 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
 def metadata(
     schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
 ) -> dict[str, Any]:
-    """What a table's metadata say under `key`, of that shape. Raises StoreError."""
+    """What a table's metadata say under a key.
+
+        schema  the schema of the table
+        key     the key
+        shape   the shape that the value must have, see `fits`
+        file    the file of the table, for the error
+        remedy  the way out, for the error
+
+    Raises UnreadableError if there is no such value of this shape.
+    """
     try:
         about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:

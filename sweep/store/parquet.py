@@ -41,7 +41,10 @@ def remedy_for(part: Location) -> str:
 
 @contextmanager
 def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
-    """A parquet file open for reading; what cannot be read in it is a StoreError."""
+    """A parquet file that is open for reading. Raises UnreadableError where it cannot
+    be read, with `remedy` as the way out, and TooLargeError where this machine cannot
+    hold it.
+    """
     local = isinstance(path, Path)
     try:
         # Arrow opens a local file itself: a thread of its pool that lets go of an
@@ -116,10 +119,15 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 def load_trials(
     part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
 ) -> pa.Table:
-    """The rows of some trials (None: of all) in a table of a part. If it has none of
-    them, its content is not read.
+    """Some rows of a table of a part. If it has none of the trials, only their ids are
+    read.
 
-    Raises StoreError for a damaged file.
+        part       the part
+        name       the table
+        columns    the columns; None for all
+        trial_ids  the trials whose rows are wanted; None for all
+
+    Raises UnreadableError for a damaged file.
     """
     if trial_ids is None:
         return load_table(part, name, columns)

@@ -41,16 +41,23 @@ def run_jobs(
     failures: Failures,
     noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
-    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each
-    batch as it is stored.
+    """Run `jobs` and store their results.
+
+        study     the study of the jobs: its time limit, retries and checkpoints
+        jobs      the trials to run
+        store     the store of the study
+        tables    makes the tables of a part from results
+        executor  runs the jobs
+        failures  the failed trials that the launch knows of already
+        noted     is told of each batch of results, once it is handed to the store
 
     Trials that fail run again after all others, if the spec says so; only their last
     outcome is stored. Raises FailedTrialsError as soon as more trials of the study have
-    failed than are allowed, counting those that `failures` knows from before, and
-    KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
+    failed than are allowed, and KeyboardInterrupt after Ctrl-C. In both cases all
+    finished trials are stored.
     """
     failures.check()
-    # Compiled here once, or four cold workers would each compile the same.
+    # Compile here once. Otherwise each worker would compile the same.
     warm(jobs[0])
     checkpoints = Checkpoints.of(store.folder)
 
