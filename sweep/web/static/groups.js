@@ -35,7 +35,11 @@ export class SettingGroups {
   opened = new Map(OPEN.map((name) => [name, true]));
   element = make("div");
 
-  /** @param {string} prefix @param {(message: Message) => void} send @param {Tip} tip */
+  /**
+   * @param {string} prefix
+   * @param {(message: Message) => void} send
+   * @param {Tip} tip
+   */
   constructor(prefix, send, tip) {
     this.prefix = prefix;
     this.send = send;

@@ -1,4 +1,5 @@
-// The buttons over the picture: what the mouse does, and what part of the world is seen.
+// The buttons over the picture: what the mouse does, and which part of the world is
+// seen.
 
 import { button, make } from "./dom.js";
 

@@ -1,5 +1,5 @@
-// The whole view. It builds its parts once in an element. Then it sends what they ask for
-// to the other side of a transport, and shows in them what comes back.
+// The whole view. It builds its parts once in an element. Then it sends what they ask
+// for to the other side of a transport, and shows in them what comes back.
 
 import { asNumber, button, make, randomName, short, unitText } from "./dom.js";
 import { Charts } from "./charts.js";
