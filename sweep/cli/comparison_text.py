@@ -164,17 +164,19 @@ def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
     side, without those that have the most common value.
     """
     points = pd.concat([matched, alone])
-    shares = {
+    fractions = {
         name: points[name].value_counts(normalize=True) for name in telling(points)
     }
     usual = {
-        name: share.index[0] for name, share in shares.items() if share.iloc[0] > 0.5
+        name: fraction.index[0]
+        for name, fraction in fractions.items()
+        if fraction.iloc[0] > 0.5
     }
     words = []
     for row in alone.head(MOST_ALONE).to_dict(orient="records"):
         told = [
             f"{name} = {brief(row[name])}"
-            for name in shares
+            for name in fractions
             if name not in usual or row[name] != usual[name]
         ]
         words.append(", ".join(told))

@@ -25,14 +25,14 @@ Report = Callable[[int, int], None]
 def frames(
     job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()
 ) -> Iterator[Taken]:
-    """The frames 0, `every`, 2 `every`, ... and the last of a trial, block by block.
+    """The frames 0, `every`, 2 `every`, ... and the last of a trial, some at a time.
 
         job      the trial
         every    steps between two frames
         report   is told how many of how many steps are done
         metrics  the metrics that are measured at each frame
 
-    Each block has the values of the metrics (M, F), and x, y, vx and vy (F, 4, N), in
+    Each `Taken` has the values of the metrics (M, F), and x, y, vx and vy (F, 4, N), in
     the model's length and length/time. The flight is the same whatever is recorded. A
     trial that diverges ends with its last finite frame.
     """

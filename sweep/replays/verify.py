@@ -131,11 +131,10 @@ class Verification:
                 f"{differing:,} of all {checked:,} trials differ:"
                 " none was left to chance"
             )
-        share = 100 * upper_bound(checked, differing)
+        percent = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
-        return (
-            f"at most {share:.3g} % of the trials differ, {sure} (Clopper and Pearson)"
-        )
+        differ = f"at most {percent:.3g} % of the trials differ"
+        return f"{differ}, {sure} (Clopper and Pearson)"
 
 
 def verify(

@@ -16,8 +16,8 @@ from sweep.tables.outputs import by_path
 
 FRAMES_A_SECOND = 25
 COLOURS = 64
-LEVELS_APART = 17
-"""The distance between two levels of a colour in the palette of a GIF. With it, white
+SHADES_APART = 17
+"""The distance between two shades of a colour in the palette of a GIF. With it, white
 and light grey stay different.
 """
 INSTALL = 'pip install ".[video]"'
@@ -49,7 +49,7 @@ def write_gif(pictures: Pictures, file: BinaryIO) -> None:
 
     first = next(pictures)
     few = Image.fromarray(
-        (np.round(first / LEVELS_APART) * LEVELS_APART).astype(np.uint8)
+        (np.round(first / SHADES_APART) * SHADES_APART).astype(np.uint8)
     )
     palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     images = (

@@ -71,14 +71,14 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
         ) from error
 
 
-def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
-    """The result of `look` for each part, in their order. If each look is a request or
-    two, several run at once.
+def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
+    """The result of `read` for each part, in their order. In an object store several of
+    them run at once: each makes a request or two.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
-        return [look(part) for part in parts]
+        return [read(part) for part in parts]
     with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
-        return list(threads.map(look, parts))
+        return list(threads.map(read, parts))
 
 
 def check_part(tables: Mapping[str, pa.Table]) -> None:

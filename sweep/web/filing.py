@@ -57,7 +57,7 @@ def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
     # Imported here because they import matplotlib, which is slow.
     from sweep.web.export import animate, draw_frame
     from sweep.web.flight import fly
-    from sweep.web.recording import record
+    from sweep.web.recording import recording_of
 
     study, job = order.study, order.job
     if kind in PICTURES:
@@ -65,7 +65,9 @@ def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
     else:
         flight = fly(study, job, order.metrics, until=order.until)
         file = (
-            record(flight, greeting, spec) if kind == "html" else animate(flight, kind)
+            recording_of(flight, greeting, spec)
+            if kind == "html"
+            else animate(flight, kind)
         )
     return {
         "type": "file",

@@ -62,12 +62,12 @@ def fly(
     finite frame.
     """
     every = every or _every(job, len(metrics))
-    blocks = []
+    pieces = []
     for taken in frames(job, every, report, metrics):
-        blocks.append(taken)
+        pieces.append(taken)
         if until is not None and len(taken.steps) and taken.steps[-1] >= until:
             break
-    steps, values, bodies = (list(parts) for parts in zip(*blocks, strict=True))
+    steps, values, bodies = (list(parts) for parts in zip(*pieces, strict=True))
     joined = np.concatenate(steps)
     count = (
         len(joined)

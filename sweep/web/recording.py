@@ -31,7 +31,7 @@ AS_LAUNCHED = "The spec gives these very frames, bit for bit."
 Message = dict[str, Any]
 
 
-def record(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
+def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
     """The page that plays a run.
 
     If there are more frames than the page has room for, only every second frame is

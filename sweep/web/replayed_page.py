@@ -5,7 +5,7 @@ from pathlib import Path
 from sweep.replays.flight import Report
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.flight import fly
-from sweep.web.recording import record
+from sweep.web.recording import recording_of
 from sweep.web.replaying import Replay
 
 
@@ -25,4 +25,4 @@ def write_page(
     """
     shown = Replay(study, trial, report)
     flight = fly(study.name, shown.job, tuple(shown.track.values), every=every)
-    record(flight, shown.greeting(), shown.spec()).save(path, force=True)
+    recording_of(flight, shown.greeting(), shown.spec()).save(path, force=True)

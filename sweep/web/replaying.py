@@ -87,9 +87,9 @@ class Replay(Live):
     def seek(self, step: int) -> None:
         """Go to `step`. Where the run ended before it, go to the last step."""
         self.simulation = go_to(self.track, self.simulation, min(step, self.track.last))
-        self._look()
+        self._refresh()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         self.bodies = np.stack(self.simulation.flock[:4])
         self.version += 1
 
@@ -101,7 +101,7 @@ class Replay(Live):
         if self.step >= self.track.last:
             self.pause()
         taken = self.simulation.take_frames(NOTHING)
-        self._look()
+        self._refresh()
         return taken
 
     def run(self) -> None:

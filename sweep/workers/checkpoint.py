@@ -77,7 +77,7 @@ class Checkpointed:
         checkpoint = _Checkpoint(self.folder, Simulation(job), self.every, self.key)
         try:
             spent = checkpoint.resume()
-            return checkpoint.simulation.result(began - spent, checkpoint.look)
+            return checkpoint.simulation.result(began - spent, checkpoint.after_call)
         except Exception:
             checkpoint.discard()
             raise
@@ -137,7 +137,7 @@ class _Checkpoint:
         )
         return saved.seconds
 
-    def look(self, seconds: float) -> None:
+    def after_call(self, seconds: float) -> None:
         """Between two kernel calls, `seconds` since the trial began: write a checkpoint
         if it is time.
         """

@@ -119,13 +119,13 @@ def frame_type(metrics: int, bodies: int) -> FrameType:
 
 
 def add_frames(
-    path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int
+    path: Path, kind: FrameType, taken: Iterable[Taken], frames: int, crc: int
 ) -> tuple[int, int]:
     """Write frames behind the first ones of a file. Afterwards the disk holds them.
 
         path    the file of the frames
         kind    the record of a frame, see `frame_type`
-        blocks  the new frames
+        taken   the new frames
         frames  how many frames of the file count; later ones are cut off
         crc     the CRC of these
 
@@ -134,12 +134,12 @@ def add_frames(
     """
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
-        for block in blocks:
-            rows = np.empty(len(block.steps), kind)
+        for one in taken:
+            rows = np.empty(len(one.steps), kind)
             rows["step"], rows["values"], rows["bodies"] = (
-                block.steps,
-                block.values.T,
-                block.bodies,
+                one.steps,
+                one.values.T,
+                one.bodies,
             )
             content = rows.tobytes()
             file.write(content)

@@ -29,20 +29,20 @@ sentence: why the worker refuses the chunk.
 
 
 def run_chunk(
-    run: Callable[[J], R], jobs: Sequence[J], place: JobNote | None, expected: str
+    run: Callable[[J], R], jobs: Sequence[J], seat: JobNote | None, expected: str
 ) -> Outcomes[R]:
     """Run the jobs of a chunk, one after the other.
 
     run       runs one job
     jobs      the jobs
-    place     is told which job runs; None without limits
+    seat     is told which job runs; None without limits
     expected  the fingerprint of the coordinator; a worker with another one refuses
     """
     if refusal := fingerprint.refusal(expected):
         return refusal
     start = time.perf_counter()
     outcomes = [
-        _attempt(run, job) for job in (jobs if place is None else place.noting(jobs))
+        _attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))
     ]
     return outcomes, time.perf_counter() - start
 
