@@ -194,7 +194,7 @@ export class View {
     this.banner.hidden = false;
   }
 
-  // For good: what is seen stays to be looked at, and nothing acts any more.
+  // The end of the connection: the picture stays, and nothing can be changed any more.
   /** @param {string} words */
   end(words) {
     this.lost(words);
