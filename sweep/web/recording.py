@@ -80,8 +80,8 @@ def _room(job: Job, frames: int) -> int:
     if room < min(FEWEST_FRAMES, frames):
         raise ChoiceError(
             f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
-            f" {MOST_BYTES:,}, which are {room} frames: it would jump;"
-            " export an animation instead"
+            f" {MOST_BYTES:,}, which are {room} frames: too few to show a run of"
+            f" {frames:,}; export an animation instead"
         )
     return room
 

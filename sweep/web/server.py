@@ -224,7 +224,7 @@ async def _hello(line: Socket) -> str:
             message = parse(await line.hear())
             if isinstance(message, Hello):
                 return message.page
-            raise MessageError("a page says hello first")
+            raise MessageError("the first message of a page must be hello")
         except MessageError as error:
             await line.tell({"type": "error", "message": str(error)})
 

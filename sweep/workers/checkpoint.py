@@ -168,8 +168,8 @@ class _Checkpoint:
                 return place.rename(aside)
         if self._places[-1].exists():
             LOG.warning(
-                "trial %s: ended its worker twice on going on from its checkpoint;"
-                " begins anew",
+                "trial %s: its worker died twice when it went on from its checkpoint;"
+                " the trial begins anew",
                 self._trial,
             )
             self.discard()

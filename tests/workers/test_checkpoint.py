@@ -496,8 +496,8 @@ def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
             run(plain_job())
         )
     assert (
-        "ended its worker twice on going on from its checkpoint; begins anew"
-        in caplog.text
+        "its worker died twice when it went on from its checkpoint;"
+        " the trial begins anew" in caplog.text
     )
     assert list(tmp_path.iterdir()) == []
 
