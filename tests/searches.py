@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
 from sweep.campaigns.progress import SearchProgress
 from sweep.campaigns.search.ledger import Ledger
 from sweep.campaigns.search.run import search
@@ -136,8 +136,8 @@ def replace_trials(
         given.append(job)
         return run(job)
 
-    monkeypatch.setattr(batch_module, "run", noting)
-    monkeypatch.setattr(batch_module, "warm", lambda _job: None)
+    monkeypatch.setattr(attempts_module, "run", noting)
+    monkeypatch.setattr(attempts_module, "warm", lambda _job: None)
     return given
 
 

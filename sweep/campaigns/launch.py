@@ -24,7 +24,7 @@ from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
-from sweep.workers.batch import run_jobs
+from sweep.workers.attempts import run_jobs
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures, failed_among

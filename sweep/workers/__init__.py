@@ -1,7 +1,7 @@
 """Trials in worker processes, on this machine or on a cluster. No trial is lost, and
 none is stored twice.
 
-    batch              runs trials and stores them; failed ones are tried again
+    attempts           runs trials and stores them; failed ones are tried again
     runner             the loop that hands jobs out and takes results back
     chunks             divides jobs into portions of about equal work
     executors          engines on this machine: a pool of processes, or none

@@ -83,7 +83,7 @@ def drive(
     more.
 
     Ctrl-C is held back while the loop is in use, so that it cannot interrupt what the
-    caller does with a batch. The workers are ended, finished results are yielded, then
+    caller does with results. The workers are ended, finished results are yielded, then
     KeyboardInterrupt is raised. A second Ctrl-C is raised at once. SIGTERM and SIGHUP
     count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator early
     also ends the workers.

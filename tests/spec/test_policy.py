@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
 from kernels import KERNELS_SHA
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.campaigns.search.stored import read_asked
@@ -262,8 +262,8 @@ class Trials:
         self.attempts: Counter[str] = Counter()
         self.order: list[str] = []
         self.fate = fate
-        patch.setattr(batch_module, "run", self)
-        patch.setattr(batch_module, "warm", lambda _job: None)
+        patch.setattr(attempts_module, "run", self)
+        patch.setattr(attempts_module, "warm", lambda _job: None)
 
     def __call__(self, job: Job) -> Result:
         self.attempts[job.trial_id] += 1

@@ -14,7 +14,7 @@ from sweep.store.shares import Share
 from sweep.store.writer import Writer
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy
-from sweep.workers import batch
+from sweep.workers import attempts
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -104,10 +104,10 @@ def test_checkpoints_of_stored_trials_are_deleted_by_name(
 
     monkeypatch.setattr(Checkpoints, "_files", listing)
     monkeypatch.setattr(Checkpoints, "discard", discarding)
-    monkeypatch.setattr(batch, "Writer", EagerWriter)
+    monkeypatch.setattr(attempts, "Writer", EagerWriter)
     relaunch(SPEC, tmp_path / "brief")
     assert (len(listed), looked) == (2, [])
-    monkeypatch.setattr(batch, "is_brief", lambda _job: False)
+    monkeypatch.setattr(attempts, "is_brief", lambda _job: False)
     relaunch(SPEC, tmp_path / "long")
     assert (len(listed), looked) == (4, [1] * 6)
 

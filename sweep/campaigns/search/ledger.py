@@ -13,7 +13,7 @@ from sweep.store.rows import Tables, trial_metrics
 from sweep.store.store import Store
 from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import FAILED, Result
-from sweep.workers.batch import run_jobs
+from sweep.workers.attempts import run_jobs
 from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
 

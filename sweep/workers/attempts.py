@@ -1,5 +1,5 @@
-"""Run a batch of trials in workers and store their results. Trials that fail are tried
-again if the spec says so.
+"""Runs trials in workers and stores their results. Trials that fail are tried again if
+the spec says so.
 
 Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here
 when its trial is stored, and when its trial took too long and is tried again.
@@ -49,7 +49,7 @@ def run_jobs(
         tables    makes the tables of a part from results
         executor  runs the jobs
         failures  the failed trials that the launch knows of already
-        noted     is told of each batch of results, once it is handed to the store
+        noted     is told of results, once they are handed to the store
 
     Trials that fail run again after all others, if the spec says so; only their last
     outcome is stored. Raises FailedTrialsError as soon as more trials of the study have
@@ -67,9 +67,9 @@ def run_jobs(
     outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
     with (
         Writer[Result](store, tables, size=result_bytes, stored=stored) as writer,
-        outcomes as batches,
+        outcomes as arriving,
     ):
-        for results in batches:
+        for results in arriving:
             writer.add(results)
             noted(results)
             failures.note(results)
@@ -83,8 +83,8 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """The last outcome of every job, batch by batch. In each further round the failed
-    jobs are tried again.
+    """The last outcome of every job, as the outcomes come back. In each further round
+    the failed jobs are tried again.
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
