@@ -3,9 +3,13 @@ line.
 
 strict_yaml      YAML without surprises
 document         values that know their line
+contents         what may stand under a key
+keys             each key described once
+key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units
 axes             the ways to write an axis
+axis_keys        the fixed keys of an axis
 values           fixed, sweep, derive, require
 sampling         samplers and distributions
 blocks           samples that count as blocks

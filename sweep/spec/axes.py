@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sweep.spec.axis_keys import POINTS, SAMPLE, TABLE
 from sweep.spec.blocks import OPTIONS, SampleBlocks, read_blocks, sample_blocks
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
@@ -159,10 +160,8 @@ class AxisReader:
     def _sample(
         self, name: str, entry: Entry, blocks: SampleBlocks | None
     ) -> dict[str, Values]:
-        sampler = entry.child("sample").one_of(
-            "sampler", [*SAMPLERS, *OPTIONS, "table"]
-        )
-        if sampler == "table":
+        sampler = SAMPLE.content.read(entry.child("sample"))
+        if sampler == TABLE:
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.settings, self.folder)
         if blocks is None:
@@ -283,7 +282,7 @@ def _grid(setting: Setting, entry: Entry) -> Values:
 
 
 def _points(entry: Entry, settings: int) -> int:
-    points = entry.child("points").whole(1, MOST_POINTS)
+    points: int = POINTS.content.read(entry.child("points"))
     check_cells(entry.child("points"), points, settings)
     return points
 

@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
+from sweep.spec.contents import Content, Whole
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.sampling import Unit, generator
+from sweep.spec.schema_parts import Schema
 
 Problem = dict[str, Any]
 """The settings as SALib has them: `num_vars`, `names` and `bounds`."""
@@ -33,6 +35,26 @@ and the 99.5 % quantile.
 """
 
 INSTALL = 'pip install ".[sensitivity]"'
+
+
+@dataclass(frozen=True)
+class Levels(Content[int]):
+    """An even number of levels."""
+
+    @property
+    def words(self) -> str:
+        return f"an even number from 2 to {MOST_LEVELS:,}"
+
+    def read(self, entry: Entry) -> int:
+        levels = entry.whole(2, MOST_LEVELS)
+        if levels % 2:
+            raise entry.expected(
+                "an even number, so that all levels are equally likely"
+            )
+        return levels
+
+    def schema(self) -> Schema:
+        return Whole(2, MOST_LEVELS).schema() | {"multipleOf": 2}
 
 
 @dataclass(frozen=True)
@@ -72,7 +94,8 @@ def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
         second = entry.get("second_order")
         formula = "D + 2" if second and not second.truth() else "2 D + 2"
     else:
-        levels = _levels(entry.get("levels"))
+        given = entry.get("levels")
+        levels = Levels().read(given) if given else LEVELS
     size = {"D + 1": settings + 1, "D + 2": settings + 2, "2 D + 2": 2 * settings + 2}[
         formula
     ]
@@ -84,15 +107,6 @@ def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
     check_cells(entry.child("points"), count * size, settings)
     _check_installed(entry.child("sample"), sampler)
     return SampleBlocks(sampler, count, size, levels)
-
-
-def _levels(entry: Entry | None) -> int:
-    if entry is None:
-        return LEVELS
-    levels = entry.whole(2, MOST_LEVELS)
-    if levels % 2:
-        raise entry.expected("an even number, so that all levels are equally likely")
-    return levels
 
 
 def _check_installed(entry: Entry, sampler: str) -> None:

@@ -61,7 +61,7 @@ class Entry:
 
     def expected(self, what: str) -> SpecError:
         """The SpecError for a value that is not `what`."""
-        return self.error(f'"{self.name}" must be {what}, not {_in_words(self.value)}')
+        return self.error(f'"{self.name}" must be {what}, not {in_words(self.value)}')
 
     def child(self, key: str | int) -> "Entry":
         """The value below this one at `key`, which must be there."""
@@ -142,7 +142,8 @@ class Entry:
         return name
 
 
-def _in_words(value: Any) -> str:
+def in_words(value: Any) -> str:
+    """What was given, for an error: a text in quotes, and the kind of a container."""
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list):

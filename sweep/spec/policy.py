@@ -4,17 +4,19 @@ what memory a worker has.
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Literal, cast, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from sweep.errors import SpecError
+from sweep.spec.contents import Content, OneOf, Whole
 from sweep.spec.document import Entry
+from sweep.spec.keys import Key, read_values
+from sweep.spec.schema_parts import Schema
 from sweep.text import unknown
 
 OnError = Literal["record", "retry", "stop"]
 
-KEYS = ("on_error", "retries", "failure_budget", "memory_limit")
 RETRIES = 2
 UNITS = {
     "B": 1,
@@ -36,6 +38,68 @@ SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
 
 
 @dataclass(frozen=True)
+class FailureBudget(Content[int | Fraction]):
+    """A number of trials, or a share of all, read as a Fraction."""
+
+    @property
+    def words(self) -> str:
+        return "a number of trials from 0, or a share of them from 0% to 100%"
+
+    def read(self, entry: Entry) -> int | Fraction:
+        if isinstance(entry.value, int) and not isinstance(entry.value, bool):
+            return entry.whole(0)
+        found = SHARE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+        if found:
+            return Fraction(found[1]) / 100
+        wrong = entry.expected(self.words)
+        if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
+            raise SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
+        raise wrong
+
+    def schema(self) -> Schema:
+        share = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
+        return {"anyOf": [Whole(0).schema(), share]}
+
+    def write(self, value: int | Fraction) -> Any:
+        return f"{float(100 * value):.9g}%" if isinstance(value, Fraction) else value
+
+
+@dataclass(frozen=True)
+class MemorySize(Content[int]):
+    """A size with its unit, read as a number of bytes."""
+
+    @property
+    def words(self) -> str:
+        return 'a size with its unit, as "2 GiB" or "1500 MB"'
+
+    def read(self, entry: Entry) -> int:
+        found = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+        if found is None:
+            raise entry.expected(self.words)
+        number, unit = found.groups()
+        if unit not in UNITS:
+            raise entry.error(_unknown_unit(unit))
+        size = math.floor(Fraction(number) * UNITS[unit])
+        if size < LEAST_MEMORY:
+            raise entry.error(
+                f'"{entry.name}" is {entry.value}, and must be at least'
+                f" {LEAST_MEMORY // 2**20} MiB:"
+                " a worker holds about half of that before its first trial"
+            )
+        if size > MOST_MEMORY:
+            raise entry.error(
+                f'"{entry.name}" is {entry.value}, more than any machine has'
+            )
+        return size
+
+    def schema(self) -> Schema:
+        return {"type": "string", "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$"}
+
+    def write(self, value: int) -> Any:
+        return f"{value} B"
+
+
+@dataclass(frozen=True)
 class Policy:
     """What becomes of trials that fail, by an exception, a dead worker, too much time
     or memory; not by divergence.
@@ -45,10 +109,45 @@ class Policy:
     for no end. `memory` is what a worker may hold, in bytes.
     """
 
-    on_error: OnError = "record"
-    retries: int = 0
-    budget: int | Fraction | None = None
-    memory: int | None = None
+    on_error: Annotated[
+        OnError,
+        Key(
+            OneOf("on_error", get_args(OnError)),
+            "record: a failed trial is a row that says so; retry: it is tried again"
+            " first; stop: the launch ends at the first",
+            example="retry",
+        ),
+    ] = "record"
+    retries: Annotated[
+        int,
+        Key(
+            Whole(1),
+            "how often more a failed trial is tried; only with on_error: retry",
+            otherwise=f"{RETRIES}",
+            example="3",
+        ),
+    ] = 0
+    budget: Annotated[
+        int | Fraction | None,
+        Key(
+            FailureBudget(),
+            "the launch ends when more trials have failed: a number, or a share of all;"
+            " not with on_error: stop",
+            name="failure_budget",
+            otherwise="no end",
+            example="5%",
+        ),
+    ] = None
+    memory: Annotated[
+        int | None,
+        Key(
+            MemorySize(),
+            f"what a worker may hold; at least {LEAST_MEMORY // 2**20} MiB",
+            name="memory_limit",
+            otherwise="no limit",
+            example="2 GiB",
+        ),
+    ] = None
 
     def allowed(self, trials: int) -> int | None:
         """How many of so many trials may fail before the launch ends; None for all of
@@ -89,68 +188,28 @@ class Policy:
 
 def read_policy(root: Entry) -> Policy:
     """What the spec says about trials that fail. Raises SpecError."""
-    chosen, retries = root.get("on_error"), root.get("retries")
-    budget, memory = root.get("failure_budget"), root.get("memory_limit")
-    on_error = (
-        cast(OnError, chosen.one_of("on_error", get_args(OnError)))
-        if chosen
-        else "record"
-    )
-    if retries and on_error != "retry":
+    policy = Policy(**read_values(Policy, root))
+    retries, budget = root.get("retries"), root.get("failure_budget")
+    if retries and policy.on_error != "retry":
         raise retries.error(
-            f'"retries" is for "on_error: retry", and on_error is {on_error}:'
+            f'"retries" is for "on_error: retry", and on_error is {policy.on_error}:'
             " change it or leave it out"
         )
-    if budget and on_error == "stop":
+    if budget and policy.on_error == "stop":
         raise budget.error(
             '"failure_budget" is for "on_error: record" or "retry": with "on_error:'
             ' stop" a launch ends at the first failed trial anyway'
         )
-    return Policy(
-        on_error=on_error,
-        retries=(
-            (retries.whole(1) if retries else RETRIES) if on_error == "retry" else 0
-        ),
-        budget=_budget(budget) if budget else None,
-        memory=_memory(memory) if memory else None,
-    )
+    if policy.on_error == "retry" and not retries:
+        return replace(policy, retries=RETRIES)
+    return policy
 
 
-def _budget(entry: Entry) -> int | Fraction:
-    if isinstance(entry.value, int) and not isinstance(entry.value, bool):
-        return entry.whole(0)
-    found = SHARE.fullmatch(entry.value) if isinstance(entry.value, str) else None
-    if found is None:
-        raise _no_budget(entry)
-    return Fraction(found[1]) / 100
-
-
-def _no_budget(entry: Entry) -> SpecError:
-    wrong = entry.expected(
-        "a number of trials from 0, or a share of them from 0% to 100%"
-    )
-    if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
-        return SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
-    return wrong
-
-
-def _memory(entry: Entry) -> int:
-    found = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
-    if found is None:
-        raise entry.expected('a size with its unit, as "2 GiB" or "1500 MB"')
-    number, unit = found.groups()
-    if unit not in UNITS:
-        raise entry.error(_unknown_unit(unit))
-    size = math.floor(Fraction(number) * UNITS[unit])
-    if size < LEAST_MEMORY:
-        raise entry.error(
-            f'"memory_limit" is {entry.value}, and must be at least'
-            f" {LEAST_MEMORY // 2**20} MiB:"
-            " a worker holds about half of that before its first trial"
-        )
-    if size > MOST_MEMORY:
-        raise entry.error(f'"memory_limit" is {entry.value}, more than any machine has')
-    return size
+def policy_rules() -> Schema:
+    """What `read_policy` checks of several keys, as JSON Schema."""
+    retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
+    not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
+    return {"dependencies": {"retries": retried, "failure_budget": not_stopped}}
 
 
 def _unknown_unit(unit: str) -> str:
@@ -164,47 +223,3 @@ def _unknown_unit(unit: str) -> str:
         f'unknown unit of memory "{unit}"; did you mean "{close}"? Allowed:'
         f" {', '.join(UNITS)}"
     )
-
-
-def policy_schema() -> dict[str, Any]:
-    """The JSON Schemas of KEYS."""
-    share = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
-    return {
-        "on_error": {
-            "enum": list(get_args(OnError)),
-            "description": (
-                "record: a failed trial is a row that says so; retry: it is tried again"
-                " first; stop: the launch ends at the first"
-            ),
-        },
-        "retries": {
-            "type": "integer",
-            "minimum": 1,
-            "description": (
-                f"how often more a failed trial is tried, by default {RETRIES};"
-                " only with on_error: retry"
-            ),
-        },
-        "failure_budget": {
-            "anyOf": [{"type": "integer", "minimum": 0}, share],
-            "description": (
-                "the launch ends when more trials have failed: a number,"
-                " or a share of all as 5%"
-            ),
-        },
-        "memory_limit": {
-            "type": "string",
-            "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$",
-            "description": (
-                "what a worker may hold, as 2 GiB; at least"
-                f" {LEAST_MEMORY // 2**20} MiB"
-            ),
-        },
-    }
-
-
-def policy_rules() -> dict[str, Any]:
-    """The JSON Schema of a spec that says which of KEYS go together."""
-    retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
-    not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
-    return {"dependencies": {"retries": retried, "failure_budget": not_stopped}}

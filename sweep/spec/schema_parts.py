@@ -41,11 +41,6 @@ def one_of(keys: Iterable[str]) -> Schema:
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
-def whole(most: int, text: str) -> Schema:
-    """A whole number from 1."""
-    return {"type": "integer", "minimum": 1, "maximum": most, "description": text}
-
-
 def any_of(names: Iterable[str]) -> str:
     """The pattern of these names."""
     return f"^({'|'.join(names)})$"

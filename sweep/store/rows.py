@@ -4,6 +4,7 @@ provenance in the file's.
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from operator import itemgetter
 from typing import Any
 
@@ -235,8 +236,8 @@ def trial_metrics(result: Result) -> dict[str, float]:
 
 
 def _streams(job: Job) -> str:
-    streams = job.streams
-    return f"start={streams.start} world={streams.world} noise={streams.noise}"
+    streams = asdict(job.streams)
+    return " ".join(f"{purpose}={kind}" for purpose, kind in streams.items())
 
 
 def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:

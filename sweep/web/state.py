@@ -7,7 +7,7 @@ So sweep.spec.study makes every check, every "did you mean" and every seed.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,10 +21,11 @@ from sweep.design.jobs import Job, Jobs
 from sweep.design.points import SIDES
 from sweep.errors import SpecError
 from sweep.spec.document import Document, Entry
-from sweep.spec.maps import OwnMap, read_maps
+from sweep.spec.keys import written
+from sweep.spec.maps import DrawnMap, OwnMap, read_maps
 from sweep.spec.settings import NotAllowedError, Value, preset_settings, settings_of
 from sweep.spec.strict_yaml import MOST_BYTES, dump
-from sweep.spec.study import Streams, Study, parse_spec
+from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
 from sweep.text import unknown
 
 COMMON = Streams(noise="common")
@@ -183,40 +184,34 @@ class ViewState:
         """The spec that launches what is on the screen, with the sweeps that the user
         has marked.
         """
-        spec: dict[str, Any] = {"model": self.model, "preset": self.preset}
-        if self.own:
-            spec["maps"] = {
-                str(self.fixed["map"]): {
-                    "size": list(self.own.size),
-                    "shapes": self.shapes,
-                }
-            }
         known = settings_of(self.model)
-        fixed = {
+        values: dict[str, Any] = {
+            "model": self.model,
+            "preset": self.preset,
+            "seed": self.seed,
+        }
+        if self.own:
+            drawn = {"size": self.own.size, "shapes": self.shapes}
+            values["maps"] = {str(self.fixed["map"]): written(drawn, DrawnMap)}
+        if fixed := {
             name: self.fixed[name]
             for name in known
             if name in self.fixed and name not in self.sweeps
-        }
-        spec |= {"fixed": fixed} if fixed else {}
+        }:
+            values["fixed"] = fixed
         if self.sweeps:
-            spec["sweep"] = {
+            values["sweep"] = {
                 name: _axis(known[name].kind, range_)
                 for name, range_ in self.sweeps.items()
             }
-        least = REPLICATES if self.sweeps else 1
-        spec |= (
-            {"seeds": [self.seed]}
-            if self.literal
-            else {"replicates": max(self.replicate + 1, least)}
-        )
-        spec["seed"] = self.seed
-        different = {
-            name: kind
-            for name, kind in asdict(self.streams).items()
-            if kind != asdict(Streams())[name]
-        }
-        spec |= {"streams": different} if different else {}
-        spec["record"] = self._record()
+        if self.literal:
+            values["seeds"] = (self.seed,)
+        else:
+            least = REPLICATES if self.sweeps else 1
+            values["replicates"] = max(self.replicate + 1, least)
+        if self.streams != Streams():
+            values["streams"] = self.streams
+        spec = written(values, *SPEC) | {"record": self._record()}
         digest = hashlib.sha256(json.dumps(spec, sort_keys=True).encode()).hexdigest()
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
@@ -231,19 +226,14 @@ class ViewState:
         return text
 
     def _record(self) -> dict[str, Any]:
-        plots = list(self.plots)
-        record: dict[str, Any] = (
-            {"metrics": plots, "series": plots} if plots else {"metrics": [ANY_METRIC]}
-        )
-        record["every"] = 1
+        values: dict[str, Any] = {"metrics": self.plots or (ANY_METRIC,), "every": 1}
+        if self.plots:
+            values["series"] = self.plots
         known = preset_settings(self.model, self.preset) | dict(self.fixed)
-        if (
-            not self.sweeps
-            and (self.replicate + 1) * int(known["n"]) * int(known["steps"])
-            <= MOST_STORED
-        ):
-            record["trajectories"] = True
-        return record
+        frames = (self.replicate + 1) * int(known["steps"])
+        if not self.sweeps and frames * int(known["n"]) <= MOST_STORED:
+            values["trajectories"] = True
+        return written(values, RecordSpec)
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
         """The state with other values of settings. `fixed` has only those that differ
