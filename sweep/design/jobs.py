@@ -115,8 +115,7 @@ def _point_hash(canonical: str) -> str:
 
 
 class Jobs(Sequence[Job]):
-    """All trials of a study, made when asked for: point after point, the replicates of
-    a point together.
+    """All trials of a study, point after point. Each is made when it is asked for.
 
     `trials` (n_points,) says how many each point has, at least one; by default the
     study's number of trials a point. Replicate k of a point is the same trial whatever
@@ -143,7 +142,7 @@ class Jobs(Sequence[Job]):
             "metrics": sorted(recorded.metrics),
             "series": sorted(recorded.series),
         }
-        # Trajectories came later: without them a trial is what it was.
+        # Trajectories came in a later version. A trial without them keeps its id.
         if not recorded.trajectories:
             del record["trajectories"]
         content = [kernels_sha, asdict(study.streams), record]
@@ -200,7 +199,7 @@ class Jobs(Sequence[Job]):
 
     @cached_property
     def _points(self) -> NDArray[np.bytes_]:
-        # As texts of Python's they would take four times the memory.
+        # Python's texts would take four times the memory.
         return _point_ids(self.study, self.design)
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
@@ -251,7 +250,7 @@ class Jobs(Sequence[Job]):
 
 
 class SomeJobs(Sequence[Job]):
-    """Those of `jobs` at some indices, made when asked for."""
+    """The jobs of `jobs` at some indices; each is made when it is asked for."""
 
     def __init__(self, jobs: Jobs, indices: Counts) -> None:
         self.jobs, self.indices = jobs, indices

@@ -1,4 +1,4 @@
-"""The axes of a sweep: each becomes a few columns of equal length, whatever way it is
+"""The axes of a sweep. Each becomes a few columns of equal length, however it is
 written.
 
     a setting     [0.5, 1]
@@ -45,10 +45,11 @@ class Axis:
     """Points of a few settings: `columns` have equal lengths and no row stands twice.
 
     `when` says where the axis applies; `merged` counts the rows that were the same as
-    an earlier one; `notes` are remarks for the user. An axis that goes from the study's
-    preset to another names that, `ablated`, and the settings that change together,
-    `details`. A sampled axis names its `sampler`; where its points come in `blocks`,
-    `rows` says for each point of them, in their order, which row it is.
+    an earlier one; `notes` are remarks for the user. An axis that changes the study's
+    preset into another one has the name of that in `ablated`, and in `details` the
+    groups of settings that change together. A sampled axis names its `sampler`. Where
+    its points come in `blocks`, `rows` has for each point, block after block, the
+    number of its row.
     """
 
     name: str
@@ -145,7 +146,7 @@ class AxisReader:
         )
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
-        """The blocks of an axis whose points come in such, else None."""
+        """The blocks of an axis, None where its points do not come in blocks."""
         if entry.value.get("sample") not in [*OPTIONS]:
             return None
         sampler = entry.child("sample").text()
@@ -263,8 +264,8 @@ def _listed(setting: Setting, entry: Entry) -> Values:
 
 
 def _grid(setting: Setting, entry: Entry) -> Values:
-    """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats
-    a coarser one.
+    """The values of a linspace or logspace, rounded to 12 digits. So a finer grid has
+    the same values as a coarser one where they meet.
     """
     limits = entry.entries()
     if len(limits) != 3:
@@ -296,8 +297,8 @@ def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
 
 
 def _distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
-    """Indices, ascending, of the rows that no earlier row equals; and for every row
-    which of these it equals.
+    """The indices, ascending, of the rows that differ from all earlier rows. And for
+    every row, which of these it equals.
     """
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:

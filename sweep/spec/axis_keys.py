@@ -26,7 +26,7 @@ LINSPACE = Key(
     "values at equal distances",
     name="linspace",
     otherwise="",
-    example="[60, 360, 6]",
+    example="[100, 400, 4]",
 )
 LOGSPACE = Key(
     ReadLater("[first, last, number of values]"),
@@ -75,14 +75,14 @@ COLUMNS = Key(
     "of table: the columns to read",
     name="columns",
     otherwise="all",
-    example="{drag: k}",
+    example="{n: boids}",
 )
 ZIP = Key(
     ReadLater("settings, each with a list, linspace or logspace"),
     "settings that vary together, row by row",
     name="zip",
     otherwise="",
-    example="{n: [50, 100], max_speed: [5, 4]}",
+    example="{n: [50, 100], steps: [1000, 500]}",
 )
 ABLATE = Key(
     Text("a preset of the model"),

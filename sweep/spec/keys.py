@@ -10,10 +10,10 @@ without a default is a key that must be given, unless its `Key` says what holds
 `otherwise`. What several keys must fulfil together is checked beside the class.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import cache
-from typing import Any, TypeVar, cast, get_args, get_type_hints
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from sweep.spec.contents import Content
 from sweep.spec.document import Entry
@@ -57,9 +57,9 @@ class Key:
 
     def schema(self) -> Schema:
         """What may stand under the key, with its text for editors."""
-        example = f" (such as {self.example})" if self.example else ""
         default = f"; by default {self.fallback}" if self.fallback else ""
-        return self.content.schema() | {"description": self.text + example + default}
+        example = f"; for example {self.example}" if self.example else ""
+        return self.content.schema() | {"description": self.text + default + example}
 
 
 @dataclass(frozen=True)
@@ -95,23 +95,22 @@ class LaterSectionOf(SectionOf):
 
 def keys_of(*parts: type[Any]) -> tuple[Key, ...]:
     """The keys that the fields of some dataclasses describe, in their order."""
-    return tuple(key for part in parts for key in _keys_of(cast(Hashable, part)))
+    return _keys_of(parts)
 
 
 @cache
-def _keys_of(part: Any) -> tuple[Key, ...]:
+def _keys_of(parts: tuple[type[Any], ...]) -> tuple[Key, ...]:
+    return tuple(key for part in parts for key in _keys_of_part(part))
+
+
+def _keys_of_part(part: type[Any]) -> Iterator[Key]:
     hints = get_type_hints(part, include_extras=True)
-    return tuple(
-        replace(
-            key,
-            name=key.name or field.name,
-            field=field.name,
-            default=NOTHING if field.default is MISSING else field.default,
-        )
-        for field in fields(part)
-        for key in get_args(hints[field.name])[1:]
-        if isinstance(key, Key)
-    )
+    for field in fields(part):
+        default = NOTHING if field.default is MISSING else field.default
+        for key in get_args(hints[field.name])[1:]:
+            if isinstance(key, Key):
+                name = key.name or field.name
+                yield replace(key, name=name, field=field.name, default=default)
 
 
 def check_keys(entry: Entry, *parts: type[Any]) -> None:
@@ -123,28 +122,31 @@ def check_keys(entry: Entry, *parts: type[Any]) -> None:
     entry.keys([key.name for key in keys], required=required)
 
 
-def read_values(part: type[Any], entry: Entry, **otherwise: Any) -> dict[str, Any]:
-    """The values of the fields of `part` that the mapping `entry` gives, or what holds
-    without them: `otherwise`, or their defaults. Raises SpecError.
-    """
-    keys = keys_of(part)
-    defaults = {key.field: key.default for key in keys if key.default is not NOTHING}
-    given = {
-        key.field: key.content.read(entry.child(key.name))
-        for key in keys
-        if key.name in entry.value
-    }
-    return defaults | otherwise | given
-
-
 def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
     """The dataclass `part` that `entry` writes; `otherwise` gives by field what holds
-    for keys that are left out, where not its default. Raises SpecError.
+    for keys that are left out, where that is not the default. Raises SpecError.
     """
     if entry is None:
         return part(**otherwise)
     check_keys(entry, part)
-    return part(**read_values(part, entry, **otherwise))
+    return part(**(otherwise | _given(part, entry)))
+
+
+def read_values(part: type[Any], entry: Entry) -> dict[str, Any]:
+    """The values that the mapping `entry` gives, by the fields of `part`; defaults for
+    keys that are left out, where there are any. Raises SpecError.
+    """
+    keys = keys_of(part)
+    defaults = {key.field: key.default for key in keys if key.default is not NOTHING}
+    return defaults | _given(part, entry)
+
+
+def _given(part: type[Any], entry: Entry) -> dict[str, Any]:
+    return {
+        key.field: key.content.read(entry.child(key.name))
+        for key in keys_of(part)
+        if key.name in entry.value
+    }
 
 
 def section_schema(*parts: type[Any]) -> Schema:

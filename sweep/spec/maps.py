@@ -8,10 +8,10 @@
     lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
     floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
-`resolution` is the length of a pixel. Lengths are in the unit of the model; x and y are
-those of a centre. Files stand relative to the spec's folder, and the image of a ROS map
-relative to that of its own file. The origin is the top left corner, and y grows
-downwards.
+`resolution` is the length of a pixel. Lengths are in the model's unit of length; x and
+y are those of the centre of a shape. The origin is the top left corner, and y grows
+downwards. A path starts in the folder of the spec, that of the image of a ROS map in
+the folder of its file.
 """
 
 import hashlib
@@ -30,7 +30,15 @@ from kernels.worlds import MAPS
 from sweep.spec.contents import Content, Number, ReadLater, Text
 from sweep.spec.document import Entry
 from sweep.spec.images import ImageError, brightness, obstacles_of
-from sweep.spec.keys import Key, SectionOf, keys_of, read_section, section_schema
+from sweep.spec.keys import (
+    Key,
+    SectionOf,
+    check_keys,
+    keys_of,
+    read_section,
+    read_values,
+    section_schema,
+)
 from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
 
@@ -39,8 +47,8 @@ MOST_MAPS = 100
 MOST_SHAPES = 100_000
 MOST_LENGTH = 1e9
 HALF, OCCUPIED = 0.5, 0.65
-"""How dark an occupied pixel is at least, as a part of black: in an image, and in a ROS
-map that does not say.
+"""A pixel that is darker than this part of black is occupied: in an image, and in a ROS
+map that does not say a threshold of its own.
 """
 
 LENGTH = Number(above=0, most=MOST_LENGTH)
@@ -206,8 +214,8 @@ class OwnMap:
 
 
 def from_json(stored: Any) -> OwnMap:
-    """The map that `as_json` wrote. Raises ValueError, with what is wrong, for what is
-    none.
+    """The map that `as_json` wrote. Raises ValueError, which says what is wrong with
+    it.
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
@@ -234,7 +242,7 @@ def from_json(stored: Any) -> OwnMap:
 
 
 def maps_from_json(stored: Any) -> dict[str, OwnMap]:
-    """The maps by name that were written each by `as_json`. Raises ValueError as
+    """The maps by name, each as `as_json` wrote it. Raises ValueError as
     `from_json`.
     """
     if not isinstance(stored, dict):
@@ -251,8 +259,8 @@ def maps_from_json(stored: Any) -> dict[str, OwnMap]:
 
 
 def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
-    """The maps by name; files stand relative to `folder`. Raises SpecError for what is
-    no map.
+    """The maps by name. Paths start in `folder`. Raises SpecError for what is no
+    map.
     """
     if entry is None:
         return {}
@@ -294,19 +302,17 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
 
 
 def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
-    entry.keys([key.name for key in keys_of(Shape)])
+    check_keys(entry, Shape)
     if len(entry.value) != 1:
         raise entry.error("a shape is either a disc or a rectangle")
     (kind,) = entry.value
-    shape = read_section(Shape, entry)
-    found = shape.disc or shape.rectangle
-    assert found
-    x, y, half_width, half_height, disc = found.obstacle
+    obstacle: Obstacle = read_values(Shape, entry)[kind].obstacle
+    x, y, half_width, half_height, disc = obstacle
     if not _meets(x, y, half_width, half_height, bool(disc), width, height):
         raise entry.child(kind).error(
             f"the {kind} lies outside the world, which is {width:g} x {height:g}"
         )
-    return found.obstacle
+    return obstacle
 
 
 def _meets(
@@ -318,8 +324,8 @@ def _meets(
     width: float,
     height: float,
 ) -> bool:
-    """Whether some of a shape lies within the world;
-    nothing that is not finite does.
+    """Whether a part of a shape lies within the world. False for numbers that are not
+    finite.
     """
     beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
     if disc and not math.hypot(beside, beyond) < half_width:
@@ -339,10 +345,9 @@ def _pictured(entry: Entry, folder: Path) -> OwnMap:
 
 
 def _ros(entry: Entry, folder: Path) -> OwnMap:
-    """ROS's map_server in its trinary mode: what is not known to be occupied counts as
-    free.
+    """A map as ROS's map_server reads it in trinary mode. Unknown pixels count as free.
 
-    The origin is read by no one: the world begins in the corner of its map.
+    The key `origin` is not used: our world begins in the corner of its map.
     """
     path = folder / read_section(RosMap, entry).ros
     try:

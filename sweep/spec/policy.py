@@ -61,7 +61,9 @@ class FailureBudget(Content[int | Fraction]):
         return {"anyOf": [Whole(0).schema(), share]}
 
     def write(self, value: int | Fraction) -> Any:
-        return f"{float(100 * value):.9g}%" if isinstance(value, Fraction) else value
+        if not isinstance(value, Fraction):
+            return value
+        return f"{float(100 * value):.9f}".rstrip("0").rstrip(".") + "%"
 
 
 @dataclass(frozen=True)
@@ -162,9 +164,7 @@ class Policy:
         )
 
     def in_words(self, trials: int) -> str:
-        """What holds for a study of so many trials; nothing
-        where that is the default.
-        """
+        """What holds for a study of so many trials, in words; nothing by default."""
         allowed, words = self.allowed(trials), []
         if self.retries:
             words.append(

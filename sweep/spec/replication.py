@@ -11,7 +11,7 @@ from sweep.spec.contents import Content, ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_TRIALS
-from sweep.spec.recorded import columns_of
+from sweep.spec.recorded import ANY_METRIC, columns_of
 from sweep.spec.schema_parts import Schema, one_of
 from sweep.text import unknown
 
@@ -31,7 +31,7 @@ class Precision:
         Key(
             Text("a name"),
             "a recorded metric, or `<metric>_mean` for its last half",
-            example="coverage",
+            example=ANY_METRIC,
         ),
     ]
     half_width: Annotated[

@@ -1,7 +1,7 @@
 """The JSON Schema of spec.yaml: editors complete names from it, and show what they are.
 
-It describes the shape. What depends on several values, as expressions do, is checked by
-`sweep.spec.study`.
+It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends on
+several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
 from kernels.metrics import METRICS
@@ -45,7 +45,7 @@ def _is(model: str) -> Schema:
 
 
 def _definitions() -> Schema:
-    """What stands once and is referred to."""
+    """The schemas that others refer to by name."""
     metrics = {"enum": list(METRICS)}
     columns = {"enum": columns_of(METRICS)}
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
@@ -64,7 +64,7 @@ def _forms() -> Schema:
         "description": "[first, last, number of values]",
     }
     pair = {"type": "array", "items": number, "minItems": 2, "maxItems": 2}
-    # Without a title, the language server for YAML mistakes it for schemas like it.
+    # Without a title, the language server for YAML confuses it with similar schemas.
     values: Schema = {"title": "list", "type": "array", "minItems": 1}
     ranges: Schema = {
         name: pair | {"description": _one_line(function.__doc__ or "")}

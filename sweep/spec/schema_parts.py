@@ -1,6 +1,6 @@
 """The parts of a JSON Schema, of draft 07: many editors know no later one.
 
-In that draft what stands beside a `$ref` is ignored: it goes into an `allOf` with it.
+In that draft all that stands beside a `$ref` is ignored. So both go into an `allOf`.
 Names in `patternProperties` are checked; those in `properties` are suggested, too.
 """
 

@@ -1,9 +1,9 @@
-"""The settings of models in the JSON Schema of a spec: nothing in it stands twice.
+"""The settings of models in the JSON Schema of a spec. Nothing in it stands twice.
 
-Settings of all models share a few kinds, as "a number from 0". Three things are said
-apart, each once: what values of a kind may be, for one value and for several; how axes
-are written, whatever their setting, which `sweep.spec.schema` says; and what each
-setting of a model is. A `sweep` or a `zip` of a model is all three.
+Settings of all models share a few kinds, as "a number from 0". The schema says three
+things separately, each of them once: which values a kind allows, for one value and for
+several; how axes are written, which is in `sweep.spec.schema`; and what each setting of
+a model means. The schema of a `sweep` or a `zip` combines them.
 """
 
 import math

@@ -13,6 +13,7 @@ from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_SEARCHED
 from sweep.spec.objectives import Constraint, Objective
+from sweep.spec.recorded import ANY_METRIC
 from sweep.spec.schema_parts import Schema
 from sweep.spec.search_schema import (
     constraints_schema,
@@ -29,9 +30,9 @@ SEARCHED = Whole(1, MOST_SEARCHED)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting that the search varies: `form` is one of
-    sweep.spec.search_section.FORMS, `arguments` are its bounds, or the values to
-    choose.
+    """A setting that the search varies. `form` is one of
+    sweep.spec.search_section.FORMS, `arguments` are the bounds, or the values to choose
+    from.
     """
 
     name: str
@@ -101,9 +102,9 @@ class Racing(Content[float | None]):
 class Search:
     """A checked `search` section, whose keys are its fields.
 
-    `level` is that of the tests by which candidates are dropped, None where all get all
-    of their blocks. `over` are the axes of the scenarios. `references` are settings of
-    all parameters by name.
+    `level` is that of the tests by which candidates are dropped; None where no
+    candidate is dropped. `over` are the axes of the scenarios. `references` are values
+    of all parameters, by name.
     """
 
     parameters: Annotated[
@@ -111,7 +112,7 @@ class Search:
         Key(
             ReadLater("settings with ranges", ranges_schema),
             "settings, each with the range in which it is searched",
-            example="{cohesion_weight: {uniform: [0, 0.5]}}",
+            example="{n: {integers: [10, 100]}}",
         ),
     ]
     objectives: Annotated[
@@ -122,7 +123,7 @@ class Search:
                 objectives_schema,
             ),
             "metrics at the last frame, or `<metric>_mean` over the last half",
-            example="{coverage_total: {maximize: mean}}",
+            example=f"{{{ANY_METRIC}: {{maximize: mean}}}}",
         ),
     ]
     constraints: Annotated[
@@ -134,7 +135,7 @@ class Search:
             ),
             "bounds of such metrics",
             otherwise="none",
-            example="{escapes: {at_most: 1, statistic: worst}}",
+            example=f"{{{ANY_METRIC}: {{at_most: 1, statistic: worst}}}}",
         ),
     ]
     budget: Annotated[
@@ -173,7 +174,7 @@ class Search:
             ReadLater("axes by name, as under `sweep`"),
             "axes of the scenarios that a candidate must be good at together",
             otherwise="one scenario",
-            example="{map: [cafeteria, empty]}",
+            example="{steps: [500, 1000]}",
         ),
     ]
     held_out: Annotated[
@@ -191,7 +192,7 @@ class Search:
             ReadLater("names, each with a value for every parameter", ranges_schema),
             "settings of all parameters, by name, that are judged too",
             otherwise="none",
-            example="{published: {cohesion_weight: 0.2}}",
+            example="{published: {n: 50}}",
         ),
     ]
 
@@ -211,8 +212,8 @@ class Search:
         )
 
     def held_out_trials(self, repetitions: int) -> int:
-        """The most trials on held-out seeds: of the best candidates and the references,
-        and a winner a further run.
+        """The most trials on held-out seeds: those of the best candidates, of the
+        references, and of the winners of each repetition and random search.
         """
         several = self.held_out.candidates if len(self.objectives) > 1 else 1
         settings = (
@@ -221,9 +222,7 @@ class Search:
         return settings * self.held_out.replicates * self.scenarios
 
     def most_trials(self, repetitions: int) -> int:
-        """The most trials of the search, with repetitions
-        and as many random searches.
-        """
+        """The most trials, with `repetitions` and as many random searches."""
         return (1 + 2 * repetitions) * self.budget + self.held_out_trials(repetitions)
 
     def place_of(self, setting: str) -> Place | None:

@@ -29,7 +29,7 @@ from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_
 from sweep.spec.layout import STUDY_NAME, taken_name
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.policy import Policy, read_policy
-from sweep.spec.recorded import Column, check_metric
+from sweep.spec.recorded import ANY_METRIC, Column, check_metric
 from sweep.spec.replication import Replicates, read_replication
 from sweep.spec.schema_parts import TEXT, Schema, listed
 from sweep.spec.search import Search
@@ -69,7 +69,7 @@ class RecordSpec:
             METRIC_NAMES,
             "recorded of each trial: at its last frame, and the mean of its last half",
             otherwise="those of the model",
-            example="[coverage, escapes]",
+            example=f"[{ANY_METRIC}]",
         ),
     ]
     series: Annotated[
@@ -78,7 +78,7 @@ class RecordSpec:
             METRIC_NAMES,
             "recorded of each frame, and of each trial too",
             otherwise="none",
-            example="[coverage]",
+            example=f"[{ANY_METRIC}]",
         ),
     ] = ()
     every: Annotated[
@@ -178,7 +178,7 @@ class Study:
         Key(
             ModelName("model", MODELS, listed_by="sweep models"),
             "the model that flies",
-            example="aziel_chen2025",
+            example=next(iter(MODELS)),
         ),
     ]
     preset: Annotated[
@@ -214,7 +214,7 @@ class Study:
             "axes; the points are their product, the last one fastest",
             name="sweep",
             otherwise="one point",
-            example="{n: [50, 100], fov: {linspace: [60, 360, 6]}}",
+            example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
         ),
     ]
     search: Annotated[
@@ -231,7 +231,7 @@ class Study:
             ReadLater("settings with expressions"),
             "settings computed from others, by expressions",
             otherwise="none",
-            example="{perception_range: 10 * max_speed}",
+            example="{steps: 100 * n}",
         ),
     ]
     require: Annotated[
@@ -240,7 +240,7 @@ class Study:
             ReadLater("a list of conditions", lambda: listed(TEXT)),
             "conditions without which a point is left out",
             otherwise="none",
-            example="[separation_range <= perception_range]",
+            example="[n < width]",
         ),
     ]
     replicates: Annotated[
@@ -279,7 +279,7 @@ class Study:
             LaterSectionOf(RecordSpec),
             "what is kept of each trial",
             otherwise="the metrics of the model",
-            example="{series: [coverage], every: 10}",
+            example=f"{{series: [{ANY_METRIC}], every: 10}}",
         ),
     ]
     time_limit: Annotated[
@@ -312,14 +312,14 @@ class Study:
         return settings_of_study(self.model, self.maps)
 
     def map_size(self, name: str) -> tuple[float, float] | None:
-        """The width and height of a map, built-in or the study's own; None where any
-        size will do.
+        """The width and height of a map, built-in or the study's own; None for a map
+        that suits every size.
         """
         return self.maps[name].size if name in self.maps else MAPS[name].size
 
     @property
     def trials_per_point(self) -> int:
-        """The number of replicates, or of seeds; where a rule adds trials, the most of
+        """The number of replicates or of seeds; the most trials where a rule adds
         them.
         """
         if self.until:
@@ -347,7 +347,7 @@ class Study:
 
 
 def load_spec(path: Path) -> Study:
-    """The study that a spec file describes.
+    """The study that the file of a spec describes.
 
     Raises SpecError, with file and line, for whatever is wrong with it.
     """
@@ -377,15 +377,14 @@ def read_study(root: Entry) -> Study:
         raise root.error("is empty")
     check_keys(root, *SPEC)
     given = read_values(Study, root)
-    model, preset, folder = (
-        MODELS[given["model"]],
-        given["preset"],
-        root.document.path.parent,
-    )
-    _check_preset(root, model, preset)
+    name, preset = given["model"], given["preset"]
+    model, folder = MODELS[name], root.document.path.parent
+    if preset not in model.presets:
+        message = unknown(f"preset of {name}", preset, model.presets)
+        raise root.document.error(("preset",), message)
     maps = read_maps(given.get("maps"), folder)
-    known = settings_of_study(model.name, maps)
-    reader = AxisReader(model.name, preset, known, given["seed"], folder)
+    known = settings_of_study(name, maps)
+    reader = AxisReader(name, preset, known, given["seed"], folder)
     fixed = read_fixed(given.get("fixed"), known)
     derive = read_derive(given.get("derive"), known)
     axes = read_axes(given.get("axes"), reader, [*fixed, *derive])
@@ -410,20 +409,14 @@ def read_study(root: Entry) -> Study:
     return Study(document=root.document, **(given | read | replication._asdict()))
 
 
-def _check_preset(root: Entry, model: Model, preset: str) -> None:
-    if preset not in model.presets:
-        message = unknown(f"preset of {model.name}", preset, model.presets)
-        raise root.document.error(("preset",), message)
-
-
 def _search(
     root: Entry, reader: AxisReader, model: Model, given: dict[str, Iterable[str]]
 ) -> Search | None:
     entry = root.get("search")
     if entry and "sweep" in root.value:
         raise entry.error(
-            "a search has no sweep: what a candidate must be good at together stands"
-            " under search: over"
+            'a spec has "search" or "sweep", not both: axes of the scenarios that a'
+            ' candidate must be good at together stand in "search" under "over"'
         )
     places = {name: (key, name) for key, names in given.items() for name in names}
     return read_search(entry, reader, model, places) if entry else None

@@ -46,7 +46,7 @@ def _check(about: dict[str, Any]) -> None:
     for name, axis in about.get("axes", {}).items():
         _check_names("setting", axis["fields"], known)
         if not axis["fields"]:
-            raise ValueError(f'axis "{name}" has no fields')
+            raise ValueError(f'axis "{name}" has no settings')
         if axis["sampler"] in OPTIONS:
             _check_blocks(name, axis)
     if "until" in about:

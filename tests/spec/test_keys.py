@@ -16,7 +16,7 @@ from sweep.spec.contents import Number, OneOf, OrFalse, ReadLater, Text, Whole
 from sweep.spec.document import Document, Entry
 from sweep.spec.key_table import described
 from sweep.spec.keys import Key, differing, keys_of, read_section, written
-from sweep.spec.policy import Policy
+from sweep.spec.policy import FailureBudget, Policy
 from sweep.spec.search import LEVEL, Racing
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
@@ -75,7 +75,7 @@ def test_a_key_that_is_entered_once_is_in_the_schema() -> None:
     head = parse_document(short(), Path("spec.yaml")).value
     assert validator.is_valid(head | {"patience": 5})
     assert not validator.is_valid(head | {"patience": 1})
-    text = "hours that somebody waits (such as 4); by default 3"
+    text = "hours that somebody waits; by default 3; for example 4"
     assert schema.json_schema()["properties"]["patience"]["description"] == text
 
 
@@ -166,6 +166,11 @@ def test_what_is_no_key_is_not_written() -> None:
 def test_racing_is_written_as_it_is_read(value: float | None, text: Any) -> None:
     assert Racing().write(value) == text
     assert Racing().read(entry(text)) == value
+
+
+@pytest.mark.parametrize("text", [0, 7, "0%", "100%", "12.3456789%", "0.000000001%"])
+def test_a_budget_is_written_as_it_is_read(text: Any) -> None:
+    assert FailureBudget().write(FailureBudget().read(entry(text))) == text
 
 
 @pytest.mark.parametrize("value", [None, 0.5])
