@@ -16,7 +16,8 @@ HEAD = """\
 [GUIDE.md](../GUIDE.md#writing-a-spec) shows how to use them, and `sweep models MODEL`
 lists the settings of a model. A dot leads to a key of a mapping, NAME stands for a
 name of yours, and [] for each part of a list. What stands under an axis, as
-`sweep.NAME` and `search.over.NAME` are, has a table of its own.
+`sweep.NAME` and `search.over.NAME` are, has a table of its own. What must be given must
+be so wherever the mapping stands that has the key.
 
 | key | what it is | allowed | without it | example |
 |---|---|---|---|---|

@@ -30,7 +30,7 @@ from sweep.spec.layout import STUDY_NAME, taken_name
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.policy import Policy, read_policy
 from sweep.spec.recorded import ANY_METRIC, Column, check_metric
-from sweep.spec.replication import Replicates, read_replication
+from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.schema_parts import TEXT, Schema, listed
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
@@ -256,7 +256,7 @@ class Study:
     seeds: Annotated[
         tuple[int, ...] | None,
         Key(
-            ListOf(Whole(0), "whole numbers from 0"),
+            SEEDS,
             "one trial a point with each of these seeds, instead of `replicates`",
             otherwise="made from `seed`",
             example="[27, 729, 4913]",

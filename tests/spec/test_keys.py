@@ -50,12 +50,25 @@ class LongerStudy(Study):
     ] = 3
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EasierStudy(Study):
+    """A study some of whose keys have got defaults."""
+
+    preset: Annotated[str, Key(Text(), "a preset")] = "as_run"
+    seed: Annotated[int, Key(Whole(0), "a seed")] = 7
+
+
+def entered(monkeypatch: pytest.MonkeyPatch, kind: type[Study]) -> None:
+    """The class of a study is another one; nothing else is told of its keys."""
+    monkeypatch.setattr(study, "Study", kind)
+    for module in (study, schema, key_table):
+        monkeypatch.setattr(module, "SPEC", (kind, Policy))
+
+
 @pytest.fixture
 def longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The class of a study has the key; nothing else is told of it."""
-    monkeypatch.setattr(study, "Study", LongerStudy)
-    for module in (study, schema, key_table):
-        monkeypatch.setattr(module, "SPEC", (LongerStudy, Policy))
+    """There is one key more."""
+    entered(monkeypatch, LongerStudy)
 
 
 @pytest.mark.usefixtures("longer")
@@ -90,6 +103,17 @@ def test_a_key_that_is_entered_once_is_written_and_in_the_table() -> None:
         " `patience: 4` |\n"
     )
     assert row in key_table.key_table()
+
+
+def test_a_default_is_entered_once_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    bare = {"study": "short", "model": "nguyen2024", "replicates": 2}
+    with pytest.raises(SpecError, match='missing key "preset"'):
+        parse_spec(bare)
+    assert not Draft7Validator(schema.json_schema()).is_valid(bare)
+    entered(monkeypatch, EasierStudy)
+    assert (parse_spec(bare).preset, parse_spec(bare).seed) == ("as_run", 7)
+    assert Draft7Validator(schema.json_schema()).is_valid(bare)
+    assert "| `seed` | a seed | a whole number from 0 | 7 |" in key_table.key_table()
 
 
 def test_without_the_key_it_is_unknown() -> None:
