@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from sweep.design.design import Design
 from sweep.spec.maps import Obstacles, OwnMap
-from sweep.spec.seeds import address, point_words
+from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Streams, Study
 
@@ -67,7 +67,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
     replicate = 0 if job.literal else job.replicate
     common = getattr(job.streams, purpose) == "common"
     return address(
-        job.seed, purpose, replicate, *(() if common else point_words(job.point))
+        job.seed, purpose, replicate, *(() if common else point_numbers(job.point))
     )
 
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from kernels import KERNELS_SHA
 from sweep.figures import STYLE, save, saved_about
 from sweep.published.claims import Publication
-from sweep.spec.layout import FIGURES
+from sweep.spec.study_folder import FIGURES
 from sweep.tables.stored_study import StoredStudy
 
 

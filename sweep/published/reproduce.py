@@ -22,7 +22,7 @@ from sweep.published.scorecard import Page, Picture, Row, Section
 from sweep.published.scorecard_html import as_html
 from sweep.published.scorecard_markdown import as_markdown
 from sweep.published.verdicts import judge, untestable
-from sweep.spec.layout import SCORECARD
+from sweep.spec.study_folder import SCORECARD
 from sweep.store.new_files import replacing
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory

@@ -22,7 +22,6 @@ from pathlib import Path
 import numpy as np
 
 from sweep.spec.axis_keys import POINTS, SAMPLE, TABLE
-from sweep.spec.blocks import OPTIONS, SampleBlocks, read_blocks, sample_blocks
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
@@ -30,6 +29,7 @@ from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import read_table
 from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.spec.settings import NotAllowedError, Setting, Values
+from sweep.spec.whole_samples import OPTIONS, SampleBlocks, read_blocks, sample_blocks
 from sweep.text import unknown
 
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {

@@ -5,11 +5,11 @@ registries of their own. So what may stand beside what is checked by the code th
 an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
 """
 
-from sweep.spec.blocks import LEVELS, OPTIONS, Levels
 from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
 from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS
 from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
+from sweep.spec.whole_samples import LEVELS, OPTIONS, Levels
 
 TABLE = "table"
 """The sampler that reads points from a file."""

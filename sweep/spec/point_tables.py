@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
-from sweep.spec.pages import PagesError, check_footer, unpacked
+from sweep.spec.parquet_sizes import PagesError, check_footer, unpacked
 from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 

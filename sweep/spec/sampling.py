@@ -12,7 +12,7 @@ import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
-from sweep.spec.seeds import address, words
+from sweep.spec.seeds import address, hashed
 from sweep.spec.settings import NotAllowedError, Setting, Values
 
 Unit = NDArray[np.float64]
@@ -87,7 +87,7 @@ SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
 def generator(seed: int, *names: str) -> Generator:
     """The random numbers of an axis, or of one of its settings."""
     return default_rng(
-        address(seed, "design", *(word for name in names for word in words(name)))
+        address(seed, "design", *(number for name in names for number in hashed(name)))
     )
 
 

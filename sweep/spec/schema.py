@@ -9,8 +9,8 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import POINTS, WHEN
+from sweep.spec.failure_policy import policy_rules
 from sweep.spec.keys import section_schema
-from sweep.spec.policy import policy_rules
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replication_rules
 from sweep.spec.sampling import DISTRIBUTIONS

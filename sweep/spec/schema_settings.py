@@ -13,7 +13,6 @@ from dataclasses import replace
 
 from kernels.models import MODELS
 from sweep.spec.axis_keys import ABLATE, GRID_LEVELS, POINTS, SECOND_ORDER
-from sweep.spec.blocks import OPTIONS
 from sweep.spec.maps import MAP_NAME
 from sweep.spec.sampling import SAMPLERS
 from sweep.spec.schema_parts import (
@@ -26,6 +25,7 @@ from sweep.spec.schema_parts import (
 )
 from sweep.spec.search_schema import model_schema
 from sweep.spec.settings import Setting, preset_settings, settings_of
+from sweep.spec.whole_samples import OPTIONS
 
 ON_CONDITION: Schema = {"when": reference("when")}
 SAMPLED: Schema = {

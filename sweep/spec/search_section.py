@@ -16,8 +16,8 @@ from sweep.spec.recorded import read_column
 from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
+from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
-from sweep.spec.values import read_axes
 from sweep.text import unknown
 
 FORMS = ("uniform", "loguniform", "integers", "choice")

@@ -12,7 +12,7 @@ would change.
 """
 
 
-def words(text: str) -> tuple[int, int]:
+def hashed(text: str) -> tuple[int, int]:
     """Two numbers of 32 bits from a hash of `text`, the same in every process."""
     digest = hashlib.sha256(text.encode()).digest()
     return int.from_bytes(digest[:4], "big"), int.from_bytes(digest[4:8], "big")
@@ -25,6 +25,6 @@ def address(seed: int, purpose: str, *key: int) -> SeedSequence:
     return SeedSequence(seed, spawn_key=(CODES[purpose], *key))
 
 
-def point_words(point: str) -> tuple[int, int]:
+def point_numbers(point: str) -> tuple[int, int]:
     """The id of a point, 16 hexadecimal digits, as two numbers of 32 bits."""
     return int(point[:8], 16), int(point[8:], 16)

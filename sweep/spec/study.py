@@ -25,18 +25,15 @@ from sweep.spec.contents import (
 )
 from sweep.spec.document import Document, Entry, Place
 from sweep.spec.expressions import Expression
+from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
-from sweep.spec.layout import STUDY_NAME, taken_name
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
-from sweep.spec.policy import Policy, read_policy
 from sweep.spec.recorded import ANY_METRIC, Column, check_metric
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.schema_parts import TEXT, Schema, listed
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.settings import Setting, Value, settings_of_study
-from sweep.spec.strict_yaml import dump, parse_document, read_document
-from sweep.spec.values import (
+from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
     check_once,
@@ -45,6 +42,9 @@ from sweep.spec.values import (
     read_fixed,
     read_require,
 )
+from sweep.spec.settings import Setting, Value, settings_of_study
+from sweep.spec.strict_yaml import dump, parse_document, read_document
+from sweep.spec.study_folder import STUDY_NAME, taken_name
 from sweep.text import unknown
 
 Stream = Literal["common", "independent"]

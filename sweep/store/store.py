@@ -27,7 +27,7 @@ from typing import TypeVar
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.layout import ASKED, PLAN, SPEC
+from sweep.spec.study_folder import ASKED, PLAN, SPEC
 from sweep.store.locations import Location, patiently
 from sweep.store.manifest import (
     MERGED_MARK,

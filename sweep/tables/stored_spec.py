@@ -14,9 +14,9 @@ from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
+from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of, settings_of_study
 from sweep.spec.study import SPEC, Study, read_study
-from sweep.spec.values import read_fixed
 from sweep.tables.stored_trials import StoredTrial
 
 

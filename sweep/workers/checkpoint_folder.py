@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.spec.layout import CHECKPOINTS
+from sweep.spec.study_folder import CHECKPOINTS
 from sweep.store.locations import Location
 from sweep.store.shares import Share
 

@@ -11,15 +11,15 @@ from sweep.errors import SpecError
 from sweep.spec import key_table, schema, study
 from sweep.spec.axes import FORMS
 from sweep.spec.axis_keys import axis_keys
-from sweep.spec.blocks import OPTIONS
 from sweep.spec.contents import Number, OneOf, OrFalse, ReadLater, Text, Whole
 from sweep.spec.document import Document, Entry
+from sweep.spec.failure_policy import FailureBudget, Policy
 from sweep.spec.key_table import described
 from sweep.spec.keys import Key, differing, keys_of, read_section, written
-from sweep.spec.policy import FailureBudget, Policy
 from sweep.spec.search import LEVEL, Racing
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
+from sweep.spec.whole_samples import OPTIONS
 from tests.specs import short
 
 ROOT = Path(__file__).parents[2]

@@ -23,7 +23,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import FailedTrialsError, SpecError
-from sweep.spec.policy import Policy
+from sweep.spec.failure_policy import Policy
 from sweep.spec.study import parse_spec
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
