@@ -26,6 +26,11 @@ class Progress:
     apart: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
 
+    def count(self, trials: int, stored: int, /) -> None:
+        """Count trials that are asked for now, and those of them that are stored."""
+        self.trials += trials
+        self.stored += stored
+
     @property
     def missing(self) -> int:
         return self.trials - self.stored
@@ -38,11 +43,17 @@ class Progress:
 
 @dataclass
 class SearchProgress(Progress):
-    """How far a search is: `trials` is the most that it can come to, `found` what there
-    is so far, in words.
+    """How far a search is.
+
+    Until it ends, `trials` is the most that it can come to. `found` says in words what
+    there is so far.
     """
 
     found: str = ""
+
+    def count(self, _trials: int, stored: int, /) -> None:
+        """Count those that are stored; `trials` counts all from the beginning."""
+        self.stored += stored
 
 
 class Display(Protocol):

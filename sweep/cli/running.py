@@ -99,9 +99,9 @@ def search(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
+    from sweep.campaigns.launch import search as run_search
     from sweep.campaigns.search.export import check_export
     from sweep.campaigns.search.export import export as write_export
-    from sweep.campaigns.search.run import search as run_search
     from sweep.cli import search_report as report
     from sweep.cli.search_progress import SearchBar
     from sweep.spec.study import load_spec

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from rich.table import Table
 
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings, plain, warnings
 from sweep.campaigns.search.outcome import SEARCH, constraints
 from sweep.campaigns.search.repetitions import AgainstRandom
-from sweep.campaigns.search.stored import read_asked
 from sweep.campaigns.search.words import (
     constraint_words,
     counted,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from sweep.campaigns.search.stored import read_asked
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import ChoiceError, UserError
 from sweep.figures.aims import aim
 from sweep.figures.coverage import coverage_layout, draw_coverage

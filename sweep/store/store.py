@@ -134,16 +134,20 @@ class Store:
         *,
         trial_ids: pa.Array | None = None,
         columns: Sequence[str] | None = None,
+        optional: Sequence[str] = (),
     ) -> pa.Table:
         """All current rows of a table, oldest part first, optionally only some trials
         and some columns.
 
         Columns are united by name and filled with nulls, types widened; metadata is the
-        newest part's. A table that no part has comes back with no rows. Raises
-        StoreError for a damaged part and for a column that the table has in no part.
+        newest part's. A table that no part has comes back with no rows. `optional`
+        columns are read beside `columns` if any part has them. Raises StoreError for a
+        damaged part and for one of `columns` that the table has in no part.
         """
         wanted = (
-            None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
+            None
+            if columns is None
+            else list(dict.fromkeys(["trial_id", *columns, *optional]))
         )
         union = self.steadily(
             lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted)
@@ -154,7 +158,8 @@ class Store:
             raise StoreError(
                 f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}"
             )
-        return union.select(columns)
+        there = [name for name in optional if name in union.column_names]
+        return union.select([*columns, *there])
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
         """Merge parts of fewer than `rows` trials, where their tables and schemas are

@@ -15,7 +15,7 @@ from scipy.stats.qmc import LatinHypercube
 import sweep.spec.document
 import sweep.spec.limits as limits
 import sweep.spec.replication as replication
-from sweep.campaigns.search.run import search
+from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
 from sweep.spec.sampling import generator, latin_hypercube

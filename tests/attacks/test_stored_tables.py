@@ -18,8 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sweep.campaigns.launch import launch
-from sweep.campaigns.search.run import search
+from sweep.campaigns.launch import launch, search
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import StoreError, UnreachableError, UnreadableError

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.campaigns.launch as launch_module
+import sweep.campaigns.fixed as fixed_module
 import sweep.workers.attempts as attempts_module
 from kernels import KERNELS_SHA
 from sweep.campaigns.launch import launch
@@ -122,7 +122,7 @@ def test_other_kernels_are_recorded_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     relaunch(SMALL, tmp_path)
-    monkeypatch.setattr(launch_module, "KERNELS_SHA", "other kernels")
+    monkeypatch.setattr(fixed_module, "KERNELS_SHA", "other kernels")
     progress = relaunch(SMALL, tmp_path)
     assert (progress.stored, progress.apart) == (0, 6)
 

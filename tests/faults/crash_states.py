@@ -23,8 +23,7 @@ import pyarrow as pa
 import pytest
 
 import sweep.workers.attempts as attempts_module
-from sweep.campaigns.launch import launch
-from sweep.campaigns.search.run import search
+from sweep.campaigns.launch import launch, search
 from sweep.spec.study import parse_spec
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table

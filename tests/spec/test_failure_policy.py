@@ -17,8 +17,8 @@ import pytest
 
 import sweep.workers.attempts as attempts_module
 from kernels import KERNELS_SHA
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.plan import make_search_plan
-from sweep.campaigns.search.stored import read_asked
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan

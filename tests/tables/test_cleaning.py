@@ -14,7 +14,7 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-import sweep.campaigns.launch as launch_module
+import sweep.campaigns.fixed as fixed_module
 from sweep.errors import StoreError
 from sweep.store.lock import Lock
 from sweep.store.store import Store
@@ -66,7 +66,7 @@ def dirty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     relaunch(SPEC, results)
     relaunch(SPEC.replace("[0.5, 1]", "[3]"), results)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(launch_module, "KERNELS_SHA", "f" * 64)
+        patch.setattr(fixed_module, "KERNELS_SHA", "f" * 64)
         patch.setattr("sweep.store.provenance.KERNELS_SHA", "f" * 64)
         relaunch(SPEC, results)
     relaunch(SPEC.replace("[0.5, 1]", "[1, 2]"), results)

@@ -6,8 +6,7 @@ from typing import Any, TypeVar
 
 import pytest
 
-import sweep.campaigns.launch as launch_module
-import sweep.campaigns.search.ledger as ledger_module
+import sweep.campaigns.campaign as campaign_module
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
@@ -143,7 +142,7 @@ def test_what_will_run_keeps_its_checkpoint_less_what_was_never_finished(
     relaunch(IMPOSSIBLE, tmp_path)
     folder = tmp_path / "small"
     checkpoints = left_behind(folder, *stored_trials(folder), UNKNOWN)
-    monkeypatch.setattr(launch_module, "run_jobs", killed)
+    monkeypatch.setattr(campaign_module, "run_jobs", killed)
     with pytest.raises(Killed):
         relaunch(IMPOSSIBLE, tmp_path, retry=True)
     assert sorted(path.name for path in checkpoints.iterdir()) == sorted(
@@ -160,7 +159,7 @@ def test_where_the_plan_grows_only_what_is_stored_goes_before_the_end(
     stored = stored_trials(folder)
     checkpoints = left_behind(folder, stored[0], UNKNOWN)
     with monkeypatch.context() as patched:
-        patched.setattr(launch_module, "run_jobs", killed)
+        patched.setattr(campaign_module, "run_jobs", killed)
         with pytest.raises(Killed):
             relaunch(UNTIL, tmp_path)
     assert Checkpoints(checkpoints).trials() == {UNKNOWN}
@@ -180,7 +179,7 @@ def test_a_search_keeps_what_it_may_ask_for(
     checkpoints = left_behind(folder, stored[0], UNKNOWN)
     longer = SEARCH.replace("budget: 8", "budget: 16")
     with monkeypatch.context() as patched:
-        patched.setattr(ledger_module, "run_jobs", killed)
+        patched.setattr(campaign_module, "run_jobs", killed)
         with pytest.raises(Killed):
             searched(longer, tmp_path)
     assert Checkpoints(checkpoints).trials() == {UNKNOWN}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.blocks import Blocks
 from sweep.campaigns.search.findings import plain
 from sweep.campaigns.search.held_out import held_out_values
@@ -20,7 +21,6 @@ from sweep.campaigns.search.outcome import (
     objectives,
 )
 from sweep.campaigns.search.samplers import distributions, quiet
-from sweep.campaigns.search.stored import Asked, read_asked
 from sweep.errors import OutputError
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.search import Parameter
@@ -155,7 +155,7 @@ def _first_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).splitlines()[0]
 
 
-def _trials(asked: Asked) -> "Iterator[FrozenTrial]":
+def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
     """The candidates of the main search as trials of optuna, in the order asked."""
     table, found, judged = (
         candidates(asked),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.campaigns.search.held_out import differences, front, references, winners
 from sweep.campaigns.search.outcome import COMPLETE, SEARCH, candidates, objectives
 from sweep.campaigns.search.repetitions import (
@@ -18,7 +19,6 @@ from sweep.campaigns.search.repetitions import (
     against_random,
     runs,
 )
-from sweep.campaigns.search.stored import Asked
 from sweep.campaigns.search.words import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.spec.objectives import Objective
 from sweep.spec.settings import settings_of
@@ -30,7 +30,7 @@ class Findings:
     """All that a report says, each part computed when first asked for."""
 
     study: StoredStudy
-    asked: Asked
+    asked: AskedTrials
 
     @cached_property
     def objectives(self) -> list[Objective]:

@@ -26,7 +26,7 @@ from sweep.campaigns.search.outcome import (
 from sweep.spec.objectives import Floats, Objective
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.stored import Asked
+    from sweep.campaigns.search.asked_trials import AskedTrials
 
 RESAMPLES, RESAMPLING_SEED = 2000, 20
 UNFINISHED_SHOWN = 5
@@ -47,7 +47,7 @@ class HeldOutDifference(NamedTuple):
     variance_reduction: float
 
 
-def shown(asked: "Asked", run: str = SEARCH) -> list[int]:
+def shown(asked: "AskedTrials", run: str = SEARCH) -> list[int]:
     """The candidates that a run has chosen and judged on held-out seeds, the winner
     first; before that the best.
     """
@@ -58,7 +58,7 @@ def shown(asked: "Asked", run: str = SEARCH) -> list[int]:
     return [number for number in order if number in judged or not judged]
 
 
-def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a chosen candidate and objective, in the order of `chosen`: the winner
     first.
 
@@ -102,7 +102,7 @@ def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     return table
 
 
-def references(asked: "Asked") -> pd.DataFrame:
+def references(asked: "AskedTrials") -> pd.DataFrame:
     """One row a reference and objective.
 
     Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
@@ -132,7 +132,7 @@ def references(asked: "Asked") -> pd.DataFrame:
     return table
 
 
-def differences(asked: "Asked") -> pd.DataFrame:
+def differences(asked: "AskedTrials") -> pd.DataFrame:
     """The winner minus each reference, or with several objectives each member of the
     front; columns of `HeldOutDifference`.
 
@@ -164,7 +164,7 @@ def differences(asked: "Asked") -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(HeldOutDifference._fields))
 
 
-def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def front(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a member of the Pareto front that a run has chosen: candidate, on_front,
     share, beaten_by, knee.
 
@@ -190,7 +190,7 @@ def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     return table
 
 
-def together(asked: "Asked", numbers: list[int]) -> float:
+def together(asked: "AskedTrials", numbers: list[int]) -> float:
     """The confidence of each held-out interval with which those of these candidates and
     the references all hold.
     """
@@ -251,7 +251,7 @@ def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
     return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
 
 
-def _violation(asked: "Asked", judged: Blocks, number: int) -> float:
+def _violation(asked: "AskedTrials", judged: Blocks, number: int) -> float:
     if number not in judged.candidates:
         return np.nan
     place = judged.find(number)

@@ -12,7 +12,7 @@ from sweep.campaigns.search.fronts import nondominated, thinned
 from sweep.spec.objectives import Constraint, Floats, Objective
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.stored import Asked
+    from sweep.campaigns.search.asked_trials import AskedTrials
 
 SEARCH = "search"
 HELD_OUT = "held_out"
@@ -20,17 +20,17 @@ REFERENCES = "references"
 COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "failed"
 
 
-def objectives(asked: "Asked") -> list[Objective]:
+def objectives(asked: "AskedTrials") -> list[Objective]:
     """The objectives of a search, in the order of its spec."""
     return [Objective.from_json(one) for one in asked.about["objectives"]]
 
 
-def constraints(asked: "Asked") -> list[Constraint]:
+def constraints(asked: "AskedTrials") -> list[Constraint]:
     """The constraints of a search, in the order of its spec."""
     return [Constraint.from_json(one) for one in asked.about["constraints"]]
 
 
-def blocks(asked: "Asked", run: str, phase: str) -> Blocks:
+def blocks(asked: "AskedTrials", run: str, phase: str) -> Blocks:
     """The trials of a run's candidates in a phase, with objectives and constraints."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
     columns = [one.column for one in objectives(asked)] + [
@@ -39,7 +39,7 @@ def blocks(asked: "Asked", run: str, phase: str) -> Blocks:
     return blocks_of(rows, columns)
 
 
-def candidates(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a candidate of a run, in the order asked.
 
     Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
@@ -150,7 +150,7 @@ def _estimates(found: Blocks, objective: Objective) -> list[float]:
 
 
 def _statuses(
-    asked: "Asked", run: str, table: pd.DataFrame, found: Blocks
+    asked: "AskedTrials", run: str, table: pd.DataFrame, found: Blocks
 ) -> NDArray[Any]:
     full = asked.about["blocks"][run]
     ended = table["batch"] == table["batch"].max()
@@ -164,7 +164,7 @@ def _statuses(
     return np.select(kinds, [FAILED, COMPLETE, CUT_SHORT], RACED_OUT)
 
 
-def _spent(asked: "Asked", run: str) -> int:
+def _spent(asked: "AskedTrials", run: str) -> int:
     """How many trials of a run count against its budget; a shared one counts once."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
     return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())
