@@ -101,6 +101,7 @@ class _Campaign(Generic[P]):
                 # Of a million trials they would hold a hundred megabytes meanwhile.
                 unpublished = None
                 del asked
+                pa.default_memory_pool().release_unused()
                 self._run(jobs)
         if unpublished:
             self._publish(unpublished)
@@ -132,7 +133,6 @@ class _Campaign(Generic[P]):
         if not self.spec_is_written:
             self.store.write_spec(self.study.text)
             self.spec_is_written = True
-        pa.default_memory_pool().release_unused()
 
     def _run(self, jobs: Sequence[Job]) -> None:
         self.report(self.progress)
