@@ -11,18 +11,19 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import Interval, paired_contrast, simultaneous_confidence
-from sweep.campaigns.search.blocks import Blocks, block_interval, difference_interval
+from sweep.campaigns.search.block_intervals import block_interval, difference_interval
 from sweep.campaigns.search.fronts import knee, nondominated, shares_on_front
 from sweep.campaigns.search.outcome import (
     HELD_OUT,
     REFERENCES,
     SEARCH,
-    blocks,
     candidates,
     chosen,
     constraints,
     objectives,
+    trials_of,
 )
+from sweep.campaigns.search.trials_by_block import TrialsByBlock
 from sweep.spec.objectives import Floats, Objective
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def shown(asked: "AskedTrials", run: str = SEARCH) -> list[int]:
     """The candidates that a run has chosen and judged on held-out seeds, the winner
     first; before that the best.
     """
-    judged = set(blocks(asked, run, HELD_OUT).candidates.tolist())
+    judged = set(trials_of(asked, run, HELD_OUT).candidates.tolist())
     order = chosen(
         candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN
     )
@@ -74,8 +75,8 @@ def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """
     numbers, searched, judged = (
         shown(asked, run),
-        blocks(asked, run, SEARCH),
-        blocks(asked, run, HELD_OUT),
+        trials_of(asked, run, SEARCH),
+        trials_of(asked, run, HELD_OUT),
     )
     confidence = together(asked, numbers)
     rows = []
@@ -109,7 +110,7 @@ def references(asked: "AskedTrials") -> pd.DataFrame:
     not_done, as `winners` has them; the intervals hold together with those.
     """
     judged, confidence = (
-        blocks(asked, REFERENCES, HELD_OUT),
+        trials_of(asked, REFERENCES, HELD_OUT),
         together(asked, shown(asked)),
     )
     rows = [
@@ -143,8 +144,8 @@ def differences(asked: "AskedTrials") -> pd.DataFrame:
     wanted, numbers = objectives(asked), shown(asked)
     numbers = numbers if len(wanted) > 1 else numbers[:1]
     judged, others = (
-        blocks(asked, SEARCH, HELD_OUT),
-        blocks(asked, REFERENCES, HELD_OUT),
+        trials_of(asked, SEARCH, HELD_OUT),
+        trials_of(asked, REFERENCES, HELD_OUT),
     )
     names = asked.about["references"]
     confidence = simultaneous_confidence(
@@ -175,7 +176,7 @@ def front(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
     before held-out trials have run.
     """
-    wanted, judged = objectives(asked), blocks(asked, run, HELD_OUT)
+    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
     numbers = [number for number in shown(asked, run) if number in judged.candidates]
     maximize = [objective.maximize for objective in wanted]
     values = held_out_values(judged, numbers, wanted)
@@ -201,7 +202,7 @@ def together(asked: "AskedTrials", numbers: list[int]) -> float:
 
 
 def held_out_interval(
-    judged: Blocks, number: int, objective: Objective, confidence: float
+    judged: TrialsByBlock, number: int, objective: Objective, confidence: float
 ) -> Interval:
     """The held-out estimate of a candidate with its interval; NaN, with no blocks,
     where there is none.
@@ -212,7 +213,7 @@ def held_out_interval(
 
 
 def held_out_values(
-    judged: Blocks, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
 ) -> Floats:
     """The held-out estimates of judged candidates, shape (candidates, objectives)."""
     values = [
@@ -222,7 +223,7 @@ def held_out_values(
     return np.array(values, np.float64).reshape(len(numbers), len(wanted))
 
 
-def _judged(judged: Blocks, number: int, objective: Objective) -> Floats:
+def _judged(judged: TrialsByBlock, number: int, objective: Objective) -> Floats:
     if number not in judged.candidates:
         return np.empty((0, 1))
     return judged.of(judged.find(number), objective.column)
@@ -251,7 +252,7 @@ def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
     return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
 
 
-def _violation(asked: "AskedTrials", judged: Blocks, number: int) -> float:
+def _violation(asked: "AskedTrials", judged: TrialsByBlock, number: int) -> float:
     if number not in judged.candidates:
         return np.nan
     place = judged.find(number)
@@ -259,14 +260,16 @@ def _violation(asked: "AskedTrials", judged: Blocks, number: int) -> float:
     return float(np.max([-np.inf, *each]))
 
 
-def _not_done(judged: Blocks, number: int) -> int:
+def _not_done(judged: TrialsByBlock, number: int) -> int:
     if number not in judged.candidates:
         return 0
     place = judged.find(number)
     return int((judged.stored[place] & ~judged.done[place]).sum())
 
 
-def _shares(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floats:
+def _shares(
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+) -> Floats:
     if not numbers:
         return np.empty(0)
     n = min(int(judged.counts()[judged.find(number)]) for number in numbers)
@@ -290,7 +293,7 @@ def _shares(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floa
 
 
 def _beaten_by(
-    judged: Blocks, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
 ) -> list[int]:
     confidence = simultaneous_confidence(
         max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted))
@@ -310,7 +313,7 @@ def _beaten_by(
 
 
 def _better(
-    judged: Blocks, one: int, other: int, objective: Objective, confidence: float
+    judged: TrialsByBlock, one: int, other: int, objective: Objective, confidence: float
 ) -> bool:
     first, second = (_judged(judged, number, objective) for number in (one, other))
     n = min(len(first), len(second))

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.campaigns.search.blocks import Blocks, blocks_of
 from sweep.campaigns.search.fronts import nondominated, thinned
+from sweep.campaigns.search.trials_by_block import TrialsByBlock, by_block
 from sweep.spec.objectives import Constraint, Floats, Objective
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ def constraints(asked: "AskedTrials") -> list[Constraint]:
     return [Constraint.from_json(one) for one in asked.about["constraints"]]
 
 
-def blocks(asked: "AskedTrials", run: str, phase: str) -> Blocks:
+def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
     """The trials of a run's candidates in a phase, with objectives and constraints."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
     columns = [one.column for one in objectives(asked)] + [
         one.column for one in constraints(asked)
     ]
-    return blocks_of(rows, columns)
+    return by_block(rows, columns)
 
 
 def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
@@ -58,7 +58,7 @@ def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     feasible.
     """
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
-    found = blocks(asked, run, SEARCH)
+    found = trials_of(asked, run, SEARCH)
     first = rows.drop_duplicates("candidate").sort_values("candidate")
     parameters = list(asked.about["parameters"])
     table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
@@ -128,7 +128,7 @@ def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
     return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
 
 
-def _violations(found: Blocks, constraints: Sequence[Constraint]) -> Floats:
+def _violations(found: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
     """The largest violation of each candidate (k,), zero or below if feasible; minus
     infinity without constraints.
     """
@@ -142,7 +142,7 @@ def _violations(found: Blocks, constraints: Sequence[Constraint]) -> Floats:
     return largest
 
 
-def _estimates(found: Blocks, objective: Objective) -> list[float]:
+def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
     return [
         objective.value(found.of(place, objective.column))
         for place in range(len(found.candidates))
@@ -150,7 +150,7 @@ def _estimates(found: Blocks, objective: Objective) -> list[float]:
 
 
 def _statuses(
-    asked: "AskedTrials", run: str, table: pd.DataFrame, found: Blocks
+    asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
 ) -> NDArray[Any]:
     full = asked.about["blocks"][run]
     ended = table["batch"] == table["batch"].max()

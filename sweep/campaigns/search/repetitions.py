@@ -16,9 +16,9 @@ from sweep.campaigns.search.outcome import (
     FAILED,
     HELD_OUT,
     SEARCH,
-    blocks,
     candidates,
     objectives,
+    trials_of,
     values_of,
     worst,
 )
@@ -141,7 +141,7 @@ def reference_point(asked: "AskedTrials") -> Floats | None:
 
 
 def _judged_value(asked: "AskedTrials", run: str, reference: Floats | None) -> float:
-    wanted, judged = objectives(asked), blocks(asked, run, HELD_OUT)
+    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
     numbers = [number for number in shown(asked, run) if number in judged.candidates]
     if not numbers:
         return np.nan

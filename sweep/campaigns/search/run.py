@@ -28,8 +28,10 @@ MOST_IDLE = 1000
 
 @dataclass(frozen=True, eq=False)
 class RunSetup:
-    """What makes a run: `study` has its seed, `blocks` is how many a candidate gets at
-    most, `level` that of the tests of a race, None where there are no races.
+    """What tells one run of a search from another.
+
+    `study` has the seed of the run. A candidate gets at most so many `blocks`. `level`
+    is that of the tests of a race; it is None where there are no races.
     """
 
     name: str
@@ -54,10 +56,11 @@ class RunSetup:
 
 @dataclass(eq=False)
 class AskedCandidate:
-    """A candidate that is asked for: its number, its batch (-1 where there is none),
-    and the trials that it has got so far, by block and scenario.
+    """A candidate, and the trials that it has got so far, by block and scenario.
 
-    `samples` are the values of these by column, None where one of them has none.
+    `number` is its place among all that were proposed, and `batch` is -1 where there is
+    none. `samples` has the values of the trials by column, or None where one of them
+    has no result.
     """
 
     number: int
@@ -85,8 +88,9 @@ class AskedCandidate:
 class Run:
     """A run on its way.
 
-    `asked` are its candidates so far, in the order asked, each once; `rejected` and
-    `repeated` count what the sampler has proposed besides.
+    `asked` has its candidates so far, in the order asked. `rejected` counts proposals
+    that the spec does not allow, and `repeated` those that were made before. `found`
+    says in words what there is after the last batch.
     """
 
     setup: RunSetup
@@ -103,9 +107,9 @@ class Run:
     found: str = ""
 
     def rounds(self) -> Iterator[list[Job]]:
-        """The trials of one rung after the other, each asked for when all of those
-        before are in `known`.
+        """The trials of one rung after the other.
 
+        Whoever takes the next ones has entered the values of the last ones in `known`.
         Raises SpecError where MOST_IDLE candidates in a row are rejected.
         """
         search = section_of(self.setup.study)
@@ -130,12 +134,10 @@ class Run:
             batch += 1
 
     def leading(self) -> str:
-        """The best so far in words: "" where no candidate is complete and feasible."""
+        """The best so far, in words."""
         search = section_of(self.setup.study)
         race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
-        leaders = race.leaders(
-            [entrant.samples for entrant in self.asked if entrant.samples]
-        )
+        leaders = race.leaders([one.samples for one in self.asked if one.samples])
         if not leaders:
             return "none complete yet"
         if len(search.objectives) > 1:

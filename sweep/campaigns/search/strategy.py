@@ -66,10 +66,9 @@ class SearchStrategy:
         self.known = KnownValues(self.section.columns)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """A round a rung, and one for the held-out trials of a run.
+        """Of each run a round a rung, and a round of held-out trials.
 
-        What the search has found is chosen by what is known of its trials, so before
-        any of the held-out ones.
+        Nothing is missing of the last one: it has the plan of the finished search.
         """
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
