@@ -5,7 +5,7 @@ are run; then it looks at what came of them, and asks for the next round, until 
 for no more.
 
 The plan that lists the trials of a round is stored before they run. So each trial that
-a launch has stored can be found and replayed, whenever the launch ends.
+a launch has stored is in its plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence

@@ -261,7 +261,7 @@ def by_its_id(job: Job) -> Result:
     return done(job, {"speed": value, "flock_radius": value})
 
 
-def test_a_held_out_trial_that_fails_can_be_replayed(
+def test_a_held_out_trial_that_fails_is_in_the_plan_and_can_be_replayed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also where it is the first failure, and ends the search."""
@@ -272,8 +272,10 @@ def test_a_held_out_trial_that_fails_can_be_replayed(
                 by_its_id(job) if job.seed == 5 else failed(job, "it went wrong")
             ),
         )
-        study = parse_spec(edited(SEARCH, ("seed: 5", "seed: 5\non_error: stop")))
+        spec = parse_spec(edited(SEARCH, ("seed: 5", "seed: 5\non_error: stop")))
         with pytest.raises(FailedTrialsError, match='"sweep replay tiny') as raised:
-            search(study, tmp_path, Serial())
+            search(spec, tmp_path, Serial())
     trial = str(raised.value).partition("sweep replay tiny ")[2].partition('"')[0]
-    assert replay(StoredStudy("tiny", tmp_path), trial)[0].startswith(f"trial {trial}")
+    study = StoredStudy("tiny", tmp_path)
+    assert trial in study.plan["trial_id"].to_pylist()
+    assert replay(study, trial)[0].startswith(f"trial {trial}")

@@ -2,10 +2,14 @@
 but the spec decides the bits.
 """
 
+import re
 import signal
-from collections.abc import Callable
-from itertools import count
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import count, takewhile
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pandas as pd
@@ -23,8 +27,11 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
+from tests import ROOT
+from tests.commands import sweep
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
+SOURCES = [*(ROOT / "sweep").rglob("*.py"), *(ROOT / "kernels").rglob("*.py")]
 TIMING = ["seconds"]
 
 
@@ -254,3 +261,44 @@ def test_the_mean_is_over_the_last_half(tmp_path: Path) -> None:
         check_names=False,
         rtol=1e-14,
     )
+
+
+LIFE = re.compile(r"`((?:sweep|kernels)/[\w/]+\.py)`")
+
+
+def test_a_trial_passes_the_modules_that_developing_names_in_that_order(
+    tmp_path: Path,
+) -> None:
+    """From the command to a stored part, with an engine that works in this process."""
+    text = (ROOT / "DEVELOPING.md").read_text(encoding="utf-8")
+    life = text.partition("## The life of a trial")[2].partition("Afterwards")[0]
+    named = LIFE.findall(life)
+    assert named[0] == "sweep/cli/running.py"
+    assert len(named) > 15
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    with modules_entered() as entered:
+        assert sweep(tmp_path, "launch", "spec.yaml").returncode == 0
+    left = iter(entered)
+    assert list(takewhile(lambda name: name in left, named)) == named
+
+
+@contextmanager
+def modules_entered() -> Iterator[list[str]]:
+    """Inside, the files of the project whose functions are called, as they follow each
+    other.
+    """
+    entered: list[str] = []
+    names = {str(path): path.relative_to(ROOT).as_posix() for path in SOURCES}
+
+    def note(frame: FrameType, event: str, _argument: object) -> None:
+        name = names.get(frame.f_code.co_filename)
+        called = event == "call" and frame.f_code.co_name != "<module>"
+        if name and called and entered[-1:] != [name]:
+            entered.append(name)
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        yield entered
+    finally:
+        sys.setprofile(before)

@@ -114,6 +114,18 @@ def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     identical(StoredStudy("small", tmp_path), whole)
 
 
+def test_trials_that_lack_the_metric_are_no_matter(
+    whole: StoredStudy, tmp_path: Path
+) -> None:
+    """They are stored by an earlier spec that did not record it."""
+    other = SMALL.replace("series: [speed]", "metrics: [polarization]")
+    assert relaunch(other, tmp_path).trials == 6
+    assert relaunch(GROWING, tmp_path).stored == 0
+    study = StoredStudy("small", tmp_path)
+    assert study.plan.equals(whole.plan)
+    assert study.trials["speed"].equals(whole.trials["speed"])
+
+
 def test_a_launch_again_runs_nothing(whole: StoredStudy) -> None:
     progress = relaunch(GROWING, whole.store.folder.parent)
     assert (progress.missing, progress.settled, progress.points) == (0, 4, 4)
