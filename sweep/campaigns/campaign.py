@@ -43,15 +43,15 @@ def run_campaign(
     retry: bool = False,
     report: Callable[[P], None],
 ) -> P:
-    """Run what the strategy asks for and the store of its study below `results` lacks,
-    and with `retry` what is stored there but not done.
+    """Run the trials that the strategy asks for and that are not stored yet.
 
-    This process alone launches the study, or this `share` of it, meanwhile. Damaged
-    parts are set aside first, and their trials run again. `report` is called before
-    trials run, after each batch of results, and at the end; where it is known from the
-    beginning how many trials there can be, also then. Raises StoreError where another
-    process is launching the study and where the store cannot be read or written;
-    FailedTrialsError where more trials have failed than the spec allows, and
+    The store of the study lies below `results`. With `retry`, trials run again that are
+    stored but not done; with a `share`, only the trials in it run. Damaged parts are
+    set aside first, so that their trials run again. `report` is called before trials
+    run, after each batch of results, and at the end. It is also called at the
+    beginning, if it is known then how many trials there can be. Raises StoreError where
+    another process is launching the study and where the store cannot be read or
+    written; FailedTrialsError where more trials have failed than the spec allows, and
     KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials
     stored.
     """
@@ -98,7 +98,7 @@ class _Campaign(Generic[P]):
             unpublished = asked.plan
             if jobs := self._missing(asked, retry=retry):
                 self._publish(asked.plan)
-                # Of a million trials they would hold a hundred megabytes meanwhile.
+                # The ids and the plan of a million trials are a hundred megabytes.
                 unpublished = None
                 del asked
                 pa.default_memory_pool().release_unused()

@@ -10,12 +10,13 @@ from sweep.store.locations import Location
 
 @dataclass
 class Progress:
-    """How far a launch is: trials of the plan, those stored before, and the new ones by
-    status.
+    """How far a launch is.
 
-    Of a share of a study, only the trials in it count. Where a rule decides how many
-    trials a point gets, `settled` of the `points` have had the last of theirs, and the
-    plan grows to `most` trials at most; `settled` is None where their number is fixed.
+    `trials` counts the trials of the plan; of a launch of a share, only those in it.
+    `stored` of them were stored before, and `statuses` counts the new ones. `apart` are
+    stored trials that the plan does not list. The plan grows to `most` trials at most.
+    Where a rule decides how many trials a point gets, `settled` of the `points` have
+    had their last one; `settled` is None where the number is fixed.
     """
 
     points: int = 0

@@ -21,11 +21,11 @@ LOOKED_UP = 100_000
 
 
 class StoredTrials:
-    """The stored trials of a study, by id: the status, and the `columns` that decide.
+    """The stored trials of a study: of each its id, its status, and some `columns`.
 
-    `table` has those of before. With `retry`, those among them that are not done are
-    not `final`: they run again. Raises StoreError where they cannot be read, or are not
-    what a launch writes.
+    `table` has those that were stored when the launch began. `final` says which of them
+    do not run again: all, or with `retry` those that are done. Raises StoreError where
+    they cannot be read, or are not what a launch writes.
     """
 
     def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
@@ -46,8 +46,10 @@ class StoredTrials:
         self._noted = self.schema.empty_table()
 
     def ask(self, ids: pa.ChunkedArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which of the trials of a new round were stored before, and which of these are
-        final; shapes (len(ids),).
+        """Begin a round of the trials `ids`, shape (n,).
+
+        Returns which of them were stored when the launch began, and which of these do
+        not run again; shapes (n,).
         """
         self._asked, self._noted = ids, self.schema.empty_table()
         places = _places(ids, self.table["trial_id"])
@@ -57,7 +59,7 @@ class StoredTrials:
         return stored, final
 
     def final_ids(self) -> pa.ChunkedArray:
-        """The trials that were stored before and do not run again."""
+        """The ids of the trials of `table` that do not run again."""
         return self.table["trial_id"].filter(pa.array(self.final))
 
     def note(self, results: Sequence[Result]) -> None:
@@ -80,7 +82,7 @@ class StoredTrials:
         return known.drop_columns("trial_id").take(rows)
 
     def forget(self) -> None:
-        """Hold no more of all this: there is no further round."""
+        """Give the memory back: there is no further round."""
         self.table = self._noted = self.schema.empty_table()
         self._asked = pa.chunked_array([], pa.string())
         pa.default_memory_pool().release_unused()

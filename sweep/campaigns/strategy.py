@@ -1,9 +1,9 @@
 """What a campaign needs of a strategy, which says which trials of a study are asked
 for.
 
-A strategy asks in rounds. What it asks for follows from the spec and from what is
-stored alone: neither from the number of workers, nor from the order in which results
-come back, nor from interruptions. The present ones:
+A strategy asks in rounds. What it asks for follows only from the spec and from what is
+stored. So the number of workers, the order in which results come back, and
+interruptions change nothing. These are the strategies:
 
     FixedStrategy    one round: all trials of the design
     UntilStrategy    a round a look: more trials for points whose interval is wide
@@ -44,8 +44,9 @@ class Round:
     """Trials that are asked for together, none of which was asked for before.
 
     `ids` are their ids. `jobs_at` makes the jobs at some places among them. `plan`
-    makes the tables of all trials that have been asked for so far; it is called at
-    once where a trial of this round is missing, and in any case after the last round.
+    makes the tables of all trials that have been asked for so far. The campaign calls
+    it before it runs what is missing of this round, and at the end if nothing is
+    missing of the last round.
     """
 
     ids: pa.ChunkedArray
@@ -61,10 +62,9 @@ class Round:
 class Strategy(Protocol[P_co]):
     """Says which trials of `study` are asked for.
 
-    `grows` says whether a later round may ask for trials that the first plan does not
-    list. Such a strategy may look; `looks_at` names the columns of trials that it then
-    sees. The campaign counts trials in `progress`; the strategy enters there what it
-    alone knows.
+    `grows` says whether there may be a second round. Such a strategy may look;
+    `looks_at` names the columns of trials that it then sees. The campaign counts trials
+    in `progress`, and the strategy enters there what it alone knows.
     """
 
     @property
@@ -82,6 +82,6 @@ class Strategy(Protocol[P_co]):
     def rounds(self, look: Look) -> Iterator[Round]:
         """One round after the other.
 
-        The next one is asked for when the trials of the last one are stored. Of a
-        launch of a share, those of other shares may be missing.
+        The next one is asked for when all trials of the last one are stored. In a
+        launch of a share, trials of other shares may be missing.
         """

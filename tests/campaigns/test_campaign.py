@@ -16,7 +16,10 @@ from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.launch import launch, search
 from sweep.campaigns.progress import Progress
+from sweep.campaigns.search.asked_trials import read_asked
+from sweep.campaigns.search.outcome import candidates
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
+from sweep.cli import search_report
 from sweep.design.design import expand
 from sweep.design.jobs import Counts, Job, Jobs, SomeJobs
 from sweep.errors import FailedTrialsError
@@ -253,6 +256,28 @@ def test_what_is_stored_when_a_launch_ends_is_in_its_plan(
     trials = set(stored.store.trial_ids())
     assert len(trials) > after
     assert trials <= set(stored.plan["trial_id"].to_pylist())
+
+
+@pytest.mark.parametrize("after", [0, 5, 21])
+def test_an_interrupted_search_can_be_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int
+) -> None:
+    """Candidates whose trials have not run yet are among those that were asked."""
+    replace_trials(monkeypatch, by_its_id)
+
+    def report(progress: Progress) -> None:
+        if progress.statuses.total() > after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search(parse_spec(SEARCH), tmp_path, Serial(), report=report)
+    study = StoredStudy("tiny", tmp_path)
+    asked = read_asked(study)
+    assert "missing" in set(asked.table["status"])
+    stored = asked.table["status"] != "missing"
+    searched = stored & (asked.table["phase"] == "search")
+    assert candidates(asked)["trials"].sum() == searched.sum() > 0
+    assert "The search is not finished" in search_report.text(study)
 
 
 def by_its_id(job: Job) -> Result:

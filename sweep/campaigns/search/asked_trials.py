@@ -1,11 +1,17 @@
-"""What a search has asked for, as a table beside its trials: `asked.parquet`, which is
-derived and can be lost.
+"""The table of what a search has asked for, `asked.parquet`, beside its trials. If it
+is lost, the same search writes it again.
 
-One row a block and scenario of a candidate: `run` ("search", "repetition 1", "random 1"
-and so on, or "references"), `phase` ("search" or "held_out"; such a row has the run
-whose candidate it judges), `candidate` (its number in the order asked in that run, of
-references their place), `batch` (-1 where there is none), `block`, `scenario` and
-`trial_id`. What the search was is in the metadata.
+It has one row for each block and scenario of a candidate:
+
+    run        "search", "repetition 1", "random 1" and so on, or "references"
+    phase      "search" or "held_out"; a held-out row has the run that it judges
+    candidate  its number in the order asked in the run; the place of a reference
+    batch      -1 where there is none
+    block
+    scenario
+    trial_id
+
+What the search was is in the metadata.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The values that decide of the trials that a search has asked for."""
+"""The values by which a search decides, of the trials that it has asked for."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ Trial = tuple[float, ...] | None
 
 
 class KnownValues:
-    """By trial the values of some columns, in the order of `columns`."""
+    """For each trial the values of some columns, in the order of `columns`."""
 
     def __init__(self, columns: Sequence[str]) -> None:
         self.columns = tuple(columns)
@@ -27,8 +27,8 @@ class KnownValues:
             self.trials[trial] = tuple(values) if known else None
 
     def of(self, trials: Sequence[Sequence[str]]) -> dict[str, Floats] | None:
-        """By column the values of trials by block and scenario, shape (blocks,
-        scenarios); None if one is lacking.
+        """The values of `trials`, ids by block and scenario: an array (blocks,
+        scenarios) for each column; None if a trial has none.
         """
         rows = [[self.trials[trial] for trial in block] for block in trials]
         if any(row is None for block in rows for row in block):
