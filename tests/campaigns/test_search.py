@@ -399,6 +399,20 @@ def test_if_everything_is_rejected_the_search_says_why(
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
+def test_a_small_space_that_is_rejected_whole_is_said_too(tmp_path: Path) -> None:
+    rejected = "replicates: 4", "require: [separation_weight > 5]\nreplicates: 4"
+    first, _, rest = TINY.partition("  parameters:")
+    spec = (
+        f"{first}  parameters:\n    separation_weight: {{choice: [1, 2]}}\n"
+        f"  objectives:{rest.partition('  objectives:')[2]}"
+    )
+    spec = edited(spec, rejected)
+    spec = edited(spec, (spec[spec.index("  references") : spec.index("require")], ""))
+    with pytest.raises(SpecError, match=r"no point is left: .* in a row are rejected"):
+        searched(spec, tmp_path)
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
 def test_settings_that_never_go_together_are_said_before_any_work(
     tmp_path: Path,
 ) -> None:

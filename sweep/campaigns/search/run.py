@@ -110,7 +110,7 @@ class Run:
         """The trials of one rung after the other.
 
         Whoever takes the next ones has entered the values of the last ones in `known`.
-        Raises SpecError where MOST_IDLE candidates in a row are rejected.
+        Raises SpecError where MOST_IDLE candidates in a row are rejected, or all.
         """
         search = section_of(self.setup.study)
         self.optuna = new_study(
@@ -151,13 +151,13 @@ class Run:
         return (search.budget - len(self.spent)) // search.scenarios
 
     def _exhausted(self) -> bool:
-        if self.idle >= MOST_IDLE:
-            if self.refusal and not self.asked:
-                raise SpecError(
-                    f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
-                )
-            return True
-        return len(self.proposed) >= size_of(section_of(self.setup.study).parameters)
+        size = size_of(section_of(self.setup.study).parameters)
+        ended = self.idle >= MOST_IDLE or len(self.proposed) >= size
+        if ended and self.refusal and not self.asked:
+            raise SpecError(
+                f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
+            )
+        return ended
 
     def _ask(self, batch: int) -> "tuple[Trial, AskedCandidate | None]":
         """What the sampler proposes next, and the candidate: an earlier one where it is
