@@ -12,7 +12,7 @@ from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings, plain, warnings
 from sweep.campaigns.search.outcome import SEARCH, constraints
 from sweep.campaigns.search.repetitions import AgainstRandom
-from sweep.campaigns.search.words import (
+from sweep.campaigns.search.sentences import (
     constraint_words,
     counted,
     number,

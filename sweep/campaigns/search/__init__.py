@@ -26,6 +26,6 @@ What it found:
     held_out         the chosen, judged on new seeds
     repetitions      the search against random search
     findings         all that a report says
-    words            the same in sentences
+    sentences        the same in sentences
     export           a study of optuna
 """

@@ -19,7 +19,7 @@ from sweep.campaigns.search.repetitions import (
     against_random,
     runs,
 )
-from sweep.campaigns.search.words import FEWEST_BLOCKS, edges, number, thin_tail
+from sweep.campaigns.search.sentences import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.spec.objectives import Objective
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
