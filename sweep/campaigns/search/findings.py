@@ -1,6 +1,4 @@
-"""All that is to be said of a stored search, each part computed once, and what to be
-wary of in it.
-"""
+"""What a report says of a stored search, and what its reader is warned of."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +25,7 @@ from sweep.tables.stored_study import StoredStudy
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """All that a report says, each part computed when first asked for."""
+    """What a report says. Each part is computed when it is first asked for."""
 
     study: StoredStudy
     asked: AskedTrials
