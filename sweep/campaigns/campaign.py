@@ -48,7 +48,7 @@ def run_campaign(
     The store of the study lies below `results`. With `retry`, trials run again that are
     stored but not done; with a `share`, only the trials in it run. Damaged parts are
     set aside first, so that their trials run again. `report` is called before trials
-    run, after each batch of results, and at the end. It is also called at the
+    run, whenever results have come back, and at the end. It is also called at the
     beginning, if it is known then how many trials there can be. Raises StoreError where
     another process is launching the study and where the store cannot be read or
     written; FailedTrialsError where more trials have failed than the spec allows, and
