@@ -10,7 +10,7 @@ BROWSER_STAMP := .venv/browser
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow notebooks bench check format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks documents bench check format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -31,6 +31,10 @@ test-slow: $(LAB_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
 	$(BIN)/python notebooks/execute.py
+
+documents: $(STAMP)  ## write what follows from the code: the schema of a spec, the table of its keys
+	$(BIN)/sweep schema > spec.schema.json
+	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	$(BIN)/python -m tests.bench $(ONLY)

@@ -105,8 +105,7 @@ def run(
     """
     import warnings
 
-    from sweep.campaigns.launch import launch
-    from sweep.campaigns.search.run import search
+    from sweep.campaigns.launch import launch, search
     from sweep.store.locations import location
     from sweep.workers.executors import Loky, core_count
 

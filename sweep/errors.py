@@ -4,6 +4,7 @@
         SpecError          a spec says what cannot be
         ChoiceError        what was asked of a study cannot be given
         StoreError         results cannot be read or written
+            UnreadableError    a stored file is not what a launch writes
             UnreachableError   the object store does not answer
             TooLargeError      a table is larger than this machine's memory
         OutputError        a file for the user cannot be written
@@ -33,6 +34,19 @@ class ChoiceError(UserError):
 
 class StoreError(UserError):
     """Results cannot be read or written; the message names the file and the way out."""
+
+
+class UnreadableError(StoreError):
+    """A stored file is not what a launch writes: the `file`, what is `wrong` with it,
+    and the `remedy`.
+    """
+
+    def __init__(self, file: Any, wrong: str, remedy: str) -> None:
+        super().__init__(file, wrong, remedy)
+        self.file, self.wrong, self.remedy = file, wrong, remedy
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.wrong}; {self.remedy}"
 
 
 class UnreachableError(StoreError):

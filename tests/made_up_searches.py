@@ -17,7 +17,7 @@ RANGES = {"weight": {"uniform": [0.0, 1.0]}}
 
 @dataclass(frozen=True)
 class MadeUp:
-    """What `sweep.campaigns.search.stored.Asked` has."""
+    """What `sweep.campaigns.search.asked_trials.AskedTrials` has."""
 
     table: pd.DataFrame
     about: dict[str, Any]

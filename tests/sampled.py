@@ -10,7 +10,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.random import Generator, default_rng
 
-from sweep.campaigns.launch import plan_table
+from sweep.campaigns.design_plan import plan_table
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.spec.study import parse_spec
@@ -81,4 +81,4 @@ def study_of(
     )
     if noise:
         values = values + noise(default_rng(seed), values.shape)
-    return MadeUp(plan_table(spec, design, Jobs(spec, design), {}), values.ravel())
+    return MadeUp(plan_table(Jobs(spec, design), {}), values.ravel())

@@ -1,6 +1,6 @@
 """Small searches, and trials whose results are known, for the tests."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
+from sweep.campaigns.launch import search
 from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search.ledger import Ledger
-from sweep.campaigns.search.run import search
-from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
+from sweep.campaigns.search.known_values import KnownValues
+from sweep.campaigns.search.run import Run, RunSetup
 from sweep.design.jobs import Job
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
@@ -67,7 +68,7 @@ def asked_by(
     results: Path,
     executor: ExecutorFactory | None = None,
     repetitions: int = 0,
-) -> Asked:
+) -> AskedTrials:
     """What a search has asked for, after it has run."""
     study = parse_spec(spec)
     search(study, results, executor or Serial(), repetitions=repetitions)
@@ -79,7 +80,9 @@ def searched(spec: str, results: Path) -> SearchProgress:
     return search(parse_spec(spec), results, Serial())
 
 
-def phase(asked: Asked, run: str = "search", name: str = "search") -> pd.DataFrame:
+def phase(
+    asked: AskedTrials, run: str = "search", name: str = "search"
+) -> pd.DataFrame:
     """The rows of a run and phase."""
     return asked.table[(asked.table["run"] == run) & (asked.table["phase"] == name)]
 
@@ -110,20 +113,15 @@ def done(job: Job, values: dict[str, float]) -> Result:
     return Result(job, "done", 0.0, job.settings["steps"], "", last, last)
 
 
-class KnownLedger(Ledger):
-    """A ledger that stores nothing: `run` gives the coverage of every trial that is
-    asked for.
+def run_without_store(setup: RunSetup, trial: Callable[[Job], Result]) -> Run:
+    """A run of a search for coverage at its end; `trial` gives each result, and nothing
+    is stored.
     """
-
-    def __init__(self, run: Callable[[Job], Result]) -> None:
-        self.trial, self.columns, self.known = run, ("coverage",), {}
-
-    def run(self, jobs: Iterable[Job]) -> bool:
-        """Have the results of these jobs."""
-        self.known |= {
-            job.trial_id: (self.trial(job).last["coverage"],) for job in jobs
-        }
-        return True
+    known = KnownValues(["coverage"])
+    run = Run(setup, known)
+    for jobs in run.rounds():
+        known.trials |= {job.trial_id: (trial(job).last["coverage"],) for job in jobs}
+    return run
 
 
 def replace_trials(
@@ -136,12 +134,12 @@ def replace_trials(
         given.append(job)
         return run(job)
 
-    monkeypatch.setattr(batch_module, "run", noting)
-    monkeypatch.setattr(batch_module, "warm", lambda _job: None)
+    monkeypatch.setattr(attempts_module, "run", noting)
+    monkeypatch.setattr(attempts_module, "warm", lambda _job: None)
     return given
 
 
-def equal(one: Asked, other: Asked) -> None:
+def equal(one: AskedTrials, other: AskedTrials) -> None:
     """Assert that two searches have asked for the same and found the same, to the last
     bit.
     """

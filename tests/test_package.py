@@ -8,7 +8,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import sweep
-from sweep.campaigns.search.stored import read_asked
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import SpecError
 from sweep.store.provenance import git_state
 from sweep.workers.executors import Serial

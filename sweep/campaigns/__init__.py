@@ -1,7 +1,13 @@
-"""Which trials run: all of a plan, as many as an interval needs, or what a search asks
-for.
+"""Which trials of a study run: all of its plan, as many as an interval needs, or what a
+search asks for.
 
-launch    a fixed number of trials, or until intervals are narrow
-progress  how far a campaign is, and what shows it
-search/   candidates that are asked for, raced and judged
+    launch         what `sweep launch` and `sweep search` do: the ways in
+    campaign       the driver: asks a strategy, runs what is missing, asks again
+    strategy       what the driver needs of a strategy
+    fixed          a strategy: the same number of trials for every point
+    until          a strategy: trials until the interval of a point is narrow
+    search/        a strategy: candidates that are asked for, raced and judged
+    design_plan    the plan of a study whose points come from its axes
+    stored_trials  what is stored when a launch begins, and what it adds
+    progress       how far a campaign is, and what shows it
 """

@@ -10,12 +10,13 @@ from sweep.store.locations import Location
 
 @dataclass
 class Progress:
-    """How far a launch is: trials of the plan, those stored before, and the new ones by
-    status.
+    """How far a launch is.
 
-    Of a share of a study, only the trials in it count. Where a rule decides how many
-    trials a point gets, `settled` of the `points` have had the last of theirs, and the
-    plan grows to `most` trials at most; `settled` is None where their number is fixed.
+    `trials` counts the trials of the plan; of a launch of a share, only those in it.
+    `stored` of them were stored before, and `statuses` counts the new ones. `apart` are
+    stored trials that the plan does not list. The plan grows to `most` trials at most.
+    Where a rule decides how many trials a point gets, `settled` of the `points` have
+    had their last one; `settled` is None where the number is fixed.
     """
 
     points: int = 0
@@ -25,6 +26,11 @@ class Progress:
     stored: int = 0
     apart: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
+
+    def count(self, trials: int, stored: int, /) -> None:
+        """Count trials that are asked for now, and those of them that are stored."""
+        self.trials += trials
+        self.stored += stored
 
     @property
     def missing(self) -> int:
@@ -38,11 +44,17 @@ class Progress:
 
 @dataclass
 class SearchProgress(Progress):
-    """How far a search is: `trials` is the most that it can come to, `found` what there
-    is so far, in words.
+    """How far a search is.
+
+    Until it ends, `trials` is the most that it can come to. `found` says in words what
+    there is so far.
     """
 
     found: str = ""
+
+    def count(self, _trials: int, stored: int, /) -> None:
+        """Count those that are stored; `trials` counts all from the beginning."""
+        self.stored += stored
 
 
 class Display(Protocol):

@@ -1,28 +1,26 @@
-"""The command line. Data goes to stdout, progress and messages to stderr.
+"""The command line. Data goes to stdout; progress and messages go to stderr.
 
-Exit codes: 0 fine, 1 some trials did not come to their end, 2 wrong usage or a bad
-spec, 130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Everything heavy is imported inside
-the commands, so that `sweep --help` answers at once.
+Exit codes: 0 fine, 1 some trials failed or differ, 2 wrong usage or a bad spec, 130
+interrupted by Ctrl-C, SIGTERM or SIGHUP. The commands import everything heavy
+themselves, so that `sweep --help` answers at once.
 
-    app              the app and its options
-    engines          where trials run
-    running          launch, search, reproduce
-    reading          table, plot, compare
-    keeping          verify, diff, gc, export
-    viewing          the live simulator
-    catalogue        models, maps, metrics
-    listing          what exists, what came out
-    progress         a launch on stderr
-    search_progress  a search on stderr
-    counting         other work on stderr
-    search_report    what a search found
-    showing          files of a replay
-    comparison_text  a comparison
+    app              the app, and options that commands share
+    engines          the options that say where trials run
+    running          launch, search, plan, reproduce
+    reading          status, table, plot, compare
+    keeping          replay, verify, diff, gc, export
+    viewing          view: the live simulator
+    catalogue        models, maps, metrics, schema
+    listing          tables of what exists and of what is stored
+    progress         the progress of a launch, on stderr
+    search_progress  the progress of a search, on stderr
+    counting         the progress of other work, on stderr
+    search_report    the report of a search
+    showing          the files that a replay writes
+    comparison_text  a comparison as text and as JSON
+    output           errors of standard output
     terminal         tables and lines, by rich
 """
-
-import os
-import sys
 
 # ruff: isort: off
 # The modules enter their commands in the order of the help.
@@ -34,6 +32,7 @@ from sweep.cli import catalogue as catalogue
 
 # ruff: isort: on
 from sweep.cli.app import app, stop
+from sweep.cli.output import check_output_stream, flush_output
 from sweep.errors import UserError
 from sweep.text import guard_streams
 from sweep.workers.surroundings import ignore_settings
@@ -42,15 +41,19 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """The `sweep` command: errors that a user can mend become one line and an exit
+    """The `sweep` command. An error that a user can mend becomes one line and an exit
     code.
     """
     ignore_settings()
+    check_output_stream()
     guard_streams()
     try:
-        app()
+        try:
+            app()
+        finally:
+            flush_output()
     except (KeyboardInterrupt, SystemExit) as ending:
-        # typer turns Ctrl-C into an exit without a word.
+        # typer turns Ctrl-C into an exit without a message.
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
         stop(
@@ -59,8 +62,6 @@ def main() -> None:
             INTERRUPTED,
         )
     except BrokenPipeError:
-        # The reader of our output has seen enough; Python would complain once more at
-        # exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        pass  # the reader of our output has seen enough
     except UserError as error:
         stop(str(error), error.exit_code)

@@ -1,4 +1,6 @@
-"""The command line's app, the options that commands share, and how a command ends."""
+"""The app of the command line, the options that commands share, and `stop`, which ends
+a command.
+"""
 
 import sys
 from pathlib import Path

@@ -41,8 +41,8 @@ REDUCTION = (
 
 
 def comparison_text(comparison: Comparison) -> None:
-    """Print what is compared, one line a point and metric, how to read it, and what it
-    comes to.
+    """Print a comparison: what is compared, a row for each point and metric, how to
+    read the table, and a summary.
     """
     out = console()
     for line in _heading(comparison):
@@ -57,8 +57,8 @@ def comparison_text(comparison: Comparison) -> None:
 
 
 def comparison_json(comparison: Comparison) -> str:
-    """The same as JSON, every number to the last bit: null where there is none, and
-    infinite ones as "inf".
+    """The comparison as JSON. Numbers have all their digits. A missing one is null, an
+    infinite one the text "inf".
     """
     matching, method = comparison.matching, comparison.method
     alone = [table.to_dict(orient="records") for table in matching.alone]
@@ -88,7 +88,7 @@ def comparison_json(comparison: Comparison) -> str:
 
 
 def summary(comparison: Comparison) -> Iterable[str]:
-    """A line a metric: at how many points B is what."""
+    """One line for each metric: at how many points B is higher, lower, and so on."""
     within = (
         f"±{comparison.method.margin:g}" if comparison.method.margin is not None else ""
     )
@@ -143,7 +143,9 @@ def _heading(comparison: Comparison) -> Iterable[str]:
 
 
 def _differ(comparison: Comparison) -> Mapping[str, tuple[list[Any], list[Any]]]:
-    """What differs; how often frames are recorded matters to means over frames only."""
+    """The settings in which the sides differ. The number of steps between frames is one
+    of them only for means over frames.
+    """
     differ = comparison.matching.differ
     return {
         name: values
@@ -158,21 +160,23 @@ def _some(values: list[Any]) -> str:
 
 
 def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
-    """Points without a partner, by what tells the points of their side apart and is not
-    what most of them have.
+    """The points without a partner. Each is named by the settings that vary on its
+    side, without those that have the most common value.
     """
     points = pd.concat([matched, alone])
-    shares = {
+    fractions = {
         name: points[name].value_counts(normalize=True) for name in telling(points)
     }
     usual = {
-        name: share.index[0] for name, share in shares.items() if share.iloc[0] > 0.5
+        name: fraction.index[0]
+        for name, fraction in fractions.items()
+        if fraction.iloc[0] > 0.5
     }
     words = []
     for row in alone.head(MOST_ALONE).to_dict(orient="records"):
         told = [
             f"{name} = {brief(row[name])}"
-            for name in shares
+            for name in fractions
             if name not in usual or row[name] != usual[name]
         ]
         words.append(", ".join(told))
@@ -237,8 +241,8 @@ def _table(comparison: Comparison) -> Table:
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """A, B and their difference, to the decimal place of the second figure of its half
-    width; "-" is unknown.
+    """A, B and their difference, rounded to the second significant digit of the half
+    width. "-" means unknown.
     """
     half = (row["high"] - row["low"]) / 2
     if not half > 0.0 or math.isinf(half):
@@ -272,7 +276,7 @@ def _count(row: "pd.Series[Any]") -> str:
 
 
 def _notes(comparison: Comparison) -> Iterable[str]:
-    """How to read the table, and what to know before believing it."""
+    """How to read the table, and warnings."""
     rows, method = comparison.rows, comparison.method
     together = _together(comparison)
     yield f"±: half the width of the {100 * method.confidence:g} % interval; {together}"
@@ -325,7 +329,7 @@ def _notes(comparison: Comparison) -> Iterable[str]:
 
 
 def _together(comparison: Comparison) -> str:
-    """How many comparisons there are, and what is done about that."""
+    """How many comparisons there are, and how that was taken into account."""
     if comparison.tests == 1:
         return "p and interval are those of one comparison"
     return INTERVALS[comparison.method.together].format(n=f"{comparison.tests:,}")
@@ -336,7 +340,7 @@ def _number(number: int, what: str) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names in words, as start, world and noise."""
+    """Names as a list in words, such as start, world and noise."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -356,7 +360,9 @@ def _about(side: Side, alone: list[dict[Any, Any]]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """`value` without NumPy's types and without numbers that JSON does not have."""
+    """`value` without the types of NumPy, and without numbers that JSON does
+    not have.
+    """
     if isinstance(value, dict):
         return {str(key): _plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):

@@ -1,5 +1,5 @@
-"""How far a piece of work is, on stderr: a line that grows in a terminal, a line now
-and then elsewhere.
+"""The progress of other work than a launch, on stderr. In a terminal one line is
+written again and again; elsewhere a new line is written now and then.
 """
 
 import sys
@@ -11,9 +11,7 @@ LINE_SECONDS = 10.0
 
 
 class Counter:
-    """Says `<what>: 12 of 400 <things>` when it is told so; no more often than is
-    readable.
-    """
+    """Writes `<what>: 12 of 400 <things>`, but not more often than people can read."""
 
     def __init__(self, what: str, things: str) -> None:
         self.what, self.things = what, things

@@ -1,4 +1,4 @@
-"""Where trials run: the options that say so, and the engine that they stand for."""
+"""The options that say where trials run, and the engine that they choose."""
 
 import re
 from collections.abc import Iterator
@@ -53,10 +53,15 @@ SchedulerFile = Annotated[
 def engine(
     kind: EngineKind, workers: int, address: str | None, scheduler_file: Path | None
 ) -> "Iterator[ExecutorFactory]":
-    """The engine that the options ask for, ready; stopped on leaving the context.
+    """The engine that the options ask for. It is stopped at the end of the context.
 
-    Options that do not go together, a missing package and a scheduler that does not
-    answer end the command.
+        kind            processes on this machine, or a dask cluster
+        workers         worker processes; 0 for one on each core
+        address         the address of the scheduler, only for dask
+        scheduler_file  the file in which the scheduler has written its address, instead
+
+    The command ends if options do not go together, a package is missing, or the
+    scheduler does not answer.
     """
     made = (
         _local(workers, address, scheduler_file)

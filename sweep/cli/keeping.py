@@ -1,5 +1,5 @@
-"""Commands for results that are stored: are they true, what would a change do, give
-room back, hand them on.
+"""Commands for stored results: check them, see what a changed spec would do, free
+space, write them for other programs.
 """
 
 import sys
@@ -154,8 +154,8 @@ def gc(
     ] = False,
     results: Results = Path("results"),
 ) -> None:
-    """Give room back: drop trials that have left the spec or are of other kernels,
-    after asking, and merge parts.
+    """Free space: drop trials that have left the spec or are of other kernels, after
+    asking, and merge parts.
     """
     from sweep.design.plan import size
     from sweep.tables.cleaning import clean, find_waste

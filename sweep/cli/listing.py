@@ -1,4 +1,4 @@
-"""What exists and what came out, for a reader in a terminal or a program."""
+"""Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
 import math
@@ -69,13 +69,18 @@ def metric_table() -> Table:
 def point_table(
     study: StoredStudy, chosen: list[str], *, half: bool, interval: MeanKind = "t"
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Means with intervals by point, and the names of the metrics in it; `half` takes
-    means over the last half.
+    """The means of metrics with intervals, a row a point, and the names of their
+    columns.
 
-    The settings of an axis that ablates a preset become one column, `detail`: what is
-    changed, as `details` says it. The last column, `view`, is the command that replays
-    a trial of the point, the first one that is done. Raises ValueError for a metric
-    that the study has not recorded.
+        study     the stored study
+        chosen    names of metrics; [] for all that are recorded
+        half      means over the last half of a trial, or the last frame
+        interval  which interval of a mean
+
+    The settings of an axis that ablates a preset become one column, `detail`, which
+    says what is changed. The last column, `view`, is the command that shows a trial of
+    the point: the first one that is done, if there is one. Raises ValueError for a
+    metric that the study has not recorded.
     """
     for name in chosen:
         if name not in study.metrics:
@@ -93,7 +98,7 @@ def point_table(
 
 
 def _views(study: str, trials: pd.DataFrame) -> list[str]:
-    """The command that shows a trial of each point, in the order of `by_point`."""
+    """The command that shows a trial, for each point, in the order of `by_point`."""
     done_first = trials.assign(later=trials["status"] != "done").sort_values(
         "later", kind="stable"
     )
@@ -104,8 +109,8 @@ def _views(study: str, trials: pd.DataFrame) -> list[str]:
 
 
 def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
-    """The command that shows a stored trial: made from names that are checked, never
-    read from a file.
+    """The command that shows a stored trial. It is made from checked names; the stored
+    text of a command is never used.
     """
     if not TRIAL_ID.fullmatch(str(trial)):
         return "no command: the id of this trial is not 24 hexadecimal digits"
@@ -115,8 +120,12 @@ def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
 def table_text(
     study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t"
 ) -> None:
-    """Print `rows` of `point_table` as means with their 95 % intervals, half widths
-    where they are Student's.
+    """Print `rows` of `point_table`.
+
+    study     the stored study
+    rows      a row a point
+    names     the columns of the metrics
+    interval  which interval `rows` has; a half width is printed if it is Student's
     """
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
@@ -152,8 +161,8 @@ def table_text(
 
 
 def _caption(study: StoredStudy, interval: MeanKind) -> str:
-    """Which intervals a table shows; those of other metrics do not know that one of
-    them chose n.
+    """Which intervals a table shows. If `until` stopped at a narrow interval of one
+    metric, only this metric has an interval that takes that into account.
     """
     if not study.repeated:
         return INTERVALS[interval]
@@ -172,7 +181,7 @@ def _count(row: "pd.Series[Any]", names: list[str]) -> str:
 
 
 def _with_error(mean: float, half: float) -> str:
-    """The mean to the decimal place of the second figure of its half width."""
+    """The mean, rounded to the second significant digit of the half width."""
     if math.isnan(mean):
         return "-"
     if math.isnan(half):
@@ -182,8 +191,8 @@ def _with_error(mean: float, half: float) -> str:
 
 
 def _within(mean: float, low: float, high: float) -> str:
-    """The mean and both bounds, to the decimal place of the second figure of the
-    smaller distance between them.
+    """The mean and both bounds, rounded to the second significant digit of the smaller
+    distance between them.
     """
     if math.isnan(mean) or math.isnan(low):
         return _with_error(mean, math.nan)
@@ -212,7 +221,7 @@ def status_json(study: StoredStudy) -> str:
 
 
 def _settled(study: StoredStudy) -> str:
-    """How many points have had the last of their trials, by why."""
+    """How many points need no more trials, by the reason."""
     counts = study.stopping["why"].value_counts()
     settled = len(study.stopping) - int(
         counts.pop("not yet") if "not yet" in counts else 0
@@ -222,8 +231,8 @@ def _settled(study: StoredStudy) -> str:
 
 
 def status_text(study: StoredStudy) -> str:
-    """Counts by status, what went wrong and how to see it
-    again, where it comes from.
+    """Counts by status, the errors with the commands that show them, and the origin of
+    the results.
     """
     statuses, origin = study.statuses(), study.provenance
     lines = [

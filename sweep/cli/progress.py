@@ -1,5 +1,5 @@
-"""The progress of a launch, on stderr: a bar in a terminal, a line now and then
-elsewhere.
+"""The progress of a launch, on stderr: a bar in a terminal; elsewhere a new line now
+and then.
 """
 
 import sys
@@ -18,7 +18,7 @@ LINE_SECONDS = 10.0
 
 
 class ProgressBar:
-    """Shows trials done, trials a second, time to go and failures of a study; a context
+    """Shows the trials of a study: done, a second, time to go, failed. A context
     manager.
     """
 
@@ -42,7 +42,7 @@ class ProgressBar:
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
-        # rich has put its own streams in their place, which print above the bar.
+        # rich has replaced both streams with its own, which print above the bar.
         guard_streams()
         return self
 
@@ -55,8 +55,8 @@ class ProgressBar:
         self.bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show `progress` now, or in a file or pipe when the
-        last line is old enough.
+        """Show `progress`: at once in a terminal; elsewhere only if the last line is
+        old enough.
         """
         new = progress.statuses.total()
         if new == 0:
@@ -80,8 +80,8 @@ class ProgressBar:
             )
 
     def _pace(self, new: int) -> str:
-        """Trials a second since the first ones came back: what is before that is
-        compiling and starting.
+        """Trials a second since the first ones came back. The time before is for
+        compiling and starting workers.
         """
         if new == 0:
             return "compiling"
@@ -117,7 +117,7 @@ class ProgressBar:
         self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
 
     def summary(self, progress: Progress, folder: Location) -> str:
-        """What became of the launch, in one line."""
+        """The result of the launch, in one line."""
         new = progress.statuses.total()
         counts = ", ".join(
             f"{count:,} {status}" for status, count in sorted(progress.statuses.items())

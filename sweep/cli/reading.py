@@ -148,7 +148,7 @@ def plot(
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import Choices, draw_figures, plan_figures
     from sweep.figures.selection import where_of
-    from sweep.spec.layout import FIGURES
+    from sweep.spec.study_folder import FIGURES
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)

@@ -11,7 +11,7 @@ from sweep.cli.app import Json, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
 OWN_EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
-"""Those of the checkout to which this code belongs."""
+"""The studies of the checkout that contains this code."""
 
 
 class Scale(StrEnum):
@@ -99,9 +99,9 @@ def search(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
+    from sweep.campaigns.launch import search as run_search
     from sweep.campaigns.search.export import check_export
     from sweep.campaigns.search.export import export as write_export
-    from sweep.campaigns.search.run import search as run_search
     from sweep.cli import search_report as report
     from sweep.cli.search_progress import SearchBar
     from sweep.spec.study import load_spec
@@ -166,8 +166,9 @@ def reproduce(
     """Run what is missing of the published studies, draw their figures, and judge every
     published claim.
 
-    It runs code, figures.py of each study in the folder, with --only of those alone:
-    read it first. The verdicts are on the page scorecard.html below the results.
+    It runs code: figures.py of each study in the folder. With --only it runs that of
+    the named studies alone. Read this code first. The verdicts are on the page
+    scorecard.html below the results.
     """
     from sweep.cli.progress import ProgressBar
     from sweep.published.claims import code_files, read_all

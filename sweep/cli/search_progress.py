@@ -1,11 +1,11 @@
-"""The progress of a search, as that of a launch, with what it has found so far."""
+"""The progress of a search: that of a launch, and what the search has found so far."""
 
 from sweep.campaigns.progress import Progress, SearchProgress
 from sweep.cli.progress import ProgressBar
 
 
 class SearchBar(ProgressBar):
-    """Shows what ProgressBar does, and what has been found."""
+    """A ProgressBar that also shows what the search has found so far."""
 
     found = ""
     begun = False

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from rich.table import Table
 
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings, plain, warnings
 from sweep.campaigns.search.outcome import SEARCH, constraints
 from sweep.campaigns.search.repetitions import AgainstRandom
-from sweep.campaigns.search.stored import read_asked
-from sweep.campaigns.search.words import (
+from sweep.campaigns.search.sentences import (
     constraint_words,
     counted,
     number,
@@ -29,7 +29,7 @@ WIDTH = 110
 
 
 def text(study: StoredStudy) -> str:
-    """The report of a stored search. Raises StoreError where the study is none."""
+    """The report of a stored search. Raises StoreError if the study is no search."""
     found = Findings(study, read_asked(study))
     parts = [
         _searched(found),
@@ -42,8 +42,8 @@ def text(study: StoredStudy) -> str:
 
 
 def as_json(study: StoredStudy) -> str:
-    """The same as JSON, all numbers in full; what is not known is null. Raises
-    StoreError as `text` does.
+    """The report as JSON, with all digits. null means unknown. Raises StoreError as
+    `text` does.
     """
     found = Findings(study, read_asked(study))
     against = found.against
@@ -106,7 +106,7 @@ def _warnings_text(found: Findings) -> str:
 
 
 def _best_text(found: Findings) -> str:
-    """The settings to paste, to six digits."""
+    """The best settings as lines of a spec, to six digits."""
     if found.best is None:
         return ""
     what = (
@@ -119,7 +119,7 @@ def _best_text(found: Findings) -> str:
     settings = {
         name: _six_digits(value) for name, value in found.settings(found.best).items()
     }
-    # A mapping of one is written in braces, which lines of their own do not have.
+    # `dump` writes a mapping of one entry in braces; they are cut off here.
     lines = "".join(
         f"\n  {dump({name: value}).strip()[1:-1]}" for name, value in settings.items()
     )
@@ -220,7 +220,9 @@ def _front_text(found: Findings) -> str:
 
 
 def _references_text(found: Findings) -> str:
-    """The winner and the references in words, or all of a front and them in a table."""
+    """For one objective: the winner against the references, in words. For several: a
+    table with each candidate of the front.
+    """
     rows = found.differences.to_dict("records")
     if not rows:
         return ""
@@ -331,8 +333,8 @@ def _table(*columns: str) -> Table:
 
 def _rendered(table: Table) -> str:
     stream = StringIO()
-    # Left to itself rich displays it at once in a notebook, and in bold type where
-    # FORCE_COLOR is set.
+    # Without these options rich would display the table at once in a notebook, and
+    # would use bold type where FORCE_COLOR is set.
     Terminal(file=stream, width=WIDTH, force_jupyter=False, force_terminal=False).print(
         table
     )

@@ -1,4 +1,4 @@
-"""What a replay writes of a trial beside its report: every frame, an animation, a
+"""The files that a replay writes beside its report: every frame, an animation, a
 picture.
 """
 
@@ -23,8 +23,8 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class Wanted(NamedTuple):
-    """Files to write: all frames, an animation, the picture of one frame; `every` so
-    many steps, 0 for the default.
+    """The files to write: all frames, an animation, the picture of one frame. `every`
+    is the number of steps between frames, 0 for the default.
 
     An animation in HTML is a page that plays the run.
     """
@@ -38,10 +38,15 @@ class Wanted(NamedTuple):
 def check(
     study: StoredStudy, trial: str, wanted: Wanted, *, force: bool = False
 ) -> None:
-    """Raise ChoiceError where something wanted cannot be.
+    """Raise an error for a file of `wanted` that cannot be written, before any work.
 
-    That is a file, a frame, an MP4 without ffmpeg, a page of too many boids, or
-    anything of an unknown trial.
+        study   the stored study
+        trial   the id of the trial
+        wanted  the files
+        force   whether a file that exists may be replaced
+
+    Raises OutputError for a place where no file can be, and for an MP4 without ffmpeg.
+    Raises ChoiceError for an unknown trial or frame, and for a page of too many boids.
     """
     if wanted.trajectory:
         check_output(wanted.trajectory, [".parquet"], force=force)
@@ -55,8 +60,8 @@ def check(
 
 
 def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
-    """Run the trial again for each file that is wanted, write it, and return the files;
-    progress is on stderr.
+    """Run the trial again for each wanted file, and write it. Returns the files.
+    Progress is shown on stderr.
     """
     stored = study.trial(trial)
     job, written = study.job(stored), list[Path]()

@@ -19,15 +19,15 @@ class Terminal(Console):
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """See rich: every text in what is printed, such as a
-        cell, comes through here.
+        """Make a text harmless. rich calls this for every text that it prints, each
+        cell of a table too.
         """
         return super().render_str(harmless(text), **options)
 
 
 def console() -> Terminal:
-    """Standard output; wide where it is not a terminal, so
-    that a pipe loses no column.
+    """Standard output. If it is no terminal it is wide, so that a pipe loses no
+    column.
     """
     out = Terminal()
     return out if out.is_terminal else Terminal(width=PIPE_WIDTH)

@@ -88,8 +88,8 @@ def view(
 
 
 def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
-    """What makes a show for each page, the first of which is made now: what is wrong
-    with it is said at once.
+    """A function that makes a show for each page. The first show is made now, so that a
+    mistake is reported before the page opens.
     """
     made = [begin()]
     return lambda: made.pop() if made else begin()
@@ -116,7 +116,7 @@ def _state(
     map_name: str | None,
     results: Results,
 ) -> "ViewState":
-    """What a live run begins with."""
+    """The state with which a live run begins."""
     from sweep.spec.study import load_spec
     from sweep.web.state import begin, from_study
 

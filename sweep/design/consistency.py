@@ -49,7 +49,7 @@ def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError for the first point whose settings do not go together."""
     for demand in dict.fromkeys(_demands(study)):
         condition = parse(demand.condition, study.settings)
-        # The map last: it brings its width and height.
+        # The map comes last: it brings its width and height.
         named = [
             *sorted(condition.names),
             *(["map"] if condition.names & set(SIDES) else []),
@@ -62,7 +62,7 @@ def check_consistency(study: Study, points: Points) -> None:
 
 
 def _demands(study: Study) -> Iterator[Demand]:
-    """What every study demands, what is recorded, and the model."""
+    """The demands of every study, of what is recorded, and of the model."""
     metrics = [METRICS[name] for name in study.record.metrics]
     model = MODELS[study.model]
     yield from DEMANDS

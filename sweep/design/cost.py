@@ -1,8 +1,8 @@
 """What a trial is expected to cost, in seconds and in bytes.
 
-The constants were measured on a 2.3 GHz server core with the two built-in models;
-another machine is off by a common factor, which the drive loop measures as it goes.
-What matters to it is the ratio between trials.
+The constants were measured on a 2.3 GHz server core with the first two models. Another
+machine is faster or slower by a common factor, which the launch measures while it runs.
+So what counts is the ratio between trials.
 """
 
 import math
@@ -33,7 +33,7 @@ PROBES = 20
 
 def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
     """The estimated seconds of each trial, shape (number of jobs,)."""
-    if isinstance(jobs, SomeJobs):  # there may be millions, and few points
+    if isinstance(jobs, SomeJobs):  # millions of jobs may have few points
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
     return np.array(
@@ -42,8 +42,8 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
 
 
 def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) -> float:
-    """The estimated seconds of a trial with these settings: boid-steps, their
-    neighbours, frames and metrics.
+    """The estimated seconds of a trial with these settings, from its boid-steps, their
+    neighbours, its frames and its metrics.
     """
     params = settings_tuple(MODELS[model].params, settings, settings_of(model))
     n, steps = float(settings["n"]), float(settings["steps"])
@@ -82,8 +82,8 @@ def trial_bytes(settings: dict[str, Value], record: RecordSpec) -> float:
 def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
     """The estimated seconds of a trial at each point, shape (n_points,).
 
-    Points that differ in nothing that matters are estimated together, since a design
-    may have millions.
+    Points that differ only in what does not change the estimate are estimated once,
+    since a design may have millions of points.
     """
 
     def estimate(point: int) -> float:
@@ -103,7 +103,9 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
 
 def _matters(study: Study, design: Design, name: str) -> bool:
-    """Whether a varied setting changes the estimate, by its ends at a few points."""
+    """Whether a varied setting changes the estimate: its least and its greatest value
+    are tried at a few points.
+    """
     column = design.columns[name]
     if column.dtype == object:
         return False

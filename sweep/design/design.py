@@ -115,8 +115,8 @@ def _check_trials(study: Study, points: Points) -> None:
 
 
 def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
-    """Every point times every row of the axis; once, with the base value, where its
-    condition is false.
+    """Every point with every row of the axis. A point where the condition of the axis
+    is false stays one point, with the base value.
     """
     applies = np.ones(points.count, dtype=np.bool_)
     if axis.when:
@@ -131,7 +131,8 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     outside = np.repeat(~applies, repeats)
     whole = points.count == 1 and bool(applies[0])
     for name, values in axis.columns.items():
-        # The first axis gives its own columns: copies would double a large sample.
+        # The columns of the first axis are used as they are: a copy would double a
+        # large sample.
         columns[name] = values if whole else values[row]
         columns[name][outside] = points.base[name]
     return Points(points.base, columns, count)

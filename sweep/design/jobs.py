@@ -24,7 +24,7 @@ from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import Design
 from sweep.spec.maps import Obstacles, OwnMap
-from sweep.spec.seeds import address, point_words
+from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value, preset_settings
 from sweep.spec.study import RecordSpec, Streams, Study
 
@@ -69,7 +69,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
     replicate = 0 if job.literal else job.replicate
     common = getattr(job.streams, purpose) == "common"
     return address(
-        job.seed, purpose, replicate, *(() if common else point_words(job.point))
+        job.seed, purpose, replicate, *(() if common else point_numbers(job.point))
     )
 
 
@@ -117,8 +117,7 @@ def _point_hash(canonical: str) -> str:
 
 
 class Jobs(Sequence[Job]):
-    """All trials of a study, made when asked for: point after point, the replicates of
-    a point together.
+    """All trials of a study, point after point. Each is made when it is asked for.
 
     `trials` (n_points,) says how many each point has, at least one; by default the
     study's number of trials a point. Replicate k of a point is the same trial whatever
@@ -193,7 +192,7 @@ class Jobs(Sequence[Job]):
 
     @cached_property
     def _points(self) -> NDArray[np.bytes_]:
-        # As texts of Python's they would take four times the memory.
+        # Python's texts would take four times the memory.
         return _point_ids(self.study, self.design)
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
@@ -238,6 +237,11 @@ class Jobs(Sequence[Job]):
             self.study.seed if self.study.seeds is None else self.study.seeds[replicate]
         )
 
+    def _ending(self, replicate: int) -> str:
+        # The place of a listed seed is left out, so that the list may be reordered.
+        which = f"replicate {replicate}" if self.study.seeds is None else "listed"
+        return f"{self._seed(replicate)} {which}"
+
     def _common(self, drawn: str) -> "hashlib._Hash":
         """The hash of what all trials on a map have in common."""
         if drawn not in self._begun:
@@ -245,11 +249,6 @@ class Jobs(Sequence[Job]):
             text = json.dumps(content, sort_keys=True)
             self._begun[drawn] = hashlib.sha256(text.encode())
         return self._begun[drawn]
-
-    def _ending(self, replicate: int) -> str:
-        # The place of a listed seed is left out, so that the list may be reordered.
-        which = f"replicate {replicate}" if self.study.seeds is None else "listed"
-        return f"{self._seed(replicate)} {which}"
 
     def _trial_id(self, point: str, ending: str, drawn: Value) -> str:
         """The id of a trial on the map `drawn`; the id of the point has the content of
@@ -272,7 +271,7 @@ def common_content(study: Study, code: Code, drawn: str) -> list[Any]:
 
 
 class SomeJobs(Sequence[Job]):
-    """Those of `jobs` at some indices, made when asked for."""
+    """The jobs of `jobs` at some indices; each is made when it is asked for."""
 
     def __init__(self, jobs: Jobs, indices: Counts) -> None:
         self.jobs, self.indices = jobs, indices

@@ -10,7 +10,7 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class Plan:
-    """Counts and estimates; `notes` says what a user might not expect.
+    """Counts and estimates of a study; `notes` says what a user might not expect.
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them.

@@ -1,5 +1,5 @@
-"""Points while a design is being built, and what maps ask of them: a size of the world,
-a unit of length.
+"""Points while a design is being built, and what their maps ask for: a size of the
+world, and a unit of length.
 """
 
 from collections.abc import Iterable
@@ -21,8 +21,8 @@ SIDES = ("width", "height")
 
 @dataclass(frozen=True)
 class Points:
-    """Points under construction: `columns` of shape (count,) and, for other settings,
-    values in `base`.
+    """Points while a design is being built. `columns` has the settings that vary, shape
+    (count,) each, `base` the values of the others.
     """
 
     base: dict[str, Value]
@@ -41,7 +41,9 @@ class Points:
             raise study.document.error(place, f"{error}{where}") from None
 
     def describe(self, point: int, names: Iterable[str]) -> str:
-        """What the named settings are at a point, as ` where n = 50, map = empty`."""
+        """The values of the named settings at a point, as ` where n = 50, map =
+        empty`.
+        """
         values = {
             name: (
                 self.columns[name].item(point)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from sweep.campaigns.search.stored import read_asked
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import ChoiceError, UserError
 from sweep.figures.aims import aim
 from sweep.figures.coverage import coverage_layout, draw_coverage
@@ -31,9 +31,9 @@ from sweep.figures.search_runs import (
 from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
-from sweep.spec.blocks import OPTIONS
 from sweep.spec.recorded import Column
 from sweep.spec.sampling import SAMPLERS
+from sweep.spec.whole_samples import OPTIONS
 from sweep.tables.sensitivity import morris, rank_correlations, sobol
 from sweep.tables.sensitivity.sampled import sampled_axis
 from sweep.tables.stored_study import StoredStudy

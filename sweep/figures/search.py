@@ -9,11 +9,11 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.fronts import nondominated
 from sweep.campaigns.search.held_out import front, references, winners
 from sweep.campaigns.search.outcome import FAILED, candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
-from sweep.campaigns.search.stored import Asked, read_asked
 from sweep.errors import ChoiceError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
@@ -76,7 +76,7 @@ def front_figure(study: StoredStudy) -> Figure:
     return figure
 
 
-def with_front(study: StoredStudy, kind: str) -> Asked:
+def with_front(study: StoredStudy, kind: str) -> AskedTrials:
     """What a search for several objectives has asked for, for a figure of this kind.
 
     Raises ChoiceError where the study is no search, or has one objective.
@@ -90,7 +90,7 @@ def with_front(study: StoredStudy, kind: str) -> Asked:
     return asked
 
 
-def _history_panel(axes: Axes, asked: Asked, objective: Objective) -> None:
+def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None:
     table = candidates(asked)
     spent = best_so_far(asked).set_index("step")["trials"]
     x = _places(table, spent)
@@ -157,7 +157,9 @@ def _places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
     return np.asarray(start + share * (end - start), np.float64)
 
 
-def _held_out_marks(axes: Axes, asked: Asked, objective: Objective, end: float) -> None:
+def _held_out_marks(
+    axes: Axes, asked: AskedTrials, objective: Objective, end: float
+) -> None:
     """Held-out estimates with intervals, right of the end."""
     judged = winners(asked)
     judged = judged[judged["objective"] == objective.column]
@@ -200,7 +202,7 @@ def _marks(
     )
 
 
-def _held_out_bounds(asked: Asked) -> Floats:
+def _held_out_bounds(asked: AskedTrials) -> Floats:
     """The held-out estimates that a history of one objective draws, and the ends of
     their intervals.
     """
@@ -231,7 +233,7 @@ def _edge(values: Floats, objective: Objective, held_out: Floats) -> float:
 
 
 def _front_panel(
-    axes: Axes, asked: Asked, pair: tuple[Objective, Objective], *, line: bool
+    axes: Axes, asked: AskedTrials, pair: tuple[Objective, Objective], *, line: bool
 ) -> None:
     table, names = candidates(asked), [objective.column for objective in pair]
     for chosen, marker, colour, label in (
@@ -319,7 +321,7 @@ def _label(study: StoredStudy, objective: Objective) -> str:
     return f"{kind}{quantity(study, objective.column)}\n{better} is better"
 
 
-def _history_note(study: StoredStudy, asked: Asked) -> str:
+def _history_note(study: StoredStudy, asked: AskedTrials) -> str:
     table = candidates(asked)
     failed = int((table["status"] == FAILED).sum())
     text = f"{study.name}: {len(table):,} candidates" + (
@@ -328,7 +330,7 @@ def _history_note(study: StoredStudy, asked: Asked) -> str:
     return text + f", {int(table['trials'].sum()):,} trials; {_held_out_note(asked)}"
 
 
-def _held_out_note(asked: Asked) -> str:
+def _held_out_note(asked: AskedTrials) -> str:
     judged = winners(asked)
     blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     if blocks == 0:

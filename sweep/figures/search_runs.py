@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import half_width, mean_interval
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import SEARCH, objectives
 from sweep.campaigns.search.repetitions import (
     RANDOM,
@@ -20,7 +21,6 @@ from sweep.campaigns.search.repetitions import (
     reference_point,
     runs,
 )
-from sweep.campaigns.search.stored import Asked, read_asked
 from sweep.errors import ChoiceError
 from sweep.figures.pieces import legend, note, quantity
 from sweep.figures.search import with_front
@@ -118,7 +118,7 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
     return figure
 
 
-def with_repetitions(study: StoredStudy) -> Asked:
+def with_repetitions(study: StoredStudy) -> AskedTrials:
     """What a search with repetitions has asked for. Raises ChoiceError without one."""
     asked = read_asked(study)
     if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
@@ -128,7 +128,7 @@ def with_repetitions(study: StoredStudy) -> Asked:
     return asked
 
 
-def _curves(asked: Asked, names: Sequence[str]) -> pd.DataFrame:
+def _curves(asked: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
     """The best so far of each run (a column) at every number of trials at which one of
     them changes.
     """
@@ -168,7 +168,7 @@ def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
     axes.plot([place], [mean], "D", color=colour, markersize=5)
 
 
-def _best_label(study: StoredStudy, asked: Asked) -> str:
+def _best_label(study: StoredStudy, asked: AskedTrials) -> str:
     wanted = objectives(asked)
     if len(wanted) == 1:
         kind = (
@@ -179,7 +179,7 @@ def _best_label(study: StoredStudy, asked: Asked) -> str:
     return "hypervolume" + (f" ({units})" if units else "")
 
 
-def _runs_note(asked: Asked) -> str:
+def _runs_note(asked: AskedTrials) -> str:
     counts = [len(runs(asked, kind)) for kind in (REPETITION, RANDOM)]
     budget = f"{asked.about['budget']:,} trials"
     return (
@@ -189,7 +189,7 @@ def _runs_note(asked: Asked) -> str:
     )
 
 
-def _point(asked: Asked) -> str:
+def _point(asked: AskedTrials) -> str:
     """The reference point in words."""
     point = reference_point(asked)
     if point is None:

@@ -1,13 +1,14 @@
-"""What documents published, run again, drawn and judged.
+"""Published results: their claims are tested, their figures are drawn, and verdicts are
+computed.
 
-claims              published numbers and figures
-measures            what a claim measures
-estimates           a measure in stored trials
-verdicts            whether the two agree
-published_code      the code of a publication
-drawings            its figures, when they change
-reproduce           all of it, one after another
-scorecard           one row a claim
-scorecard_html      the rows as a page
-scorecard_markdown  the rows as Markdown
+    claims              published numbers and figures, read from published.yaml
+    measures            what a claim measures, and in which trials
+    estimates           a measure as an estimate from stored trials
+    verdicts            whether an estimate agrees with the published number
+    published_code      runs figures.py of a publication
+    drawings            draws the figures of a publication that are out of date
+    reproduce           runs, draws and judges everything
+    scorecard           the rows of the scorecard, one a claim
+    scorecard_html      the scorecard as a page
+    scorecard_markdown  the scorecard as Markdown
 """

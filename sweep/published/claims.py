@@ -1,9 +1,9 @@
-"""What a document published, as `published.yaml` beside the specs of its study says it,
-read and checked at once.
+"""What a document published. `published.yaml`, beside the specs of its study, says it.
+This module reads the file and checks all of it.
 
-A publication brings the specs that test its claims, and its figures.py the figures and
-the functions that claims call. At the quick scale each spec is changed as the file says
-and stored under another name.
+A publication has specs that test its claims. Its figures.py has the figures, and
+functions that claims call. At the quick scale each spec is changed as the file says,
+and its results are stored under another name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -33,8 +33,8 @@ class Claim:
     """One published number or statement: where it stands, what it says, how it is
     measured and what is expected.
 
-    `untestable` is the reason why it cannot be tested; then there is neither measure
-    nor expectation.
+    `untestable` is the reason why it cannot be tested. Such a claim has no measure and
+    no expectation.
     """
 
     id: str
@@ -57,11 +57,11 @@ class Contradiction:
 
 @dataclass(frozen=True)
 class Publication:
-    """One document: the studies that test it by the names of their specs, claims,
-    figures.
+    """One document: its claims, its figures, and the studies that test it by the names
+    of their specs.
 
-    `tested` is the number of claims with a measure in the file. No code is run of one
-    that is not `asked` for: it has no figures, and its claims no measures.
+    `tested` is the number of claims with a measure. If the publication is not `asked`
+    for, its code is not run: then it has no figures, and its claims have no measures.
     """
 
     folder: Path
@@ -96,7 +96,8 @@ def read_all(
     """The publications of the folders in `experiments`, by name, at the full or the
     quick scale.
 
-    With `only`, no code of the others is run, and none of their claims is tested.
+    If `only` names folders, the code of all others is not run, and their claims are not
+    tested.
 
     Raises one SpecError that lists the first mistake of every claim and every file,
     each with file and line.
@@ -131,7 +132,7 @@ def _files(experiments: Path, only: Collection[str]) -> list[Path]:
         raise SpecError(f"{experiments}: no folder in it has a {FILE}")
     for file in files:
         for path in (*file.parent.glob("*.yaml"), file.with_name(CODE)):
-            if path.exists() and not path.is_file():  # a pipe would be waited for
+            if path.exists() and not path.is_file():  # reading a pipe would never end
                 raise SpecError(f"{path}: is no ordinary file")
     names = [file.parent.name for file in files]
     for name in only:
@@ -145,7 +146,9 @@ def _is_asked(file: Path, only: Collection[str]) -> bool:
 
 
 def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publication:
-    """The publication of a `published.yaml`. Runs its code if asked. SpecError."""
+    """The publication of a `published.yaml`. Runs its code if it is `asked` for. Raises
+    SpecError.
+    """
     root = read_document(file)
     root.keys(
         ["title", "source", "specs", "claims", "contradictions"],
@@ -178,7 +181,9 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
 
 
 def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
-    """A spec's study and design; at the quick scale with the changes of its name."""
+    """A spec's study and design. At the quick scale, those of the changed spec, under
+    another name.
+    """
     if not isinstance(entry.value, dict):
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
@@ -196,7 +201,7 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
         changed = parse_spec(root.value | {"study": f"{QUICK}/{study.name}"}, file)
         return changed, expand(changed)
     except SpecError as error:
-        # Its line is one of the changed text, which nobody has.
+        # The line of this error is in the changed text, which is in no file.
         message = str(error).split(": ", 1)[1]
         raise entry.error(
             f"with these changes {file.name} is wrong: {message}"

@@ -1,4 +1,6 @@
-"""The figures of a publication: drawn only when what they depend on has changed."""
+"""The figures of a publication. A figure is drawn only if what it depends on has
+changed.
+"""
 
 import hashlib
 import json
@@ -12,15 +14,19 @@ from matplotlib.figure import Figure
 from kernels.identity import kernels_sha
 from sweep.figures import STYLE, save, saved_about
 from sweep.published.claims import Publication
-from sweep.spec.layout import FIGURES
+from sweep.spec.study_folder import FIGURES
 from sweep.tables.stored_study import StoredStudy
 
 
 class FigureFile:
-    """One figure of a publication, drawn below `root` from its studies that are
-    `stored`.
+    """One figure of a publication, and its two files.
 
-    `results` is the folder that the user has named, which `root` is or lies in.
+    publication  the publication
+    name         the name of the figure
+    stored       the stored studies, by the names of their specs
+    root         the folder below which the figure is written
+    watermark    a text across the figure; "" for none
+    results      the folder that the user has named; `root` is it, or lies in it
     """
 
     def __init__(
@@ -39,24 +45,24 @@ class FigureFile:
             spec: stored[spec] for spec in self.drawing.specs if spec in stored
         }
         self.results = results
-        # Without the endings of its two files.
+        # The path of both files, without their endings.
         self.path = root / FIGURES / publication.name / name
         self.watermark = watermark
 
     @property
     def possible(self) -> bool:
-        """Whether all studies that it needs are there."""
+        """Whether all studies that the figure needs are stored."""
         return len(self.studies) == len(self.drawing.specs)
 
     def current(self) -> bool:
-        """Whether the files are there and were drawn from what is stored now."""
+        """Whether the files exist and were drawn from what is stored now."""
         return (
             self.possible
             and saved_about(self.path).get("Inputs") == self.about["Inputs"]
         )
 
     def draw(self) -> None:
-        """Draw and save it; whatever the study's function raises is raised."""
+        """Draw and save it. Whatever the function of the figure raises is raised."""
         figure = self.drawing.draw(self.studies)
         if not isinstance(figure, Figure):
             raise TypeError(
@@ -67,7 +73,9 @@ class FigureFile:
 
     @cached_property
     def about(self) -> dict[str, str]:
-        """What the files say of themselves; `Inputs` hashes what they depend on."""
+        """The metadata of the files. `Inputs` is a hash of everything that the figure
+        depends on.
+        """
         done = {study.name: _done(study) for study in self.studies.values()}
         specs = [study.spec for study in self.studies.values()]
         sources = [
@@ -94,7 +102,7 @@ class FigureFile:
 
 @cache
 def _house_sources() -> list[str]:
-    """The texts of what figures share: the style, the pieces, and the estimates."""
+    """The source texts that all figures share: style, pieces and estimates."""
     shared = [
         STYLE,
         *sorted(STYLE.parent.glob("*.py")),

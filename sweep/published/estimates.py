@@ -1,4 +1,4 @@
-"""From a measure to its estimate in stored trials. Trials without a result are left
+"""Turns a measure into an estimate from stored trials. Trials without a result are left
 out, and counted.
 """
 
@@ -30,8 +30,8 @@ Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, the number of trials behind it in words, and how many were left out
-    as without a result.
+    """An estimate, the number of its trials in words, and the number of trials that
+    were left out because they have no result.
     """
 
     estimate: Estimate
@@ -40,15 +40,17 @@ class Measured(NamedTuple):
 
 
 class MeasureError(Exception):
-    """A function of figures.py did not return what a measure needs, or raised."""
+    """A function of figures.py raised an error, or did not return what a
+    measure needs.
+    """
 
 
 def measure(
     studies: Studies, what: Measure, functions: Mapping[str, Callable[..., Any]]
 ) -> Measured:
-    """The estimate of `what` in `studies`, which go by the names of their specs.
+    """The estimate of `what` in `studies`, which are found by the names of their specs.
 
-    Raises MeasureError where a function that it calls fails.
+    Raises MeasureError if a function of figures.py that it calls fails.
     """
     if isinstance(what, Mean):
         found = _units(studies[what.spec], what, set(what.settings))
@@ -63,7 +65,9 @@ def measure(
 
 
 def _difference(studies: Studies, what: MeanDifference) -> Measured:
-    """Paired where both sides have the same units, else between independent samples."""
+    """The difference of two means: between pairs if both sides have the same units,
+    otherwise between independent samples.
+    """
     named = {*what.first.settings, *what.second.settings}
     one, other = (
         _units(studies[side.spec], side, named) for side in (what.first, what.second)
@@ -76,8 +80,8 @@ def _difference(studies: Studies, what: MeanDifference) -> Measured:
 
 
 def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
-    """The units of a mean; settings that the measure names in `named` are no part of
-    what pairs them.
+    """The units of a mean. Units pair by the varied settings, except those `named` by
+    the measure.
     """
     trials = chosen(study.trials, mean.settings)
     free = [name for name in study.varied if name not in named]

@@ -1,8 +1,8 @@
-"""What a claim measures in the trials of a study, read from `published.yaml` and
-checked against its design.
+"""What a claim measures in the trials of a study. It is read from `published.yaml` and
+checked against the design of the study.
 
-Everything that can be wrong with a measure is found here, before any trial runs:
-settings, values that no point has, metrics and frames that are not recorded.
+Every mistake in a measure is found here, before any trial runs: unknown settings,
+values that no point has, metrics and frames that are not recorded.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -41,7 +41,7 @@ class Mean:
 
 @dataclass(frozen=True)
 class MeanDifference:
-    """A first mean minus a second."""
+    """The first mean minus the second."""
 
     first: Mean
     second: Mean
@@ -49,8 +49,8 @@ class MeanDifference:
 
 @dataclass(frozen=True)
 class RankCorrelation:
-    """Spearman's correlation over points of a setting and a column averaged over each
-    point's trials.
+    """Spearman's correlation, over points, between a setting and the mean of a column
+    over each point's trials.
     """
 
     spec: str
@@ -72,7 +72,7 @@ Measure = Mean | MeanDifference | RankCorrelation | Call
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
-    """The specs whose trials a measure needs: for a function all, `specs`."""
+    """The specs whose trials a measure needs. A function gets all of them, `specs`."""
     if isinstance(measure, Call):
         return list(specs)
     if isinstance(measure, MeanDifference):
@@ -81,8 +81,8 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
 
 
 class MeasureReader:
-    """Reads measures against the designs of the specs, by their names, and the
-    functions of figures.py.
+    """Reads measures. It checks them against `designs`, by the names of their specs,
+    and against the `functions` of figures.py.
     """
 
     def __init__(
@@ -92,8 +92,8 @@ class MeasureReader:
         self.functions = functions
 
     def read(self, entry: Entry, spec: str) -> Measure:
-        """The measure that `entry` writes; `spec` is that of its claim. Raises
-        SpecError where it is none.
+        """The measure that `entry` describes; `spec` is that of its claim. Raises
+        SpecError for a wrong one.
         """
         entry.keys([*KINDS, "for", "unit", "frame", "frames"])
         kinds = [kind for kind in KINDS if kind in entry.value]
@@ -178,7 +178,7 @@ class MeasureReader:
     def _settings(
         self, entry: Entry | None, study: Study, design: Design
     ) -> dict[str, Value]:
-        """The settings under `for`. Raises SpecError where no point has them, naming
+        """The settings under `for`. If no point has them, raises a SpecError that names
         the values that exist.
         """
         if entry is None:
@@ -213,7 +213,9 @@ class MeasureReader:
 
 
 def _recorded(first: int, last: int, steps: int, every: int) -> bool:
-    """Whether a frame, 0, `every`, 2 `every`, ..., `steps`, is in `first` to `last`."""
+    """Whether one of the frames 0, `every`, 2 `every`, ..., `steps` lies in `first` to
+    `last`.
+    """
     next_frame = -(-first // every) * every
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 

@@ -1,8 +1,7 @@
-"""The code of a publication, figures.py beside its specs: figures, and functions for
-claims.
+"""The code of a publication: its figures.py, beside the specs, with figures and
+functions for claims.
 
-No other code that a folder brings along is ever run. `sweep reproduce` says which it
-runs.
+No other code of the folder is ever run. `sweep reproduce` says which files it runs.
 """
 
 import sys
@@ -23,7 +22,7 @@ CODE = "figures.py"
 
 
 class _Readable(SourceFileLoader):
-    """Runs what a user can read, never the bytecode that lies beside it."""
+    """Runs the source that a user can read, never the bytecode file beside it."""
 
     def get_code(self, fullname: str) -> CodeType:
         path = self.get_filename(fullname)
@@ -31,9 +30,8 @@ class _Readable(SourceFileLoader):
 
 
 def run_code(file: Path) -> dict[str, Any]:
-    """The names that a figures.py defines; none where there is no such file.
-
-    Raises SpecError, with the line, for one that cannot be run.
+    """The names that a figures.py defines; none if there is no such file. If it cannot
+    be run, raises a SpecError with the line.
     """
     if not file.exists():
         return {}

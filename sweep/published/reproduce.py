@@ -1,5 +1,5 @@
-"""Everything that was published, again: run what is missing, draw what changed, judge
-all claims, write the page.
+"""Reproduces everything that was published: runs missing trials, draws figures that are
+out of date, judges all claims, writes the page.
 """
 
 import sys
@@ -22,7 +22,7 @@ from sweep.published.scorecard import Page, Picture, Row, Section
 from sweep.published.scorecard_html import as_html
 from sweep.published.scorecard_markdown import as_markdown
 from sweep.published.verdicts import judge, untestable
-from sweep.spec.layout import SCORECARD
+from sweep.spec.study_folder import SCORECARD
 from sweep.store.new_files import replacing
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory
@@ -34,8 +34,8 @@ Stored = Mapping[str, StoredStudy]
 
 @dataclass
 class Outcome:
-    """What a reproduction did: new trials, those not done, figures drawn and kept, what
-    failed, the verdicts.
+    """What a reproduction did: new trials, trials that are not done, figures drawn and
+    kept, failures, verdicts.
     """
 
     page: Path
@@ -49,13 +49,13 @@ class Outcome:
 
     @property
     def whole(self) -> bool:
-        """Whether all trials, figures and measures came to their end; verdicts are
-        results, and no matter here.
+        """Whether all trials, figures and measures came to their end. Verdicts do not
+        matter here: they are results.
         """
         return not self.not_done and not self.failures
 
     def summary(self) -> str:
-        """What became of it, in a few lines."""
+        """What a reproduction did, in a few lines."""
         counts = ", ".join(
             f"{count} {status}" for status, count in sorted(self.verdicts.items())
         )
@@ -81,13 +81,18 @@ def reproduce(
     *,
     quick: bool = False,
 ) -> Outcome:
-    """Run, draw and judge the publications, and write `scorecard.html` and `.md` below
+    """Run, draw and judge the publications. Write `scorecard.html` and `.md` below
     `results`.
 
-    Those that are not asked for are neither run nor drawn; the page has all of them.
-    `display(study)` shows the progress of a study. `quick` says that the publications
-    were read at that scale. Raises SpecError and StoreError as a launch does; a trial,
-    a figure or a measure that fails is noted, and the rest goes on.
+        publications  all of them; those that are `asked` for are run and drawn, and the
+                      page shows all
+        results       the folder with the stored studies
+        engine        runs the trials
+        display       makes the progress display of a study from its name
+        quick         whether the publications were read at the quick scale
+
+    Raises SpecError and StoreError as a launch does. If a trial, a figure or a measure
+    fails, that is noted and the rest goes on.
     """
     wanted = [publication for publication in publications if publication.asked]
     root = results / QUICK if quick else results
@@ -146,8 +151,8 @@ def _run(
 
 
 def _stored(publication: Publication, results: Path) -> dict[str, StoredStudy]:
-    """The stored studies, by the names of their specs, that are of these specs and
-    this code, with a trial done.
+    """The stored studies of a publication, by the names of their specs. Only those of
+    the same spec and code count, with at least one trial that is done.
     """
     found = {}
     for spec, study in publication.studies.items():

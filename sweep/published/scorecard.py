@@ -43,7 +43,7 @@ HEADINGS = (
 
 
 class Row(NamedTuple):
-    """A claim with its verdict, and what was measured where something was."""
+    """A claim with its verdict, and what was measured; None where nothing was."""
 
     claim: Claim
     verdict: Verdict
@@ -51,8 +51,8 @@ class Row(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """A figure; `path`, less the endings of its two files, is None where there is none
-    of these trials.
+    """A figure. `path` lacks the endings of its two files. It is None if the figure was
+    not drawn from the trials that are stored now.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Picture(NamedTuple):
 
 
 class Section(NamedTuple):
-    """The rows and figures of a publication; `folders` has the stored studies by spec,
+    """The rows and figures of a publication. `folders` has the stored studies by spec,
     `origins` their provenance.
     """
 
@@ -76,7 +76,7 @@ class Section(NamedTuple):
         return sorted(self.rows, key=lambda row: ORDER.index(row.verdict.status))
 
     def anchor(self, row: Row) -> str:
-        """The name of a row in links."""
+        """The name of a row, for links."""
         return f"{self.publication.name}-{row.claim.id}"
 
 
@@ -125,7 +125,7 @@ class Page(NamedTuple):
 
 
 def rule(page: Page) -> list[str]:
-    """How verdicts come about, in paragraphs."""
+    """How verdicts are computed, in paragraphs."""
     claims, level = page.claims, LEVEL / max(page.claims, 1)
     return [
         (
@@ -170,7 +170,7 @@ def sentence(text: str) -> str:
 
 
 def published_text(row: Row) -> str:
-    """What is expected, as `57.30 ± 0.005, 3 trials`."""
+    """What is expected, such as `57.30 ± 0.005, 3 trials`."""
     expect = row.claim.expect
     if isinstance(expect, Value):
         parts = [_printed(expect)]
@@ -189,14 +189,16 @@ def published_text(row: Row) -> str:
 
 
 def _printed(expect: Value) -> str:
-    """The value with the decimals that its rounding stands for."""
+    """The value with as many decimals as its rounding means."""
     if expect.rounding == 0:
         return f"{expect.value:g}"
     return f"{expect.value:.{max(0, round(-math.log10(2 * expect.rounding)))}f}"
 
 
 def ours_text(row: Row) -> str:
-    """Our estimate and its 95 % interval, to the second figure of half its width."""
+    """Our estimate and its 95 % interval. Both end at the second significant digit of
+    the half width.
+    """
     if row.measured is None or math.isnan(row.measured.estimate.value):
         return ""
     value, interval = row.measured.estimate.value, row.verdict.interval
@@ -218,12 +220,14 @@ def trials_text(row: Row) -> str:
 
 
 def noticeable_text(row: Row) -> str:
-    """The smallest difference that could have been noticed."""
+    """The smallest difference that the test could notice."""
     return "" if row.verdict.noticeable is None else brief(row.verdict.noticeable)
 
 
 def origin_lines(page: Page) -> list[tuple[str, str]]:
-    """Where the trials come from: what, and the distinct values over all studies."""
+    """Where the trials come from. Each line has a name and all distinct values over all
+    studies.
+    """
     origins = [origin for section in page.sections for origin in section.origins]
     found = {
         "kernels_sha": [origin["kernels_sha"] for origin in origins],

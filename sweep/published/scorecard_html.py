@@ -1,4 +1,6 @@
-"""The scorecard as one page of HTML that needs only the figures beside it."""
+"""The scorecard as one page of HTML. It needs no other file than the figures
+beside it.
+"""
 
 from collections.abc import Iterable, Iterator
 from html import escape

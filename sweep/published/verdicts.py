@@ -1,11 +1,11 @@
-"""Whether an estimate agrees with what was published: computed, two-sided, and able to
-fail.
+"""Verdicts: whether an estimate agrees with what was published. They are computed,
+two-sided, and can fail.
 
-With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A number is
-reproduced unless it lies outside the simultaneous interval; that something lies above
-or below a bound, or within two, is reproduced only where the whole simultaneous
-interval does, so that too few trials show nothing. The chance that a page calls even
-one true number not reproduced, or one false bound reproduced, is at most 0.05.
+With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A published
+number is reproduced unless it lies outside the simultaneous interval. A published bound
+is reproduced only if the whole simultaneous interval lies on its right side, so too few
+trials never show it. With a true number the chance of "not reproduced" is at most 0.05
+for the whole page, and so is the chance of "reproduced" with a false bound.
 """
 
 import math
@@ -18,12 +18,12 @@ Status = Literal["reproduced", "not reproduced", "not testable as published"]
 
 LEVEL = 1.0 - CONFIDENCE
 ROUNDING_ERROR = 1e-12
-"""Relative: two numbers this close are equal, having been added up in another order."""
+"""Relative. Two numbers this close count as equal: only the order of a sum differs."""
 
 
 class Value(NamedTuple):
-    """A published number, its rounding (half a unit of its last digit), the trials
-    behind it, what else may differ.
+    """A published number, with its rounding (half a unit of its last digit), the number
+    of its trials, and a tolerance for other differences, with the reason.
     """
 
     value: float
@@ -46,7 +46,7 @@ class Below(NamedTuple):
 
 
 class Within(NamedTuple):
-    """The quantity lies from `low` to `high`: equivalence."""
+    """The quantity lies between `low` and `high`: a test of equivalence."""
 
     low: float
     high: float
@@ -59,9 +59,9 @@ Expectation = Value | Above | Below | Within
 class Verdict:
     """The status and its reason. `interval` is the ordinary 95 % one.
 
-    `noticeable` is the smallest difference that could have been noticed: half the
-    simultaneous interval, with rounding and tolerance. Both are None where there was
-    nothing to test.
+    `noticeable` is the smallest difference that the test could notice: half the
+    simultaneous interval, plus rounding and tolerance. Both are None if nothing was
+    tested.
     """
 
     status: Status
@@ -76,7 +76,7 @@ def untestable(reason: str) -> Verdict:
 
 
 def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
-    """The verdict on one of `claims` claims of a page."""
+    """The verdict on one of the `claims` claims of a page."""
     if not estimate.testable:
         return untestable("too few values for an interval, or one that does not vary")
     if not math.isfinite(estimate.value):
@@ -95,7 +95,9 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
 def _equal(
     ours: float, low: float, high: float, expectation: Value
 ) -> tuple[Status, str]:
-    """Reproduced if the interval, with rounding and tolerance, holds the value."""
+    """Reproduced if the interval, widened by rounding and tolerance, contains the
+    value.
+    """
     published, rounding, tolerance = (
         expectation.value,
         expectation.rounding,
@@ -125,8 +127,8 @@ def _allowed(expectation: Above | Below | Within) -> tuple[float, float]:
 
 
 def _beyond(low: float, high: float, least: float, most: float) -> tuple[Status, str]:
-    """Reproduced where the whole interval lies between `least` and `most`; a one-sided
-    bound itself is outside.
+    """Reproduced if the whole interval lies between `least` and `most`. A one-sided
+    bound itself does not count as inside.
     """
     interval = f"the simultaneous interval {brief(low)} to {brief(high)}"
     equivalence = math.isfinite(least) and math.isfinite(most)

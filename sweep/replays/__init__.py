@@ -1,8 +1,8 @@
-"""A stored trial again: to the same bits, as frames, as a film.
+"""A stored trial again: compared bit by bit, as frames, as a film.
 
-replay     a trial run again
-verify     a random sample of them
-bits       the comparison, bit by bit
+replay     runs a stored trial again
+verify     runs a random sample of stored trials again
+bits       compares a result with what is stored, bit by bit
 flight     every frame of a trial
 animation  frames as pictures
 video      pictures as GIF or MP4

@@ -1,7 +1,8 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
-Boids are triangles that point where they fly, in the world with its obstacles and,
-where boids are drawn to it, the goal. What does not change is drawn once.
+Boids are triangles that point in their direction of flight. The picture shows the world
+with its obstacles, and the goal if boids are drawn to it. What does not change is drawn
+once.
 """
 
 from collections.abc import Iterator
@@ -27,14 +28,18 @@ from sweep.trial.world import world_of
 MOST_FRAMES = 600
 WIDTH_INCHES, DPI = 6.4, 110
 TRIANGLES = 45
-"""How many triangles, one behind the other, the longer side of a world would hold."""
+"""The size of a boid: so many triangles, one behind the other, are as long as the
+longer side of the world.
+"""
 
 Picture = NDArray[np.uint8]
-"""Pixels (rows, columns, 3), red, green and blue."""
+"""Pixels (rows, columns, 3): red, green and blue."""
 
 
 class Scene:
-    """The world of a trial as a figure, into which frames are drawn in turn."""
+    """The world of a trial as a figure. Frames are drawn into it, one after the
+    other.
+    """
 
     def __init__(self, study: str, job: Job) -> None:
         self.job, self.world, self.model = job, world_of(job), MODELS[job.model]
@@ -71,8 +76,8 @@ class Scene:
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
 
     def _size(self) -> tuple[float, float]:
-        """Inches that make even numbers of pixels, which MP4 needs, and leave room for
-        titles and labels.
+        """Width and height in inches. They give even numbers of pixels, which MP4
+        needs, and leave room for titles and labels.
         """
         height = (
             WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
@@ -95,8 +100,8 @@ class Scene:
             )
 
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
-        """The frame, its time, how many boids there are, and how many of them are
-        outside of the picture.
+        """The title of a frame: its step, its time, the number of boids, and how many
+        of them are outside of the picture.
         """
         settings, (x, y) = self.job.settings, bodies[:2]
         time = float(settings.get("dt", 1.0)) * step
@@ -115,7 +120,7 @@ class Scene:
 
 
 def check_frame(job: Job, frame: int) -> None:
-    """Raise ChoiceError where a trial has no such frame."""
+    """Raise ChoiceError if a trial has no such frame."""
     steps = int(job.settings["steps"])
     if not 0 <= frame <= steps:
         raise ChoiceError(
@@ -125,7 +130,16 @@ def check_frame(job: Job, frame: int) -> None:
 
 
 def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) -> None:
-    """Write one frame as PNG. Raises ChoiceError where the trial ends before it."""
+    """Write one frame as PNG.
+
+        study   the name of the study
+        job     the trial
+        frame   the step of the frame
+        path    the new file
+        report  is told how many of how many steps are done
+
+    Raises ChoiceError if the trial ends before that frame.
+    """
     from PIL import Image
 
     check_frame(job, frame)
@@ -141,8 +155,8 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
 
 
 def frames_apart(job: Job) -> int:
-    """How many steps lie between two frames of an animation unless the user says so:
-    for MOST_FRAMES at most.
+    """The default number of steps between two frames of an animation. It gives at most
+    MOST_FRAMES frames.
     """
     return max(1, -(-int(job.settings["steps"]) // (MOST_FRAMES - 1)))
 
@@ -150,7 +164,14 @@ def frames_apart(job: Job) -> int:
 def write_animation(
     study: str, job: Job, path: Path, every: int, report: Report
 ) -> None:
-    """Write a frame every `every` steps as GIF or MP4, by the ending of `path`."""
+    """Write an animation as GIF or MP4.
+
+    study   the name of the study
+    job     the trial
+    path    the new file; its ending says which format
+    every   steps between two frames
+    report  is told how many of how many steps are done
+    """
     scene = Scene(study, job)
     pictures = (
         scene.draw(step, bodies) for step, bodies in _bodies(job, every, report)
@@ -163,7 +184,7 @@ def write_animation(
 def _bodies(
     job: Job, every: int, report: Report, until: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """The frames one by one, no further than `until`."""
+    """The frames one by one; none after the step `until`."""
     for taken in frames(job, every, report):
         yield from zip(taken.steps.tolist(), taken.bodies, strict=True)
         if until is not None and taken.steps.size and taken.steps[-1] >= until:

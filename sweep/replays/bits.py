@@ -1,4 +1,4 @@
-"""A trial run again, compared with what is stored of it, bit by bit."""
+"""Compares a trial that was run again with what is stored of it, bit by bit."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -11,16 +11,16 @@ from sweep.tables.stored_trials import Columns, StoredTrial
 from sweep.trial.result import Result
 
 NOT_COMPARED = ("seconds", "error", "replay")
-"""Columns of trials that are the run's own; of an error the kind is compared."""
+"""Columns of trials that differ from run to run. Of an error its kind is compared."""
 LOWEST = int(np.iinfo(np.int64).min)
 
 
 class BitDifference(NamedTuple):
-    """A column of a table that has come out otherwise, and its first row that has.
+    """A column of a table that differs, and the first row in which it does.
 
-    `differing` of `total` values differ; `ulps` is how many floating-point numbers the
-    first two are apart, None where they are no numbers. Where the number of rows has
-    changed, these are `stored` and `found`, and `row` is None.
+    `differing` of `total` values differ. `ulps` says how many floating-point numbers
+    lie between the first two; None for what is no number. If the number of rows
+    differs, `stored` and `found` are these numbers, and `row` is None.
     """
 
     trial: str
@@ -48,11 +48,11 @@ class BitDifference(NamedTuple):
 
 
 def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDifference]:
-    """Where `result`, of the same trial run again, is not what is stored: every column
-    of every table, to the last bit.
+    """Where `result`, the same trial run again, differs from what is stored: every
+    column of every table, to the last bit.
 
-    Of an error only the kind must be the same; how many seconds the trial took is left
-    out.
+    Of an error only the kind must be the same. The seconds that the trial took are not
+    compared.
     """
     trial, found = str(stored.row["trial_id"]), _found(study, stored, result)
     then = {"trials": _row(stored.row)} | stored.tables
@@ -67,7 +67,7 @@ def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDiff
 
 
 def values_compared(stored: StoredTrial) -> dict[str, int]:
-    """How many stored values `differences` looks at, by table."""
+    """How many stored values `differences` compares, by table."""
     tables = {"trials": _row(stored.row)} | stored.tables
     return {
         name: sum(len(values) for values in columns.values())
@@ -76,8 +76,8 @@ def values_compared(stored: StoredTrial) -> dict[str, int]:
 
 
 def error_kind(status: str, error: str) -> str:
-    """What kind of error a row has: of a traceback the exception's name, of any other
-    error its words.
+    """The kind of an error: the name of the exception in a traceback, or else its whole
+    text.
     """
     lines = error.strip().splitlines()
     return (
@@ -86,7 +86,7 @@ def error_kind(status: str, error: str) -> str:
 
 
 def _row(row: dict[str, Any]) -> Columns:
-    """A row of trials as columns of one value."""
+    """A row of trials, as columns of one value each."""
     kept = {name: value for name, value in row.items() if name not in NOT_COMPARED}
     kept["error"] = error_kind(row["status"], row["error"] or "")
     return {
@@ -113,7 +113,7 @@ def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns
 
 
 def _heatmap(visits: NDArray[np.int32] | None) -> Columns:
-    """A heatmap as its columns in the store; empty ones where there is none."""
+    """A heatmap as its columns in the store; empty columns if there is none."""
     rows, columns = ([], []) if visits is None else ([size] for size in visits.shape)
     flat = np.empty(0) if visits is None else visits.ravel()
     return {"rows": np.array(rows), "columns": np.array(columns), "visits": flat}
@@ -145,8 +145,8 @@ def _bits(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def ulps(one: float, other: float) -> int:
-    """How many steps from one floating-point number to the next lie between two; -0 and
-    0 are one apart.
+    """The number of steps between two numbers, where a step goes from one
+    floating-point number to the next. From -0 to 0 is one step.
     """
     first, second = (
         int(bits) if bits >= 0 else LOWEST - int(bits) - 1

@@ -1,4 +1,6 @@
-"""One trial at full resolution: its frames in turn, and all in a parquet file."""
+"""One trial at full resolution: its frames one after the other, or all in a parquet
+file.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -23,11 +25,16 @@ Report = Callable[[int, int], None]
 def frames(
     job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()
 ) -> Iterator[Taken]:
-    """The frames 0, `every`, 2 `every`, ... and the last of a trial, block by block.
+    """The frames 0, `every`, 2 `every`, ... and the last of a trial, some at a time.
 
-    Each block has the values of `metrics` (M, F), and x, y, vx and vy (F, 4, N). What
-    is recorded changes nothing of the flight. One that diverges ends with its last
-    finite frame.
+        job      the trial
+        every    steps between two frames
+        report   is told how many of how many steps are done
+        metrics  the metrics that are measured at each frame
+
+    Each `Taken` has the values of the metrics (M, F), and x, y, vx and vy (F, 4, N), in
+    the model's length and length/time. The flight is the same whatever is recorded. A
+    trial that diverges ends with its last finite frame.
     """
     steps = int(job.settings["steps"])
     simulation = Simulation(
@@ -44,8 +51,13 @@ def frames(
 def write_flight(
     job: Job, path: Path, every: int, about: dict[bytes, bytes], report: Report
 ) -> int:
-    """Write the frames of a trial as `trajectories` has them, with the metadata
-    `about`; return how many they are.
+    """Write the frames of a trial as a table like `trajectories`. Returns their number.
+
+    job     the trial
+    path    the new parquet file
+    every   steps between two frames
+    about   the metadata of the table
+    report  is told how many of how many steps are done
     """
     schema = trajectories_schema(job.model, {}).with_metadata(about)
     count = 0

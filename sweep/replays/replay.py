@@ -1,4 +1,4 @@
-"""One stored trial, run again from its row."""
+"""Runs one stored trial again, from its row."""
 
 from sweep.replays.bits import differences
 from sweep.store.rows import trial_metrics
@@ -8,8 +8,8 @@ from sweep.trial.simulation import simulate
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
-    """A report on the trial run again, and whether all that is stored of it has come
-    out to the same bits.
+    """Run a trial again. Returns a report, and whether everything that is stored came
+    out with the same bits.
 
     An exception of the trial is raised as it is.
     """

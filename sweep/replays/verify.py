@@ -1,8 +1,8 @@
-"""A random sample of stored trials, run again and compared bit by bit.
+"""Runs a random sample of stored trials again and compares every bit.
 
-Within one machine and one set of versions the same job gives the same bits. Across
-machines nobody can promise that: sin, cos, exp and log come from the system's
-mathematics library, and LLVM compiles for the processor at hand.
+On one machine, with the same versions, a job always gives the same bits. Between
+machines nobody can promise that: sin, cos, exp and log come from the mathematics
+library of the system, and LLVM compiles for the processor of the machine.
 """
 
 import math
@@ -27,8 +27,8 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.runner import drive
 
 REPEATABLE = ("done", "diverged", "failed")
-"""Statuses that a trial has again; whether it is in time, or its worker dies, depends
-on the machine.
+"""A repeated trial has the same status if it is one of these. Timeouts and dead workers
+depend on the machine.
 """
 CONFIDENCE = 0.95
 MOST_LISTED = 20
@@ -50,12 +50,12 @@ class Refused(NamedTuple):
 
 @dataclass
 class Verification:
-    """What was checked, and what differs.
+    """What was compared, and what differs.
 
-    `stored` counts the trials of the spec that could be checked, `left_out` those that
-    could not, by the reason. `checked` counts trials by status, `values` the values
-    compared by table, and `origins` the trials by the processor and versions that they
-    come from.
+    `stored` counts the trials of the spec that can be compared, `left_out` the others
+    by their reason. `checked` counts compared trials by status, `values` the compared
+    values by table, and `origins` the trials by the processor and versions with which
+    they were computed.
     """
 
     study: str
@@ -83,12 +83,14 @@ class Verification:
             self.differing[stored.row["trial_id"]] = found
 
     def refuse(self, stored: StoredTrial, why: StoreError) -> None:
-        """Count a trial that cannot run again: it differs from its row in any case."""
+        """Count a trial that cannot run again. It counts as one that differs from its
+        row.
+        """
         self.checked[str(stored.row["status"])] += 1
         self.differing[stored.row["trial_id"]] = [Refused(str(why))]
 
     def as_text(self) -> str:
-        """The verification for a reader."""
+        """The verification as text."""
         checked, differing = self.checked.total(), len(self.differing)
         compared = ", ".join(
             f"{count:,} values of {name}"
@@ -129,11 +131,10 @@ class Verification:
                 f"{differing:,} of all {checked:,} trials differ:"
                 " none was left to chance"
             )
-        share = 100 * upper_bound(checked, differing)
+        percent = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
-        return (
-            f"at most {share:.3g} % of the trials differ, {sure} (Clopper and Pearson)"
-        )
+        differ = f"at most {percent:.3g} % of the trials differ"
+        return f"{differ}, {sure} (Clopper and Pearson)"
 
 
 def verify(
@@ -145,13 +146,19 @@ def verify(
     seed: int = 0,
     report: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Verification:
-    """Run `fraction` of the stored trials of the spec again, at least one and at most
-    `most`, and compare every bit.
+    """Run a random sample of the stored trials of the spec again, and compare every
+    bit.
 
-    The sample is drawn without replacement, from `seed`. `report` is told how many of
-    how many trials have been compared. A trial that no launch can have written counts
-    as one that differs. Raises StoreError where the trials were computed by other
-    kernels, where there are none, and for a damaged part.
+        study     the stored study
+        executor  runs the trials
+        fraction  how much of all trials, from 0 to 1; at least one trial is drawn
+        most      the largest sample
+        seed      the sample is drawn from it, without replacement
+        report    is told how many of how many trials have been compared
+
+    A trial that no launch can have written counts as one that differs. Raises
+    StoreError if the trials were computed by other kernels, if there are none, and for
+    a damaged part.
     """
     sample, verification = _drawn(study, fraction, most, seed)
     report(0, len(sample))
@@ -179,7 +186,7 @@ def verify(
 def _drawn(
     study: StoredStudy, fraction: float, most: int, seed: int
 ) -> tuple[list[str], Verification]:
-    """The sample, and a verification in which nothing has been compared yet."""
+    """The sample, and a verification with no comparison yet."""
     if changes := _code_changes(study):
         commit = study.provenance["git"].get("commit")
         where = f"check out {commit}" if commit else "install the version of then"
@@ -232,7 +239,7 @@ def _check(
             verification.refuse(trial, error)
     if not jobs:
         return
-    # Compiled here once, or cold workers would each compile the same.
+    # Compile here once. Otherwise each worker would compile the same.
     warm(jobs[0])
     for results in drive(
         jobs, run, executor=executor, costs=job_seconds, failed=failed
@@ -244,11 +251,11 @@ def _check(
 
 
 def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) -> float:
-    """Clopper and Pearson's one-sided upper bound on the share of trials that differ,
-    `differing` of `checked` having.
+    """The one-sided upper bound of Clopper and Pearson for the share of trials that
+    differ, if `differing` of `checked` do.
 
-    It holds for a sample drawn with replacement; drawn without, as ours, it errs on the
-    safe side.
+    The bound is exact for a sample drawn with replacement. Our sample is drawn without;
+    for it the bound is somewhat too high, which is the safe side.
     """
     from scipy.stats import beta
 
@@ -260,7 +267,7 @@ def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) ->
 
 
 def _origin(provenance: dict[str, Any]) -> str:
-    """The machine and the versions that bits depend on, in one line."""
+    """The machine and the versions on which bits depend, in one line."""
     versions = provenance["versions"]
     named = ", ".join(
         f"{name} {versions[name]}" for name in ("python", "numpy", "numba", "llvmlite")

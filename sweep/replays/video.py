@@ -1,4 +1,4 @@
-"""Pictures as a GIF, or through ffmpeg as an MP4."""
+"""Writes pictures as a GIF, or through ffmpeg as an MP4."""
 
 import shutil
 import subprocess
@@ -16,16 +16,18 @@ from sweep.tables.outputs import by_path
 
 FRAMES_A_SECOND = 25
 COLOURS = 64
-LEVELS_APART = 17
-"""Levels of a colour in a GIF's palette: white must differ from light grey."""
+SHADES_APART = 17
+"""The distance between two shades of a colour in the palette of a GIF. With it, white
+and light grey stay different.
+"""
 INSTALL = 'pip install ".[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
 
 
 def find_ffmpeg() -> str:
-    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises OutputError where
-    there is neither.
+    """The ffmpeg of the system, or that of imageio-ffmpeg. Raises OutputError if there
+    is neither.
     """
     if found := shutil.which("ffmpeg"):
         return found
@@ -40,14 +42,14 @@ def find_ffmpeg() -> str:
 
 
 def write_gif(pictures: Pictures, file: BinaryIO) -> None:
-    """Write pictures (rows, columns, 3) as a GIF that repeats; its colours are those of
-    the first picture.
+    """Write pictures (rows, columns, 3) as a GIF that plays again and again. Its
+    colours are those of the first picture.
     """
     from PIL import Image
 
     first = next(pictures)
     few = Image.fromarray(
-        (np.round(first / LEVELS_APART) * LEVELS_APART).astype(np.uint8)
+        (np.round(first / SHADES_APART) * SHADES_APART).astype(np.uint8)
     )
     palette = few.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     images = (
@@ -84,7 +86,7 @@ def _run_ffmpeg(pictures: Pictures, path: Path) -> None:
             for picture in pictures:
                 process.stdin.write(picture.tobytes())
             process.stdin.close()
-        except BrokenPipeError:  # it has ended; what it said of that follows
+        except BrokenPipeError:  # ffmpeg has ended; its own error follows
             pass
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:

@@ -3,24 +3,28 @@ line.
 
 strict_yaml      YAML without surprises
 document         values that know their line
+contents         what may stand under a key
+keys             each key described once
+key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units
 axes             the ways to write an axis
-values           fixed, sweep, derive, require
+axis_keys        the fixed keys of an axis
+setting_values   fixed, sweep, derive, require
 sampling         samplers and distributions
-blocks           samples that count as blocks
+whole_samples    samples that count only whole
 ablation         an axis between two presets
 point_tables     points of a CSV or parquet file
-pages            what parquet unpacks to
+parquet_sizes    what parquet unpacks to
 limits           how large a study may be
 expressions      checked formulas
 evaluation       formulas on whole columns
 maps             shapes, images, ROS maps
 images           pixels as few rectangles
 replication      how many trials a point has
-policy           what follows a failed trial
+failure_policy   what follows a failed trial
 recorded         names of metrics and columns
-layout           names of a study and its files
+study_folder     names of a study and its files
 search           a checked search
 search_section   its reader
 search_checks    what its parts must fulfil

@@ -53,8 +53,8 @@ def read_ablation(
     details = differing(reader.model, reader.preset, other, given)
     if not details:
         raise chosen.error(
-            f"{other} differs from {reader.preset} in nothing that the study leaves"
-            " open"
+            f"nothing would change: {other} differs from {reader.preset} in no setting"
+            " that the spec leaves open"
         )
     columns = _columns(reader, other, details)
     return Axis(name, columns, reader.when(entry), ablated=other, details=details)
@@ -63,8 +63,8 @@ def read_ablation(
 def differing(
     model: str, preset: str, other: str, given: Collection[str]
 ) -> tuple[Detail, ...]:
-    """The details in which two presets of `model` differ: the names of one setting
-    each, or of those of the world.
+    """The details in which two presets of `model` differ. A detail is the name of one
+    setting, or those of the settings of the world, which change together.
     """
     one, two = fitted_preset(model, preset), fitted_preset(model, other)
     names = [

@@ -1,4 +1,4 @@
-"""The axes of a sweep: each becomes a few columns of equal length, whatever way it is
+"""The axes of a sweep. Each becomes a few columns of equal length, however it is
 written.
 
     a setting     [0.5, 1]
@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sweep.spec.blocks import OPTIONS, SampleBlocks, read_blocks, sample_blocks
+from sweep.spec.axis_keys import POINTS, SAMPLE, TABLE
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
@@ -29,6 +29,7 @@ from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import read_table
 from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
 from sweep.spec.settings import NotAllowedError, Setting, Values
+from sweep.spec.whole_samples import OPTIONS, SampleBlocks, read_blocks, sample_blocks
 from sweep.text import unknown
 
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {
@@ -44,10 +45,11 @@ class Axis:
     """Points of a few settings: `columns` have equal lengths and no row stands twice.
 
     `when` says where the axis applies; `merged` counts the rows that were the same as
-    an earlier one; `notes` are remarks for the user. An axis that goes from the study's
-    preset to another names that, `ablated`, and the settings that change together,
-    `details`. A sampled axis names its `sampler`; where its points come in `blocks`,
-    `rows` says for each point of them, in their order, which row it is.
+    an earlier one; `notes` are remarks for the user. An axis that changes the study's
+    preset into another one has the name of that in `ablated`, and in `details` the
+    groups of settings that change together. A sampled axis names its `sampler`. Where
+    its points come in `blocks`, `rows` has for each point, block after block, the
+    number of its row.
     """
 
     name: str
@@ -144,7 +146,7 @@ class AxisReader:
         )
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
-        """The blocks of an axis whose points come in such, else None."""
+        """The blocks of an axis, None where its points do not come in blocks."""
         if entry.value.get("sample") not in [*OPTIONS]:
             return None
         sampler = entry.child("sample").text()
@@ -159,10 +161,8 @@ class AxisReader:
     def _sample(
         self, name: str, entry: Entry, blocks: SampleBlocks | None
     ) -> dict[str, Values]:
-        sampler = entry.child("sample").one_of(
-            "sampler", [*SAMPLERS, *OPTIONS, "table"]
-        )
-        if sampler == "table":
+        sampler = SAMPLE.content.read(entry.child("sample"))
+        if sampler == TABLE:
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.settings, self.folder)
         if blocks is None:
@@ -264,8 +264,8 @@ def _listed(setting: Setting, entry: Entry) -> Values:
 
 
 def _grid(setting: Setting, entry: Entry) -> Values:
-    """The values of a linspace or logspace, to 12 digits, so that a finer grid repeats
-    a coarser one.
+    """The values of a linspace or logspace, rounded to 12 digits. So a finer grid has
+    the same values as a coarser one where they meet.
     """
     limits = entry.entries()
     if len(limits) != 3:
@@ -283,7 +283,7 @@ def _grid(setting: Setting, entry: Entry) -> Values:
 
 
 def _points(entry: Entry, settings: int) -> int:
-    points = entry.child("points").whole(1, MOST_POINTS)
+    points: int = POINTS.content.read(entry.child("points"))
     check_cells(entry.child("points"), points, settings)
     return points
 
@@ -297,8 +297,8 @@ def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
 
 
 def _distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
-    """Indices, ascending, of the rows that no earlier row equals; and for every row
-    which of these it equals.
+    """The indices, ascending, of the rows that differ from all earlier rows. And for
+    every row, which of these it equals.
     """
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:

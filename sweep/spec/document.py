@@ -11,13 +11,13 @@ from sweep.text import abridged, shortened, unknown
 Place = tuple[str | int, ...]
 
 INTEGER_BOUND = 2**63
-"""Whole numbers are smaller, so that a column of them is one of int64."""
+"""Whole numbers of a spec are smaller than this, so that they fit into int64."""
 
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML text, and the line of every value in it by its place: the keys and indices
-    that lead to it.
+    """A YAML text, and the line of every value in it. A value is found by its place:
+    the keys and indices that lead to it.
     """
 
     path: Path
@@ -39,8 +39,8 @@ class Document:
 
 @dataclass(frozen=True)
 class Entry:
-    """One value of a document and its place. What reads it raises SpecError where it is
-    something else.
+    """One value of a document and its place. The methods that read it raise SpecError
+    where it is something else.
     """
 
     document: Document
@@ -49,7 +49,9 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key to this value; of the whole document its file's name."""
+        """The last key that leads to this value. The whole document has the name of its
+        file.
+        """
         return next(
             (part for part in reversed(self.place) if isinstance(part, str)),
             self.document.path.name,
@@ -61,7 +63,7 @@ class Entry:
 
     def expected(self, what: str) -> SpecError:
         """The SpecError for a value that is not `what`."""
-        return self.error(f'"{self.name}" must be {what}, not {_in_words(self.value)}')
+        return self.error(f'"{self.name}" must be {what}, not {in_words(self.value)}')
 
     def child(self, key: str | int) -> "Entry":
         """The value below this one at `key`, which must be there."""
@@ -81,9 +83,10 @@ class Entry:
         """Raise SpecError unless this is a mapping with these keys only, and with the
         required ones.
         """
-        for key, entry in self.mapping():
+        self.mapping()
+        for key in self.value:
             if key not in allowed:
-                raise entry.error(unknown("key", key, allowed))
+                raise self.child(key).error(unknown("key", key, allowed))
         for key in required:
             if key not in self.value:
                 raise self.error(
@@ -142,7 +145,8 @@ class Entry:
         return name
 
 
-def _in_words(value: Any) -> str:
+def in_words(value: Any) -> str:
+    """What was given, for an error: a text in quotes, and the kind of a container."""
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list):

@@ -12,7 +12,9 @@ from sweep.spec.settings import Values
 Rows = NDArray[np.intp]
 
 BLOCK = 2**16
-"""Points computed at once: each level of an expression holds a few columns."""
+"""Points that are computed at once, as each level of an expression holds a few columns
+in memory.
+"""
 
 CONSTANTS: dict[str, float | bool] = {"pi": math.pi, "true": True, "false": False}
 
@@ -149,7 +151,8 @@ def _constant(constant: object, length: int) -> Values:
 
 
 def _named(column: Values, rows: Rows) -> Values:
-    # Rows are distinct and ascending: as many of them as points are all points.
+    # Rows are distinct and ascending. So if there are as many as points, they are all
+    # points.
     picked = column if len(rows) == len(column) else column[rows]
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked
 

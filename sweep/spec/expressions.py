@@ -32,10 +32,10 @@ MOST_LEVELS = 60
 
 @dataclass(frozen=True)
 class Expression:
-    """A checked expression: what it yields, and the settings it needs.
+    """A checked expression: the kind of its value, and the settings that it needs.
 
-    It yields a number, a condition or a text. `operations` is the number of its parts,
-    each of which is computed once at a point, at most.
+    Its value is a number, a condition or a text. `operations` is the number of its
+    parts. Each part is computed at most once at a point.
     """
 
     text: str
@@ -157,11 +157,14 @@ class _Checker:
         where: str,
         first: ast.expr | None = None,
     ) -> str:
-        """The kind that all nodes must have; `first` is named for the {} in `where`."""
+        """The kind `wanted`, which all nodes must have. The text of `first` replaces
+        the {} in `where`.
+        """
         for node in nodes:
             found = self.kind(node)
             if found != wanted:
-                # Unparsed only here: nested expressions would be, at each level.
+                # Only here a node becomes text again. To do it earlier would take a
+                # nested expression apart at each of its levels.
                 place = where.format(first and ast.unparse(first))
                 given = f'"{ast.unparse(node)}" is {found}'
                 raise ExpressionError(f"{place} needs {wanted}, but {given}")
@@ -178,7 +181,9 @@ class _Checker:
         return CONDITION
 
     def _choices(self, terms: list[ast.expr]) -> None:
-        """A setting of named choices is compared only with choices that it has."""
+        """Raise ExpressionError where a setting is compared with a choice that it has
+        not.
+        """
         settings = [
             self.known[term.id]
             for term in terms

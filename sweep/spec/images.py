@@ -18,17 +18,20 @@ if TYPE_CHECKING:
 MOST_SIDE = 4096
 MOST_BYTES = 100_000_000
 MOST_READS = 1_000_000
-"""How often a decoder may read: of a file of tiny pieces, or of remarks, for minutes.
+"""How often a decoder may read: a file of tiny pieces, or of remarks, would keep it
+busy for minutes.
 """
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
-"""PPM stands for .pgm and .pbm too. Those that drawings and ROS need, and no more."""
+"""The formats that drawings and ROS need, and no more. PPM stands for .pgm and .pbm
+too.
+"""
 DECODERS = ("raw", "zip", "jpeg")
 """Pillow's other decoders of these formats take seconds to minutes: plain PPM, shades
 of white other than 255 and 65535 in PPM, and packed BMP.
 """
 SEAM = 1e-9
-"""By how much of a pixel a rectangle is larger on every side, as a point on a border is
-inside of nothing.
+"""A rectangle is larger on every side by this part of a pixel. Otherwise a point on the
+border of two rectangles would be in neither.
 """
 
 
@@ -37,7 +40,7 @@ class ImageError(ValueError):
 
 
 class _Counted(io.BufferedReader):
-    """A file that can be read so often and no more."""
+    """A file of which a limited number of reads is allowed."""
 
     reads = 0
 
@@ -90,7 +93,7 @@ def brightness(path: Path) -> NDArray[np.float64]:
 
 
 def _check_file(path: Path) -> None:
-    # Opening a pipe would wait for ever, and a device has no end.
+    # To open a pipe would take for ever, and a device has no end.
     if path.exists() and not path.is_file() and not path.is_dir():
         raise ImageError("is no ordinary file")
     if path.stat().st_size > MOST_BYTES:
@@ -134,11 +137,11 @@ def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def obstacles_of(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
-    """The occupied pixels as obstacles (M, 5), see kernels.worlds; a pixel has the
-    length `resolution`.
+    """The occupied pixels as obstacles (M, 5), as kernels.worlds has them. A side of a
+    pixel is `resolution` long.
 
-    Row r of the image lies at y = r * resolution: images keep their orientation, their
-    top left corner is the origin.
+    Row r of the image lies at y = r * resolution. So the top left corner of the image
+    is the origin, and images are not mirrored.
     """
     left, top, right, bottom = rectangles(occupied).T.astype(np.float64)
     half_width, half_height = (right - left) / 2 + SEAM, (bottom - top) / 2 + SEAM

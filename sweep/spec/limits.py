@@ -1,4 +1,4 @@
-"""How large a study may be: what is asked for is compared before memory is taken.
+"""How large a study may be. What a spec asks for is counted before memory is taken.
 
 Measured, in bytes: a point takes 190 in a launch, a trial 90, a cell 16 to 24, and 34
 while some samplers draw it. A plan at all of these limits takes at most some 4 GB.
@@ -13,7 +13,9 @@ MOST_CELLS = 100_000_000
 MOST_SEARCHED = 1_000_000
 """Trials of a search, its repetitions and held-out seeds: it keeps 3 kB of each."""
 MOST_OPERATIONS = 2_000_000_000
-"""Points times the parts of all expressions: ten seconds, or minutes of powers."""
+"""Points times the parts of all expressions. So many take ten seconds, or minutes where
+they are powers.
+"""
 
 
 def beyond(asked: str, most: int) -> str:

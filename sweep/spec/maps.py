@@ -8,10 +8,10 @@
     lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
     floor: {ros: floor.yaml}                 # a file of ROS's map_server
 
-`resolution` is the length of a pixel. Lengths are in the unit of the model; x and y are
-those of a centre. Files stand relative to the spec's folder, and the image of a ROS map
-relative to that of its own file. The origin is the top left corner, and y grows
-downwards.
+`resolution` is the length of a pixel. Lengths are in the model's unit of length; x and
+y are those of the centre of a shape. The origin is the top left corner, and y grows
+downwards. A path starts in the folder of the spec, that of the image of a ROS map in
+the folder of its file.
 """
 
 import hashlib
@@ -21,14 +21,25 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.worlds import MAPS
+from sweep.spec.contents import Content, Number, ReadLater, Text
 from sweep.spec.document import Entry
 from sweep.spec.images import ImageError, brightness, obstacles_of
+from sweep.spec.keys import (
+    Key,
+    SectionOf,
+    check_keys,
+    keys_of,
+    read_section,
+    read_values,
+    section_schema,
+)
+from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
 
 MAP_NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -36,11 +47,149 @@ MOST_MAPS = 100
 MOST_SHAPES = 100_000
 MOST_LENGTH = 1e9
 HALF, OCCUPIED = 0.5, 0.65
-"""How dark an occupied pixel is at least, as a part of black: in an image, and in a ROS
-map that does not say.
+"""A pixel that is darker than this part of black is occupied: in an image, and in a ROS
+map that does not say a threshold of its own.
 """
 
-Obstacles = tuple[tuple[float, float, float, float, float], ...]
+LENGTH = Number(above=0, most=MOST_LENGTH)
+ACROSS, DOWN = "of the centre, from the left", "of the centre, from the top"
+
+Obstacle = tuple[float, float, float, float, float]
+Obstacles = tuple[Obstacle, ...]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A round obstacle as a spec has it."""
+
+    x: Annotated[float, Key(Number(), ACROSS, example="3")]
+    y: Annotated[float, Key(Number(), DOWN, example="4")]
+    radius: Annotated[float, Key(LENGTH, "radius", example="0.5")]
+
+    @property
+    def obstacle(self) -> Obstacle:
+        """The obstacle as kernels.worlds has it."""
+        return self.x, self.y, self.radius, self.radius, 1.0
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangular obstacle as a spec has it."""
+
+    x: Annotated[float, Key(Number(), ACROSS, example="6")]
+    y: Annotated[float, Key(Number(), DOWN, example="5")]
+    width: Annotated[float, Key(LENGTH, "from left to right", example="2")]
+    height: Annotated[float, Key(LENGTH, "from top to bottom", example="1")]
+
+    @property
+    def obstacle(self) -> Obstacle:
+        """The obstacle as kernels.worlds has it."""
+        return self.x, self.y, self.width / 2, self.height / 2, 0.0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One obstacle: exactly one of these keys."""
+
+    disc: Annotated[
+        Disc | None,
+        Key(SectionOf(Disc), "round; a shape is one of the two", otherwise=""),
+    ] = None
+    rectangle: Annotated[
+        Rectangle | None, Key(SectionOf(Rectangle), "with straight sides", otherwise="")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Size(Content[tuple[float, float]]):
+    """The width and height of a world."""
+
+    @property
+    def words(self) -> str:
+        return "[width, height]"
+
+    def read(self, entry: Entry) -> tuple[float, float]:
+        if len(entry.entries()) != 2:
+            raise entry.expected(self.words)
+        width, height = (LENGTH.read(side) for side in entry.entries())
+        return width, height
+
+    def schema(self) -> Schema:
+        return {
+            "type": "array",
+            "items": LENGTH.schema(),
+            "minItems": 2,
+            "maxItems": 2,
+        }
+
+    def write(self, value: tuple[float, float]) -> Any:
+        return list(value)
+
+
+def _shapes_schema() -> Schema:
+    shape = section_schema(Shape) | one_of(["disc", "rectangle"])
+    return {"type": "array", "items": shape}
+
+
+@dataclass(frozen=True)
+class DrawnMap:
+    """A map of shapes, as a spec has it."""
+
+    size: Annotated[
+        tuple[float, float],
+        Key(
+            Size(),
+            "[width, height] of the world, in the model's unit of length",
+            example="[10, 10]",
+        ),
+    ]
+    shapes: Annotated[
+        Entry,
+        Key(
+            ReadLater("a list of shapes", _shapes_schema, (Shape,), "[]"),
+            "the obstacles",
+            example="[{disc: {x: 3, y: 4, radius: 0.5}}]",
+        ),
+    ]
+
+
+@dataclass(frozen=True)
+class PicturedMap:
+    """A map in an image, as a spec has it."""
+
+    image: Annotated[
+        str,
+        Key(
+            Text("the path of a file"),
+            "an image, whose dark pixels are occupied",
+            example="lab.png",
+        ),
+    ]
+    resolution: Annotated[float, Key(LENGTH, "length of a pixel", example="0.05")]
+
+
+@dataclass(frozen=True)
+class RosMap:
+    """A map of ROS, as a spec has it."""
+
+    ros: Annotated[
+        str,
+        Key(
+            Text("the path of a file"),
+            "a file of ROS's map_server",
+            example="floor.yaml",
+        ),
+    ]
+
+
+MAP_FORMS = (DrawnMap, PicturedMap, RosMap)
+
+
+def maps_schema() -> Schema:
+    """The JSON Schema of the maps of a spec."""
+    forms = [section_schema(form) for form in MAP_FORMS]
+    names = {"pattern": f"^{MAP_NAME.pattern}$", "not": reference("built_in_map")}
+    return named({"anyOf": forms}, names)
 
 
 @dataclass(frozen=True)
@@ -65,8 +214,8 @@ class OwnMap:
 
 
 def from_json(stored: Any) -> OwnMap:
-    """The map that `as_json` wrote. Raises ValueError, with what is wrong, for what is
-    none.
+    """The map that `as_json` wrote. Raises ValueError, which says what is wrong with
+    it.
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
@@ -93,7 +242,7 @@ def from_json(stored: Any) -> OwnMap:
 
 
 def maps_from_json(stored: Any) -> dict[str, OwnMap]:
-    """The maps by name that were written each by `as_json`. Raises ValueError as
+    """The maps by name, each as `as_json` wrote it. Raises ValueError as
     `from_json`.
     """
     if not isinstance(stored, dict):
@@ -110,8 +259,8 @@ def maps_from_json(stored: Any) -> dict[str, OwnMap]:
 
 
 def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
-    """The maps by name; files stand relative to `folder`. Raises SpecError for what is
-    no map.
+    """The maps by name. Paths start in `folder`. Raises SpecError for what is no
+    map.
     """
     if entry is None:
         return {}
@@ -134,7 +283,7 @@ def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
         raise entry.error(
             f'"{name}" is a map already: one of your own needs another name'
         )
-    entry.keys(["size", "shapes", "image", "resolution", "ros"])
+    entry.keys([key.name for key in keys_of(*MAP_FORMS)])
     forms = [form for form in READERS if form in entry.value]
     if len(forms) != 1:
         raise entry.error(f'"{name}" needs one of {", ".join(READERS)}')
@@ -142,42 +291,28 @@ def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
 
 
 def _drawn(entry: Entry, _folder: Path) -> OwnMap:
-    entry.keys(["size", "shapes"], required=["size", "shapes"])
-    size = entry.child("size")
-    if len(size.entries()) != 2:
-        raise size.expected("[width, height]")
-    width, height = (_positive(side) for side in size.entries())
-    shapes = entry.child("shapes").items()
+    drawn = read_section(DrawnMap, entry)
+    shapes = drawn.shapes.items()
     if len(shapes) > MOST_SHAPES:
         raise entry.error(
             f'"{entry.name}" has {len(shapes):,} shapes;'
             f" at most {MOST_SHAPES:,} are allowed"
         )
-    return OwnMap(
-        (width, height), tuple(_shape(shape, width, height) for shape in shapes)
-    )
+    return OwnMap(drawn.size, tuple(_obstacle(shape, *drawn.size) for shape in shapes))
 
 
-def _shape(
-    entry: Entry, width: float, height: float
-) -> tuple[float, float, float, float, float]:
-    entry.keys(["disc", "rectangle"])
+def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
+    check_keys(entry, Shape)
     if len(entry.value) != 1:
         raise entry.error("a shape is either a disc or a rectangle")
-    kind = next(iter(entry.value))
-    shape = entry.child(kind)
-    sizes = ["radius"] if kind == "disc" else ["width", "height"]
-    shape.keys(["x", "y", *sizes], required=["x", "y", *sizes])
-    x, y = shape.child("x").number(), shape.child("y").number()
-    lengths = [_positive(shape.child(name)) for name in sizes]
-    half_width, half_height = (
-        lengths * 2 if kind == "disc" else (lengths[0] / 2, lengths[1] / 2)
-    )
-    if not _meets(x, y, half_width, half_height, kind == "disc", width, height):
-        raise shape.error(
+    (kind,) = entry.value
+    obstacle: Obstacle = read_values(Shape, entry)[kind].obstacle
+    x, y, half_width, half_height, disc = obstacle
+    if not _meets(x, y, half_width, half_height, bool(disc), width, height):
+        raise entry.child(kind).error(
             f"the {kind} lies outside the world, which is {width:g} x {height:g}"
         )
-    return x, y, half_width, half_height, float(kind == "disc")
+    return obstacle
 
 
 def _meets(
@@ -189,8 +324,8 @@ def _meets(
     width: float,
     height: float,
 ) -> bool:
-    """Whether some of a shape lies within the world;
-    nothing that is not finite does.
+    """Whether a part of a shape lies within the world. False for numbers that are not
+    finite.
     """
     beside, beyond = max(-x, x - width, 0.0), max(-y, y - height, 0.0)
     if disc and not math.hypot(beside, beyond) < half_width:
@@ -202,31 +337,19 @@ def _meets(
     )
 
 
-def _positive(entry: Entry) -> float:
-    length = entry.number()
-    if not 0 < length <= MOST_LENGTH:
-        raise entry.expected(f"a number above 0, at most {MOST_LENGTH:g}")
-    return length
-
-
 def _pictured(entry: Entry, folder: Path) -> OwnMap:
-    entry.keys(["image", "resolution"], required=["image", "resolution"])
-    grey = _pixels(entry.child("image"), folder)
-    return _of_pixels(
-        entry.child("image"),
-        255.0 - grey > HALF * 255.0,
-        _positive(entry.child("resolution")),
-    )
+    resolution = read_section(PicturedMap, entry).resolution
+    image = entry.child("image")
+    dark = 255.0 - _pixels(image, folder) > HALF * 255.0
+    return _of_pixels(image, dark, resolution)
 
 
 def _ros(entry: Entry, folder: Path) -> OwnMap:
-    """ROS's map_server in its trinary mode: what is not known to be occupied counts as
-    free.
+    """A map as ROS's map_server reads it in trinary mode. Unknown pixels count as free.
 
-    The origin is read by no one: the world begins in the corner of its map.
+    The key `origin` is not used: our world begins in the corner of its map.
     """
-    entry.keys(["ros"])
-    path = folder / entry.child("ros").text()
+    path = folder / read_section(RosMap, entry).ros
     try:
         there = path.is_file()
     except OSError as error:
@@ -254,7 +377,7 @@ def _ros(entry: Entry, folder: Path) -> OwnMap:
     light = _pixels(root.child("image"), path.parent)
     occupancy = (light if negate and negate.whole(0, 1) else 255.0 - light) / 255.0
     return _of_pixels(
-        root.child("image"), occupancy > least, _positive(root.child("resolution"))
+        root.child("image"), occupancy > least, LENGTH.read(root.child("resolution"))
     )
 
 

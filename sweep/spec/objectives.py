@@ -73,9 +73,7 @@ class Objective:
     statistic: Statistic
 
     def value(self, values: Floats) -> float:
-        """The statistic of a candidate's trials, `values` of
-        shape (blocks, scenarios).
-        """
+        """The statistic of the trials of a candidate: `values` (blocks, scenarios)."""
         return self.statistic.of(values, maximize=self.maximize)
 
     def as_json(self) -> dict[str, Any]:

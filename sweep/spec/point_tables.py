@@ -1,7 +1,7 @@
 """Points read from a table, CSV or parquet.
 
 Files may come from anyone. A small parquet file can hold a huge table, and a line of
-commas a million columns: how much there is of all is asked before anything is read.
+commas a million columns. So the sizes are found before anything is read.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
-from sweep.spec.pages import PagesError, check_footer, unpacked
+from sweep.spec.parquet_sizes import PagesError, check_footer, unpacked
 from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
@@ -55,8 +55,8 @@ def read_table(
 
 
 def _wanted(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
-    """Setting, column and where it is said, of every column to read: those listed or
-    mapped, else all.
+    """For every column to read: the setting, the column, and the entry that asks for
+    it. Without `columns` all columns are read.
     """
     columns = axis.get("columns")
     if columns is None:
@@ -86,7 +86,7 @@ def _read(file: Entry, read: Reader, columns: list[str]) -> Any:
 
 
 def _legibly(file: Entry, look: Callable[[], T]) -> T:
-    """What `look` gives; SpecError for a file that cannot be read."""
+    """What `look` returns. Raises SpecError where it cannot read the file."""
     import pyarrow as pa
 
     try:
@@ -113,7 +113,7 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
             )
         lines = 0
         while block := stream.read(BLOCK):
-            # Either sign ends a line.
+            # Each of these two signs may end a line.
             lines += max(block.count(b"\n"), block.count(b"\r"))
         _check_rows(file, lines)
         stream.seek(0)
@@ -121,7 +121,7 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
 
     def read(columns: list[str]) -> Any:
         check_cells(file, lines, len(columns))
-        # Cells of one sign each would take eight times the file.
+        # A table of cells of one sign each takes eight times the bytes of its file.
         wanted = csv.ConvertOptions(include_columns=columns)
         with path.open("rb") as stream:
             table = csv.read_csv(stream, convert_options=wanted)
@@ -134,8 +134,8 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
 def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     from pyarrow import parquet
 
-    # The footer is as long as its list of columns: a short one must not make a long
-    # list.
+    # A short footer cannot list many columns. Without this limit one that says it does
+    # would take memory for them.
     limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
     check_footer(path)
     with parquet.ParquetFile(path, **limits) as opened:
@@ -156,7 +156,8 @@ def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
             raise file.error(
                 f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes'
             )
-        # Equal texts are kept once, or ten million times a long one would be too much.
+        # Equal texts are kept once: ten million copies of a long one would fill the
+        # memory.
         with parquet.ParquetFile(path, read_dictionary=texts, **limits) as again:
             table = again.read(columns)
         _check_texts(file, table, texts)
@@ -173,8 +174,8 @@ def _check_rows(file: Entry, rows: int) -> None:
 
 
 def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
-    """Those of the columns that hold texts; SpecError where one holds neither those nor
-    numbers nor truths.
+    """Those of the columns that hold texts. Raises SpecError where a column holds
+    something else than texts, numbers, true and false.
     """
     import pyarrow as pa
 

@@ -10,6 +10,8 @@ from sweep.spec.document import Entry
 from sweep.text import unknown
 
 MEAN = "_mean"
+ANY_METRIC = next(iter(METRICS))
+"""For examples."""
 
 
 class Column(NamedTuple):

@@ -2,19 +2,102 @@
 interval needs.
 """
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
 
 from kernels.metrics import METRICS
 from sweep.analysis.sequential import Until
+from sweep.spec.contents import Content, ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
+from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_TRIALS
-from sweep.spec.recorded import columns_of
+from sweep.spec.recorded import ANY_METRIC, columns_of
+from sweep.spec.schema_parts import Schema, one_of
 from sweep.text import unknown
 
 LEAST_LOOK = 3
 FIRST_LOOK = 10
-CONFIDENCE = 0.95
-LOWEST_CONFIDENCE, HIGHEST_CONFIDENCE = 0.5, 0.999
+TRIALS = Whole(1, MOST_TRIALS)
+LOOK = Whole(LEAST_LOOK, MOST_TRIALS)
+SEEDS = ListOf(Whole(0), "whole numbers from 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Precision:
+    """How narrow the interval of the mean of a metric must be."""
+
+    metric: Annotated[
+        str,
+        Key(
+            Text("a name"),
+            "a recorded metric, or `<metric>_mean` for its last half",
+            example=ANY_METRIC,
+        ),
+    ]
+    half_width: Annotated[
+        float,
+        Key(
+            Number(above=0, note="in the unit of the metric"),
+            "of the interval of the metric's mean, in the unit of the metric",
+            example="0.5",
+        ),
+    ]
+    confidence: Annotated[
+        float,
+        Key(
+            Number(least=0.5, most=0.999),
+            "with which the intervals of all looks hold together",
+            example="0.99",
+        ),
+    ] = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class UntilPrecise:
+    """The mapping under `replicates`: trials are added until a mean is known well."""
+
+    until: Annotated[
+        Precision, Key(SectionOf(Precision), "how well a mean must be known")
+    ]
+    least: Annotated[
+        int, Key(LOOK, "trials before the first look", name="min", example="20")
+    ] = FIRST_LOOK
+    most: Annotated[int, Key(LOOK, "most trials a point", name="max", example="200")]
+
+
+@dataclass(frozen=True)
+class Replicates(Content[int | Until]):
+    """A number of trials, or the rule by which they are added."""
+
+    @property
+    def words(self) -> str:
+        return f"{TRIALS.words}, or a mapping with `until`"
+
+    def read(self, entry: Entry) -> int | Until:
+        if not isinstance(entry.value, dict):
+            return TRIALS.read(entry)
+        rule = read_section(UntilPrecise, entry)
+        if rule.least > rule.most:
+            if "min" in entry.value:
+                raise entry.child("min").error(
+                    f'"min" must be at most "max", which is {rule.most},'
+                    f" not {rule.least}"
+                )
+            raise entry.child("max").error(
+                f'"max" is {rule.most}, below the default of "min", {rule.least}:'
+                ' give "min" too'
+            )
+        until = rule.until
+        return Until(
+            until.metric, until.half_width, until.confidence, rule.least, rule.most
+        )
+
+    def schema(self) -> Schema:
+        return {"anyOf": [TRIALS.schema(), section_schema(UntilPrecise)]}
+
+    @property
+    def sections(self) -> tuple[type[Any], ...]:
+        return (UntilPrecise,)
 
 
 class Replication(NamedTuple):
@@ -38,51 +121,26 @@ def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
             " and not both"
         )
     if seeds:
-        return Replication(seeds=_seeds(seeds))
+        return Replication(seeds=SEEDS.read(seeds))
     assert replicates
-    if not isinstance(replicates.value, dict):
-        return Replication(replicates=replicates.whole(1, MOST_TRIALS))
+    asked = Replicates().read(replicates)
+    if isinstance(asked, int):
+        return Replication(replicates=asked)
     if "search" in root.value:
         raise replicates.error(
             "a search races its candidates itself:"
             ' "replicates" must be a whole number there'
         )
-    return Replication(until=_until(replicates, recorded))
+    _check_recorded(replicates.child("until").child("metric"), recorded)
+    return Replication(until=asked)
 
 
-def _seeds(entry: Entry) -> tuple[int, ...]:
-    numbers: dict[int, None] = {}
-    for child in entry.entries():
-        number = child.whole(0)
-        if number in numbers:
-            raise child.error(f'{number} stands twice in "seeds"')
-        numbers[number] = None
-    return tuple(numbers)
+def replication_rules() -> Schema:
+    """What `read_replication` checks of several keys, as JSON Schema."""
+    return one_of(["replicates", "seeds"])
 
 
-def _until(entry: Entry, recorded: tuple[str, ...]) -> Until:
-    entry.keys(["until", "min", "max"], ["until", "max"])
-    rule = entry.child("until")
-    rule.keys(["metric", "half_width", "confidence"], ["metric", "half_width"])
-    most = entry.child("max").whole(LEAST_LOOK, MOST_TRIALS)
-    first = entry.get("min")
-    if first is None and most < FIRST_LOOK:
-        raise entry.child("max").error(
-            f'"max" is {most}, below the default of "min", {FIRST_LOOK}: give "min" too'
-        )
-    least = first.whole(LEAST_LOOK, MOST_TRIALS) if first else FIRST_LOOK
-    if first and least > most:
-        raise first.error(f'"min" must be at most "max", which is {most}, not {least}')
-    return Until(
-        _metric(rule.child("metric"), recorded),
-        _half_width(rule),
-        _confidence(rule),
-        least,
-        most,
-    )
-
-
-def _metric(entry: Entry, recorded: tuple[str, ...]) -> str:
+def _check_recorded(entry: Entry, recorded: tuple[str, ...]) -> None:
     name = entry.text()
     if name in METRICS and name not in recorded:
         raise entry.error(
@@ -91,68 +149,3 @@ def _metric(entry: Entry, recorded: tuple[str, ...]) -> str:
     columns = columns_of(recorded)
     if name not in columns:
         raise entry.error(unknown("recorded metric", name, columns))
-    return name
-
-
-def _half_width(rule: Entry) -> float:
-    entry = rule.child("half_width")
-    if entry.number() <= 0.0:
-        raise entry.expected("a number above 0, in the unit of the metric")
-    return entry.number()
-
-
-def _confidence(rule: Entry) -> float:
-    entry = rule.get("confidence")
-    if entry is None:
-        return CONFIDENCE
-    if not LOWEST_CONFIDENCE <= entry.number() <= HIGHEST_CONFIDENCE:
-        raise entry.expected(
-            f"a number from {LOWEST_CONFIDENCE} to {HIGHEST_CONFIDENCE}"
-        )
-    return entry.number()
-
-
-def replicates_schema() -> dict[str, Any]:
-    """The JSON Schema of `replicates`."""
-    number = {"type": "integer", "minimum": LEAST_LOOK, "maximum": MOST_TRIALS}
-    rule = {
-        "metric": {
-            "type": "string",
-            "description": "a recorded metric, or <metric>_mean for its last half",
-        },
-        "half_width": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "description": "in the unit of the metric",
-        },
-        "confidence": {
-            "type": "number",
-            "minimum": LOWEST_CONFIDENCE,
-            "maximum": HIGHEST_CONFIDENCE,
-        },
-    }
-    adaptive = {
-        "until": (
-            _mapping(rule, ["metric", "half_width"])
-            | {"description": "of the interval of the metric's mean"}
-        ),
-        "min": (
-            number
-            | {"description": f"trials before the first look, by default {FIRST_LOOK}"}
-        ),
-        "max": number | {"description": "most trials a point"},
-    }
-    fixed = {"type": "integer", "minimum": 1, "maximum": MOST_TRIALS}
-    return {
-        "anyOf": [fixed, _mapping(adaptive, ["until", "max"])],
-        "description": "trials a point",
-    }
-
-
-def _mapping(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "properties": properties,
-        "required": required,
-        "additionalProperties": False,
-    }

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
-from sweep.spec.seeds import address, words
+from sweep.spec.seeds import address, hashed
 from sweep.spec.settings import NotAllowedError, Setting, Values
 
 Unit = NDArray[np.float64]
-"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
-them.
+"""Numbers from 0 to 1, shape (points,). Only a sample on levels, as that of Morris, has
+1.
 """
 
 LEAST = 2.0**-54
-"""Stands for 0 where the inverse of a distribution is infinite."""
+"""Stands for 0 where the inverse of a distribution would be infinite at 0."""
 
 MOST = 1e100
 """Bound of the arguments of continuous distributions, far from where arithmetic
@@ -41,10 +41,10 @@ def latin_hypercube(
 ) -> list[Unit]:
     """One draw in each of `points` equal intervals of every setting.
 
-    More points are other points altogether.
+    Another number of points gives other points altogether.
     """
-    # As scipy's LatinHypercube, which holds the sample four times: it spawns its
-    # generator.
+    # The same numbers as those of scipy's LatinHypercube, with a quarter of its memory.
+    # Its generator is spawned too.
     (rng,) = generator(seed, axis).spawn(1)
     sample = rng.uniform(size=(points, len(names)))
     for column in sample.T:
@@ -55,12 +55,12 @@ def latin_hypercube(
 
 
 def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Sobol sequence: more points continue it, another setting makes it
-    another.
+    """The scrambled Sobol sequence. More points continue it; another number of settings
+    changes all points.
     """
     from scipy.stats.qmc import Sobol
 
-    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    # scipy warns where the number is no power of two: take the next power, and cut.
     sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(
         math.ceil(math.log2(points))
     )
@@ -68,8 +68,8 @@ def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]
 
 
 def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Halton sequence: more points continue it, another setting makes it
-    another.
+    """The scrambled Halton sequence. More points continue it; another number of
+    settings changes all points.
     """
     from scipy.stats.qmc import Halton
 
@@ -87,7 +87,7 @@ SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
 def generator(seed: int, *names: str) -> Generator:
     """The random numbers of an axis, or of one of its settings."""
     return default_rng(
-        address(seed, "design", *(word for name in names for word in words(name)))
+        address(seed, "design", *(number for name in names for number in hashed(name)))
     )
 
 
@@ -154,8 +154,8 @@ DISTRIBUTIONS: dict[str, Callable[[Unit, Setting, Sequence[Any]], Values]] = {
     "integers": integers,
     "choice": choice,
 }
-"""From unit draws to values of a setting, all by the inverse of the distribution, so
-that they suit every sampler.
+"""Functions from numbers between 0 and 1 to values of a setting. Each is the inverse of
+its distribution, so that it suits every sampler.
 
 Each raises NotAllowedError where its arguments or what it could draw are not allowed
 for the setting.

@@ -1,36 +1,28 @@
 """The JSON Schema of spec.yaml: editors complete names from it, and show what they are.
 
-It describes the shape. What depends on several values, as expressions do, is checked by
-`sweep.spec.study`.
+It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends on
+several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.spec.axes import GRIDS
-from sweep.spec.document import INTEGER_BOUND
-from sweep.spec.layout import STUDY_NAME
-from sweep.spec.limits import MOST_POINTS
-from sweep.spec.maps import MAP_NAME, MOST_LENGTH
-from sweep.spec.policy import policy_rules, policy_schema
+from sweep.spec.axis_keys import POINTS, WHEN
+from sweep.spec.failure_policy import policy_rules
+from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
-from sweep.spec.replication import replicates_schema
+from sweep.spec.replication import replication_rules
 from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.schema_parts import (
-    TEXT,
     Schema,
-    listed,
     mapping,
-    named,
     one_of,
     reference,
-    whole,
 )
 from sweep.spec.schema_settings import kinds, of_model, sampled
-from sweep.spec.search_schema import search_schema, statistic
-from sweep.spec.study import CHECKPOINT_SECONDS, REQUIRED
-
-SEED: Schema = {"type": "integer", "minimum": 0, "exclusiveMaximum": INTEGER_BOUND}
+from sweep.spec.search_schema import statistic
+from sweep.spec.study import SPEC, study_rules
 
 
 def json_schema() -> Schema:
@@ -39,9 +31,9 @@ def json_schema() -> Schema:
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "boidsweep study",
-        **mapping(_properties(), REQUIRED),
-        **one_of(["replicates", "seeds"]),
-        "not": {"required": ["sweep", "search"]},
+        **section_schema(*SPEC),
+        **replication_rules(),
+        **study_rules(),
         **policy_rules(),
         "allOf": [*models, _built_in_maps()],
         "definitions": _definitions(),
@@ -53,133 +45,12 @@ def _is(model: str) -> Schema:
 
 
 def _definitions() -> Schema:
-    """What stands once and is referred to."""
+    """The schemas that others refer to by name."""
     metrics = {"enum": list(METRICS)}
     columns = {"enum": columns_of(METRICS)}
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
     names = {"metric": metrics, "column": columns, "built_in_map": {"enum": list(MAPS)}}
     return names | {"statistic": statistic()} | _forms() | kinds() | models
-
-
-def _properties() -> Schema:
-    stream = {"enum": ["common", "independent"]}
-    return {
-        "study": {
-            "type": "string",
-            "pattern": f"^{STUDY_NAME.pattern}$",
-            "description": "name of the study: its results are in results/NAME",
-        },
-        "model": {
-            "oneOf": [
-                {"const": name, "description": model.source}
-                for name, model in MODELS.items()
-            ]
-        },
-        "preset": {
-            "type": "string",
-            "description": "where values come from that the spec leaves out",
-        },
-        "maps": {
-            **named(
-                {"anyOf": _map_forms()},
-                {"pattern": f"^{MAP_NAME.pattern}$", "not": reference("built_in_map")},
-            ),
-            "description": "maps of the study's own, by name",
-        },
-        "fixed": {
-            "type": "object",
-            "description": "one value for each of these settings",
-        },
-        "sweep": {
-            "type": "object",
-            "description": "axes; the points are their product, the last one fastest",
-        },
-        "search": search_schema(),
-        "derive": {
-            "type": "object",
-            "description": "settings computed from others, by expressions",
-        },
-        "require": {
-            **listed(TEXT),
-            "description": "conditions without which a point is left out",
-        },
-        "replicates": replicates_schema(),
-        "seeds": {
-            **listed(SEED),
-            "description": "one trial a point with each of these seeds",
-        },
-        "seed": {**SEED, "description": "seed of the study"},
-        "streams": {
-            **mapping(dict.fromkeys(("start", "world", "noise"), stream)),
-            "description": (
-                "common: the same random numbers at all points; independent: others at"
-                " each"
-            ),
-        },
-        "record": _record(),
-        "time_limit": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "description": "seconds a trial may take",
-        },
-        "checkpoint": {
-            "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": False}],
-            "description": (
-                "seconds after which a trial writes down where it is, by default"
-                f" {CHECKPOINT_SECONDS:g}; or false"
-            ),
-        },
-        **policy_schema(),
-    }
-
-
-def _record() -> Schema:
-    metrics = listed(reference("metric"))
-    return mapping(
-        {
-            "metrics": metrics
-            | {"description": "recorded of each trial; by default those of the model"},
-            "series": metrics | {"description": "recorded of each frame"},
-            "every": {
-                "type": "integer",
-                "minimum": 1,
-                "description": "number of steps between frames",
-            },
-            "heatmaps": {
-                "type": "boolean",
-                "description": "whether visits are kept by pixel",
-            },
-            "trajectories": {
-                "type": "boolean",
-                "description": "whether all boids are kept of each frame",
-            },
-        }
-    )
-
-
-def _map_forms() -> list[Schema]:
-    """The ways to write a map."""
-    number: Schema = {"type": "number"}
-    length: Schema = {"type": "number", "exclusiveMinimum": 0, "maximum": MOST_LENGTH}
-    disc = {"x": number, "y": number, "radius": length}
-    rectangle = {"x": number, "y": number, "width": length, "height": length}
-    shapes = {"disc": mapping(disc, disc), "rectangle": mapping(rectangle, rectangle)}
-    drawn: Schema = {
-        "size": {
-            "type": "array",
-            "items": length,
-            "minItems": 2,
-            "maxItems": 2,
-            "description": "[width, height]",
-        },
-        "shapes": {"type": "array", "items": mapping(shapes) | one_of(shapes)},
-    }
-    pictured: Schema = {
-        "image": TEXT | {"description": "a file, whose dark pixels are occupied"},
-        "resolution": length | {"description": "length of a pixel"},
-    }
-    ros: Schema = {"ros": TEXT | {"description": "a file of ROS's map_server"}}
-    return [mapping(form, form) for form in (drawn, pictured, ros)]
 
 
 def _forms() -> Schema:
@@ -193,7 +64,7 @@ def _forms() -> Schema:
         "description": "[first, last, number of values]",
     }
     pair = {"type": "array", "items": number, "minItems": 2, "maxItems": 2}
-    # Without a title, the language server for YAML mistakes it for schemas like it.
+    # Without a title, the language server for YAML confuses it with similar schemas.
     values: Schema = {"title": "list", "type": "array", "minItems": 1}
     ranges: Schema = {
         name: pair | {"description": _one_line(function.__doc__ or "")}
@@ -206,8 +77,8 @@ def _forms() -> Schema:
         **ranges,
         "choice": reference("list"),
         "grid_values": grid,
-        "points": whole(MOST_POINTS, "number of points"),
-        "when": TEXT | {"description": "condition under which the axis applies"},
+        "points": POINTS.schema(),
+        "when": WHEN.schema(),
         "list": values | {"uniqueItems": True},
         "grid": mapping(grids) | one_of(grids),
         "distribution": mapping(drawn) | one_of(drawn),

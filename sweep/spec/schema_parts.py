@@ -1,6 +1,6 @@
 """The parts of a JSON Schema, of draft 07: many editors know no later one.
 
-In that draft what stands beside a `$ref` is ignored: it goes into an `allOf` with it.
+In that draft all that stands beside a `$ref` is ignored. So both go into an `allOf`.
 Names in `patternProperties` are checked; those in `properties` are suggested, too.
 """
 
@@ -39,11 +39,6 @@ def listed(items: Schema) -> Schema:
 def one_of(keys: Iterable[str]) -> Schema:
     """A mapping with exactly one of these keys."""
     return {"oneOf": [{"required": [key]} for key in keys]}
-
-
-def whole(most: int, text: str) -> Schema:
-    """A whole number from 1."""
-    return {"type": "integer", "minimum": 1, "maximum": most, "description": text}
 
 
 def any_of(names: Iterable[str]) -> str:

@@ -1,9 +1,9 @@
-"""The settings of models in the JSON Schema of a spec: nothing in it stands twice.
+"""The settings of models in the JSON Schema of a spec. Nothing in it stands twice.
 
-Settings of all models share a few kinds, as "a number from 0". Three things are said
-apart, each once: what values of a kind may be, for one value and for several; how axes
-are written, whatever their setting, which `sweep.spec.schema` says; and what each
-setting of a model is. A `sweep` or a `zip` of a model is all three.
+Settings of all models share a few kinds, as "a number from 0". The schema says three
+things separately, each of them once: which values a kind allows, for one value and for
+several; how axes are written, which is in `sweep.spec.schema`; and what each setting of
+a model means. The schema of a `sweep` or a `zip` combines them.
 """
 
 import math
@@ -12,8 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from kernels.models import MODELS
-from sweep.spec.blocks import MOST_LEVELS, OPTIONS
-from sweep.spec.limits import MOST_POINTS
+from sweep.spec.axis_keys import ABLATE, GRID_LEVELS, POINTS, SECOND_ORDER
 from sweep.spec.maps import MAP_NAME
 from sweep.spec.sampling import SAMPLERS
 from sweep.spec.schema_parts import (
@@ -23,31 +22,18 @@ from sweep.spec.schema_parts import (
     listed,
     mapping,
     reference,
-    whole,
 )
 from sweep.spec.search_schema import model_schema
 from sweep.spec.settings import Setting, preset_settings, settings_of
+from sweep.spec.whole_samples import OPTIONS
 
-BLOCKS = "blocks of D + 2 points for D settings, not 2 D + 2"
-WHEN: Schema = {"when": reference("when")}
+ON_CONDITION: Schema = {"when": reference("when")}
 SAMPLED: Schema = {
     "sample": {"enum": [*SAMPLERS, *OPTIONS]},
-    "points": whole(
-        MOST_POINTS,
-        "number of points; of blocks of them for saltelli and morris",
-    ),
-    **WHEN,
-    "second_order": {
-        "type": "boolean",
-        "description": f"false: {BLOCKS}, and no indices of pairs",
-    },
-    "levels": {
-        "type": "integer",
-        "minimum": 2,
-        "maximum": MOST_LEVELS,
-        "multipleOf": 2,
-        "description": "number of values of a setting, by default 4",
-    },
+    "points": POINTS.schema(),
+    **ON_CONDITION,
+    "second_order": SECOND_ORDER.schema(),
+    "levels": GRID_LEVELS.schema(),
 }
 """The keys of a joint axis that is drawn by a sampler, beside its settings."""
 TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
@@ -163,21 +149,17 @@ def _table(model: str) -> Schema:
     names = list(settings_of(model))
     columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
     table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns}
-    return mapping(table | WHEN, ["sample", "file"])
+    return mapping(table | ON_CONDITION, ["sample", "file"])
 
 
 def _zipped(model: str) -> Schema:
-    return mapping({"zip": _written(model, "member")} | WHEN, ["zip"])
+    return mapping({"zip": _written(model, "member")} | ON_CONDITION, ["zip"])
 
 
 def _ablation(model: str) -> Schema:
     """An axis from the preset of the study to another one."""
-    changes = "each setting in which it differs is changed alone, and last all of them"
-    other = {
-        "enum": list(MODELS[model].presets),
-        "description": f"another preset: {changes}",
-    }
-    return mapping({"ablate": other} | WHEN, ["ablate"])
+    other = {"enum": list(MODELS[model].presets), "description": ABLATE.text}
+    return mapping({"ablate": other} | ON_CONDITION, ["ablate"])
 
 
 def sampled() -> Schema:

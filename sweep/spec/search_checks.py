@@ -13,7 +13,7 @@ POPULATIONS = ("nsga2", "nsga3")
 
 
 def check_search(entry: Entry, search: Search) -> None:
-    """Whether budget, held-out trials and sampler suit the rest of the section."""
+    """Raise SpecError unless budget, held-out trials and sampler suit the section."""
     _check_budget(entry, search)
     check_trials(entry.document, search, repetitions=0)
     _check_sampler(entry, search)
@@ -30,7 +30,7 @@ def _check_budget(entry: Entry, search: Search) -> None:
 
 
 def check_trials(document: Document, search: Search, repetitions: int) -> None:
-    """Whether the search, with repetitions, comes to few enough trials."""
+    """Raise SpecError where the search, with its repetitions, has too many trials."""
     most = search.most_trials(repetitions)
     if most > MOST_SEARCHED:
         held_out = search.held_out_trials(repetitions)

@@ -10,41 +10,20 @@ import numpy as np
 from kernels.model import Model
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.document import Entry, Place
-from sweep.spec.limits import MOST_SEARCHED
+from sweep.spec.keys import check_keys, read_values
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.recorded import read_column
 from sweep.spec.sampling import DISTRIBUTIONS
-from sweep.spec.search import (
-    HELD_OUT_CANDIDATES,
-    HELD_OUT_REPLICATES,
-    HeldOut,
-    Parameter,
-    Search,
-)
+from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
+from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
-from sweep.spec.values import read_axes
 from sweep.text import unknown
 
 FORMS = ("uniform", "loguniform", "integers", "choice")
 """The distributions that have bounds, which a search needs."""
 
-SAMPLERS = ("random", "qmc", "tpe", "cmaes", "gp", "nsga2", "nsga3")
-REQUIRED = ("parameters", "objectives", "budget")
-KEYS = (
-    *REQUIRED,
-    "constraints",
-    "sampler",
-    "batch",
-    "racing",
-    "over",
-    "held_out",
-    "references",
-)
-
-BATCH = 12
-LEVEL = 0.1
-MOST_BATCH, MOST_REFERENCES = 10_000, 1000
+MOST_REFERENCES = 1000
 
 
 def read_search(
@@ -53,23 +32,22 @@ def read_search(
     """The section that `entry` writes; `given` are the places of the settings with a
     value elsewhere in the spec.
     """
-    entry.keys(KEYS, required=REQUIRED)
-    parameters = _parameters(entry.child("parameters"), reader.settings)
+    check_keys(entry, Search)
+    read = read_values(Search, entry)
+    parameters = _parameters(read["parameters"], reader.settings)
     names = [parameter.name for parameter in parameters]
-    over = _over(entry.get("over"), reader, [*given, *names])
+    over = _over(read.get("over"), reader, [*given, *names])
     _check_once(entry, names, over, given)
-    search = Search(
-        parameters=parameters,
-        objectives=_objectives(entry.child("objectives"), model),
-        constraints=_constraints(entry.get("constraints"), model),
-        budget=entry.child("budget").whole(1, MOST_SEARCHED),
-        sampler=_sampler(entry),
-        batch=_whole(entry.get("batch"), BATCH, MOST_BATCH),
-        level=_level(entry.get("racing")),
-        over=over,
-        held_out=_held_out(entry.get("held_out")),
-        references=_references(entry.get("references"), reader.settings, names),
-    )
+    objectives = _objectives(read["objectives"], model)
+    several = {
+        "parameters": parameters,
+        "objectives": objectives,
+        "constraints": _constraints(read.get("constraints"), model),
+        "sampler": read.get("sampler") or ("tpe" if len(objectives) == 1 else "nsga2"),
+        "over": over,
+        "references": _references(read.get("references"), reader.settings, names),
+    }
+    search = Search(**(read | several))
     check_search(entry, search)
     return search
 
@@ -199,41 +177,6 @@ def _statistic(entry: Entry) -> Statistic:
     if not 0 < share < 1:
         raise entry.child(kind).expected("a number above 0 and below 1")
     return Statistic(kind, share)
-
-
-def _sampler(entry: Entry) -> str:
-    given = entry.get("sampler")
-    if given:
-        return given.one_of("sampler", SAMPLERS)
-    return "tpe" if len(entry.value["objectives"]) == 1 else "nsga2"
-
-
-def _whole(entry: Entry | None, default: int, most: int) -> int:
-    return entry.whole(1, most) if entry else default
-
-
-def _level(entry: Entry | None) -> float | None:
-    if entry is None or entry.value is True:
-        return LEVEL
-    if entry.value is False:
-        return None
-    if not isinstance(entry.value, dict):
-        raise entry.expected("true, false or {level: a number}")
-    entry.keys(["level"])
-    level = entry.child("level").number()
-    if not 0 < level < 0.5:
-        raise entry.child("level").expected("a number above 0 and below 0.5")
-    return level
-
-
-def _held_out(entry: Entry | None) -> HeldOut:
-    if entry is None:
-        return HeldOut()
-    entry.keys(["candidates", "replicates"])
-    return HeldOut(
-        _whole(entry.get("candidates"), HELD_OUT_CANDIDATES, MOST_SEARCHED),
-        _whole(entry.get("replicates"), HELD_OUT_REPLICATES, MOST_SEARCHED),
-    )
 
 
 def _references(

@@ -59,11 +59,11 @@ class Setting:
     rule: str = ""
 
     def coerce(self, value: Any) -> Value:
-        """`value` in the type of this setting, so that 1 and 1.0 are the same point,
-        and -0 and 0.
+        """`value` in the type of this setting. So 1 and 1.0 are the same point, as are
+        -0 and 0.
 
-        Raises NotAllowedError, saying what is, for another type, a value out of range
-        or an unknown choice.
+        Raises NotAllowedError, which says what is allowed, for another type, a value
+        out of range or an unknown choice.
         """
         if self.kind == "choice" and isinstance(value, str):
             if value not in self.choices:
@@ -102,7 +102,7 @@ class Setting:
         return np.array(coerced, dtype=DTYPES[self.kind])
 
     def _in_range(self, value: Any) -> Any:
-        """Whether a number, or each of an array, is; NaN never is."""
+        """Whether a number, or each number of an array, is in range; NaN never is."""
         above = value > self.low if self.exclusive else value >= self.low
         within = above & (value <= self.high)
         return within & (value % 1 == 0) if self.kind == "int" else within

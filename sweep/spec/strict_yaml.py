@@ -85,7 +85,9 @@ def _syntax_error(document: Document, error: YAMLError) -> SpecError:
 
 
 class _YamlReader:
-    """From YAML nodes to plain values, noting the line of each in the document."""
+    """Makes plain values of YAML nodes, and writes the line of each into the
+    document.
+    """
 
     def __init__(self, document: Document) -> None:
         self.document = document

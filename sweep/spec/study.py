@@ -1,11 +1,10 @@
 """From a spec to a Study. All validation happens here and in what this module calls."""
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Annotated, Any, Literal, get_args
 
 from kernels.metrics import METRICS
 from kernels.model import Model
@@ -13,19 +12,28 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
+from sweep.spec.contents import (
+    Content,
+    ListOf,
+    Number,
+    OneOf,
+    OrFalse,
+    ReadLater,
+    Text,
+    Truth,
+    Whole,
+)
 from sweep.spec.document import Document, Entry, Place
 from sweep.spec.expressions import Expression
-from sweep.spec.layout import STUDY_NAME, taken_name
-from sweep.spec.maps import OwnMap, read_maps
-from sweep.spec.policy import KEYS as POLICY_KEYS
-from sweep.spec.policy import Policy, read_policy
-from sweep.spec.recorded import Column, check_metric
-from sweep.spec.replication import read_replication
+from sweep.spec.failure_policy import Policy, read_policy
+from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
+from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
+from sweep.spec.recorded import ANY_METRIC, Column, check_metric
+from sweep.spec.replication import SEEDS, Replicates, read_replication
+from sweep.spec.schema_parts import TEXT, Schema, listed
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
-from sweep.spec.settings import Setting, Value, settings_of_study
-from sweep.spec.strict_yaml import dump, parse_document, read_document
-from sweep.spec.values import (
+from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
     check_once,
@@ -34,18 +42,19 @@ from sweep.spec.values import (
     read_fixed,
     read_require,
 )
+from sweep.spec.settings import Setting, Value, settings_of_study
+from sweep.spec.strict_yaml import dump, parse_document, read_document
+from sweep.spec.study_folder import STUDY_NAME, taken_name
+from sweep.text import unknown
 
 Stream = Literal["common", "independent"]
 
-REQUIRED = ("study", "model", "preset", "seed")
 CHECKPOINT_SECONDS = 60.0
-KEPT = ("heatmaps", "trajectories")
-KEYS = (
-    *REQUIRED,
-    *("maps", "fixed", "sweep", "search", "derive", "require"),
-    *("replicates", "seeds", "streams", "record"),
-    *("time_limit", "checkpoint", *POLICY_KEYS),
+STREAM = OneOf("kind of stream", get_args(Stream))
+METRIC_NAMES = ListOf(
+    OneOf("metric", METRICS, definition="metric"), "metrics (`sweep metrics`)"
 )
+SECONDS = Number(above=0, unit="seconds")
 
 
 @dataclass(frozen=True)
@@ -54,11 +63,38 @@ class RecordSpec:
     are among `metrics`.
     """
 
-    metrics: tuple[str, ...]
-    series: tuple[str, ...] = ()
-    every: int = 1
-    heatmaps: bool = False
-    trajectories: bool = False
+    metrics: Annotated[
+        tuple[str, ...],
+        Key(
+            METRIC_NAMES,
+            "recorded of each trial: at its last frame, and the mean of its last half",
+            otherwise="those of the model",
+            example=f"[{ANY_METRIC}]",
+        ),
+    ]
+    series: Annotated[
+        tuple[str, ...],
+        Key(
+            METRIC_NAMES,
+            "recorded of each frame, and of each trial too",
+            otherwise="none",
+            example=f"[{ANY_METRIC}]",
+        ),
+    ] = ()
+    every: Annotated[
+        int, Key(Whole(1), "number of steps between frames", example="10")
+    ] = 1
+    heatmaps: Annotated[
+        bool, Key(Truth(), "whether visits are kept by pixel", example="true")
+    ] = False
+    trajectories: Annotated[
+        bool,
+        Key(
+            Truth(),
+            "whether positions and velocities of all boids are kept of each frame",
+            example="true",
+        ),
+    ] = False
 
 
 @dataclass(frozen=True)
@@ -67,41 +103,198 @@ class Streams:
     not (independent).
     """
 
-    start: Stream = "common"
-    world: Stream = "common"
-    noise: Stream = "independent"
+    start: Annotated[Stream, Key(STREAM, "of where boids start, and how fast")] = (
+        "common"
+    )
+    world: Annotated[Stream, Key(STREAM, "of random obstacles")] = "common"
+    noise: Annotated[
+        Stream,
+        Key(
+            STREAM,
+            "of all that is random during the flight",
+            otherwise="independent, or common in a search",
+        ),
+    ] = "independent"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
+class StudyName(Content[str]):
+    """A name that is a folder below the results, and none that results use."""
+
+    @property
+    def words(self) -> str:
+        return (
+            'names of letters, digits, "_", "-" and "." joined by "/",'
+            " none beginning with a dot"
+        )
+
+    def read(self, entry: Entry) -> str:
+        name = entry.text()
+        if not STUDY_NAME.fullmatch(name) or len(name) > 200:
+            raise entry.error(f'study "{name}" is not allowed: {self.words}')
+        if taken := taken_name(name):
+            said = "is a name that results use themselves"
+            raise entry.error(f'study "{name}" is not allowed: "{taken}" {said}')
+        return name
+
+    def schema(self) -> Schema:
+        return {"type": "string", "pattern": f"^{STUDY_NAME.pattern}$"}
+
+
+class ModelName(OneOf):
+    """The name of a model. In the schema each has its source."""
+
+    def schema(self) -> Schema:
+        names = [
+            {"const": name, "description": model.source}
+            for name, model in MODELS.items()
+        ]
+        return {"oneOf": names}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Study:
-    """A checked spec. `derive` is in an order in which each expression needs only what
-    stands before it.
+    """A checked spec, whose keys are the fields that have a `Key`, and those of Policy.
 
+    `derive` is in an order in which each expression needs only what stands before it.
     `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
     `checkpoint` is after how many seconds a trial writes down where it is, None for
     never. One of `replicates` (trials a point), `seeds` (one literal seed a trial) and
-    `until` (a rule) is given.
+    `until` (a rule, under the key `replicates`) is given.
     """
 
     document: Document
-    name: str
-    model: str
-    preset: str
-    maps: dict[str, OwnMap]
-    fixed: dict[str, Value]
-    axes: tuple[Axis, ...]
-    derive: dict[str, Expression]
-    require: tuple[Expression, ...]
-    replicates: int | None
-    seeds: tuple[int, ...] | None
-    seed: int
-    streams: Streams
-    record: RecordSpec
-    time_limit: float | None
-    checkpoint: float | None
+    name: Annotated[
+        str,
+        Key(
+            StudyName(),
+            "name of the study: its results are in results/NAME",
+            name="study",
+            example="my/coverage",
+        ),
+    ]
+    model: Annotated[
+        str,
+        Key(
+            ModelName("model", MODELS, listed_by="sweep models"),
+            "the model that flies",
+            example=next(iter(MODELS)),
+        ),
+    ]
+    preset: Annotated[
+        str,
+        Key(
+            Text("a preset that `sweep models MODEL` lists"),
+            "where values come from that the spec leaves out",
+            example="as_run",
+        ),
+    ]
+    maps: Annotated[
+        dict[str, OwnMap],
+        Key(
+            ReadLater("maps by name", maps_schema, MAP_FORMS, ".NAME"),
+            "maps of the study's own, by name",
+            otherwise="none",
+            example="{lab: {image: lab.png, resolution: 0.5}}",
+        ),
+    ]
+    fixed: Annotated[
+        dict[str, Value],
+        Key(
+            ReadLater("settings with their values"),
+            "one value for each of these settings",
+            otherwise="none",
+            example="{n: 50, steps: 3600}",
+        ),
+    ]
+    axes: Annotated[
+        tuple[Axis, ...],
+        Key(
+            ReadLater("axes by name"),
+            "axes; the points are their product, the last one fastest",
+            name="sweep",
+            otherwise="one point",
+            example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
+        ),
+    ]
+    search: Annotated[
+        Search | None,
+        Key(
+            LaterSectionOf(Search),
+            "what is searched for, instead of a sweep",
+            otherwise="none",
+        ),
+    ]
+    derive: Annotated[
+        dict[str, Expression],
+        Key(
+            ReadLater("settings with expressions"),
+            "settings computed from others, by expressions",
+            otherwise="none",
+            example="{steps: 100 * n}",
+        ),
+    ]
+    require: Annotated[
+        tuple[Expression, ...],
+        Key(
+            ReadLater("a list of conditions", lambda: listed(TEXT)),
+            "conditions without which a point is left out",
+            otherwise="none",
+            example="[n < width]",
+        ),
+    ]
+    replicates: Annotated[
+        int | None,
+        Key(
+            Replicates(),
+            "trials a point: either these, or `seeds`",
+            otherwise="as many as `seeds`",
+            example="100",
+        ),
+    ]
+    until: Until | None
+    seeds: Annotated[
+        tuple[int, ...] | None,
+        Key(
+            SEEDS,
+            "one trial a point with each of these seeds, instead of `replicates`",
+            otherwise="made from `seed`",
+            example="[27, 729, 4913]",
+        ),
+    ]
+    seed: Annotated[int, Key(Whole(0), "seed of the study", example="1")]
+    streams: Annotated[
+        Streams,
+        Key(
+            LaterSectionOf(Streams),
+            "common: the same random numbers at all points; independent: others at"
+            " each",
+            otherwise="only noise is independent",
+            example="{noise: common}",
+        ),
+    ]
+    record: Annotated[
+        RecordSpec,
+        Key(
+            LaterSectionOf(RecordSpec),
+            "what is kept of each trial",
+            otherwise="the metrics of the model",
+            example=f"{{series: [{ANY_METRIC}], every: 10}}",
+        ),
+    ]
+    time_limit: Annotated[
+        float | None,
+        Key(SECONDS, "seconds a trial may take", otherwise="no limit", example="60"),
+    ] = None
+    checkpoint: Annotated[
+        float | None,
+        Key(
+            OrFalse(SECONDS),
+            "seconds after which a trial writes down where it is",
+            example="600",
+        ),
+    ] = CHECKPOINT_SECONDS
     policy: Policy
-    until: Until | None = None
-    search: Search | None = None
 
     @property
     def text(self) -> str:
@@ -119,14 +312,14 @@ class Study:
         return settings_of_study(self.model, self.maps)
 
     def map_size(self, name: str) -> tuple[float, float] | None:
-        """The width and height of a map, built-in or the study's own; None where any
-        size will do.
+        """The width and height of a map, built-in or the study's own; None for a map
+        that suits every size.
         """
         return self.maps[name].size if name in self.maps else MAPS[name].size
 
     @property
     def trials_per_point(self) -> int:
-        """The number of replicates, or of seeds; where a rule adds trials, the most of
+        """The number of replicates or of seeds; the most trials where a rule adds
         them.
         """
         if self.until:
@@ -154,7 +347,7 @@ class Study:
 
 
 def load_spec(path: Path) -> Study:
-    """The study that a spec file describes.
+    """The study that the file of a spec describes.
 
     Raises SpecError, with file and line, for whatever is wrong with it.
     """
@@ -171,66 +364,49 @@ def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) ->
     return read_study(parse_document(text, path))
 
 
+SPEC: tuple[type[Any], ...] = (Study, Policy)
+"""Whose fields are the keys of a spec, in the order of the guide."""
+
+
 def read_study(root: Entry) -> Study:
-    """The study that a whole document describes. Raises SpecError."""
+    """The study that a whole document describes. Raises SpecError.
+
+    First each key is read alone. Then comes what needs several of them.
+    """
     if root.value is None:
         raise root.error("is empty")
-    root.keys(KEYS, required=REQUIRED)
-    model = root.child("model").one_of("model", MODELS)
-    seed = root.child("seed").whole(0)
-    preset = root.child("preset").one_of(f"preset of {model}", MODELS[model].presets)
-    folder = root.document.path.parent
-    maps = read_maps(root.get("maps"), folder)
-    reader = AxisReader(model, preset, settings_of_study(model, maps), seed, folder)
-    fixed, derive = (
-        read_fixed(root.get("fixed"), reader.settings),
-        read_derive(root.get("derive"), reader.settings),
-    )
-    axes = read_axes(root.get("sweep"), reader, [*fixed, *derive])
+    check_keys(root, *SPEC)
+    given = read_values(Study, root)
+    name, preset = given["model"], given["preset"]
+    model, folder = MODELS[name], root.document.path.parent
+    if preset not in model.presets:
+        message = unknown(f"preset of {name}", preset, model.presets)
+        raise root.document.error(("preset",), message)
+    maps = read_maps(given.get("maps"), folder)
+    known = settings_of_study(name, maps)
+    reader = AxisReader(name, preset, known, given["seed"], folder)
+    fixed = read_fixed(given.get("fixed"), known)
+    derive = read_derive(given.get("derive"), known)
+    axes = read_axes(given.get("axes"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
-    search = _search(root, reader, MODELS[model], {"fixed": fixed, "derive": derive})
-    record = _record(
-        root.get("record"), MODELS[model], search.columns if search else ()
-    )
+    search = _search(root, reader, model, {"fixed": fixed, "derive": derive})
+    record = _record(given.get("record"), model, search.columns if search else ())
     replication = read_replication(root, record.metrics)
-    return Study(
-        document=root.document,
-        name=_name(root.child("study")),
-        model=model,
-        preset=preset,
-        maps=maps,
-        fixed=fixed,
-        axes=axes,
-        derive=derive,
-        require=read_require(root.get("require"), reader.settings),
-        replicates=replication.replicates,
-        seeds=replication.seeds,
-        seed=seed,
-        streams=_streams(
-            root.get("streams"), Streams(noise="common") if search else Streams()
-        ),
-        record=record,
-        time_limit=_time_limit(root.get("time_limit")),
-        checkpoint=_checkpoint(root.get("checkpoint")),
-        policy=read_policy(root),
-        until=replication.until,
-        search=search,
-    )
-
-
-def _name(entry: Entry) -> str:
-    name = entry.text()
-    if not STUDY_NAME.fullmatch(name) or len(name) > 200:
-        raise entry.error(
-            f'study "{name}" is not allowed: names of letters, digits, "_", "-" and "."'
-            ' joined by "/", none beginning with a dot'
-        )
-    if taken := taken_name(name):
-        said = "is a name that results use themselves"
-        raise entry.error(f'study "{name}" is not allowed: "{taken}" {said}')
-    return name
+    noise = {"noise": "common"} if search else {}
+    read = {
+        "maps": maps,
+        "fixed": fixed,
+        "axes": axes,
+        "search": search,
+        "derive": derive,
+        "require": read_require(given.get("require"), known),
+        "streams": read_section(Streams, given.get("streams"), **noise),
+        "record": record,
+        "policy": read_policy(root),
+    }
+    return Study(document=root.document, **(given | read | replication._asdict()))
 
 
 def _search(
@@ -239,72 +415,24 @@ def _search(
     entry = root.get("search")
     if entry and "sweep" in root.value:
         raise entry.error(
-            "a search has no sweep: what a candidate must be good at together stands"
-            " under search: over"
+            'a spec has "search" or "sweep", not both: axes of the scenarios that a'
+            ' candidate must be good at together stand in "search" under "over"'
         )
     places = {name: (key, name) for key, names in given.items() for name in names}
     return read_search(entry, reader, model, places) if entry else None
 
 
-def _streams(entry: Entry | None, default: Streams) -> Streams:
-    if entry is None:
-        return default
-    entry.keys(["start", "world", "noise"])
-    chosen = {
-        name: child.one_of("kind of stream", ["common", "independent"])
-        for name, child in entry.mapping()
-    }
-    return replace(default, **cast(dict[str, Stream], chosen))
+def study_rules() -> Schema:
+    """What `_search` checks of several keys, as JSON Schema."""
+    return {"not": {"required": ["sweep", "search"]}}
 
 
 def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> RecordSpec:
     """What the spec says, and the metrics of the `columns` that a search needs."""
+    record = read_section(RecordSpec, entry, metrics=model.metrics)
+    for names in (entry.get("metrics"), entry.get("series")) if entry else ():
+        for child in names.entries() if names else ():
+            check_metric(child, child.text(), model)
     needed = [Column.read(column).metric for column in columns]
-    if entry is None:
-        return RecordSpec(tuple(dict.fromkeys([*model.metrics, *needed])))
-    entry.keys(["metrics", "series", "every", *KEPT])
-    metrics, series = entry.get("metrics"), entry.get("series")
-    every, kept = (
-        entry.get("every"),
-        {name: entry.child(name).truth() for name in KEPT if name in entry.value},
-    )
-    recorded = _metrics(metrics, model) if metrics else model.metrics
-    followed = _metrics(series, model) if series else ()
-    return RecordSpec(
-        metrics=tuple(dict.fromkeys([*recorded, *followed, *needed])),
-        series=followed,
-        every=every.whole(1) if every else 1,
-        **kept,
-    )
-
-
-def _metrics(entry: Entry, model: Model) -> tuple[str, ...]:
-    names = tuple(child.one_of("metric", METRICS) for child in entry.entries())
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            raise entry.child(index).error(f'"{name}" stands twice in "{entry.name}"')
-        check_metric(entry.child(index), name, model)
-    return names
-
-
-def _time_limit(entry: Entry | None) -> float | None:
-    if entry is None:
-        return None
-    seconds = entry.number()
-    if seconds <= 0:
-        raise entry.expected("a number of seconds above 0")
-    return seconds
-
-
-def _checkpoint(entry: Entry | None) -> float | None:
-    if entry is None:
-        return CHECKPOINT_SECONDS
-    if entry.value is False:
-        return None
-    if (
-        isinstance(entry.value, bool)
-        or not isinstance(entry.value, int | float)
-        or not 0 < entry.value < math.inf
-    ):
-        raise entry.expected("a number of seconds above 0, or false")
-    return float(entry.value)
+    metrics = dict.fromkeys([*record.metrics, *record.series, *needed])
+    return replace(record, metrics=tuple(metrics))

@@ -11,7 +11,7 @@ not hold more anyway.
 import os
 from typing import Any
 
-from sweep.spec.layout import ASKED, PLAN
+from sweep.spec.study_folder import ASKED, PLAN
 
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
 """The least bytes of a row in files with ids. In the last of them one trial may have

@@ -30,11 +30,11 @@ from typing import Any
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.layout import DAMAGED, LOCK, PART_NAME, PARTS
+from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS
 from sweep.store.folders import LEFTOVER_SECONDS
 from sweep.store.locations import ListedObject, Location, ObjectPath, patiently
 from sweep.store.lock_files import claim_text
-from sweep.store.manifest import BLOCK_BYTES, MANIFEST
+from sweep.store.manifest import MANIFEST, READ_BYTES
 from sweep.store.new_files import create
 
 GRAVE_SECONDS = 48 * 3600.0
@@ -135,8 +135,8 @@ class Bucket:
         found = study.found or {}
         now = max((one.st_mtime_ns for one in found.values()), default=0)
         for part in (study / PARTS).iterdir():
-            sealed = (part / MANIFEST).exists() or not PART_NAME.fullmatch(part.name)
-            if not sealed and _age(part.found, now) > LEFTOVER_SECONDS:
+            is_part = (part / MANIFEST).exists() or not PART_NAME.fullmatch(part.name)
+            if not is_part and _age(part.found, now) > LEFTOVER_SECONDS:
                 _delete_below(part)
         for grave in (study / LOCK).glob(f"*{GRAVE}"):
             if _age(grave.found, now) > GRAVE_SECONDS:
@@ -257,8 +257,8 @@ def _read(stream: Any, most: int) -> bytes:
     not for the size that was announced.
     """
     content = bytearray()
-    while block := stream.read(min(BLOCK_BYTES, most - len(content))):
-        content += block
+    while arrived := stream.read(min(READ_BYTES, most - len(content))):
+        content += arrived
     return bytes(content)
 
 

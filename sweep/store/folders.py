@@ -21,7 +21,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from sweep.errors import StoreError
-from sweep.spec.layout import DAMAGED, LOCK, PART_NAME, PARTS, STORED, WRITING
+from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS, STORED, WRITING
 from sweep.store.durable import flush_to_disk, make_folders, move_durably
 from sweep.store.locations import Location
 from sweep.store.lock_files import LockFiles

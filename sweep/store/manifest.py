@@ -24,7 +24,7 @@ from typing import TypedDict
 
 import pyarrow as pa
 
-from sweep.errors import StoreError, TooLargeError
+from sweep.errors import StoreError, UnreadableError
 from sweep.store.locations import Location
 from sweep.store.new_files import create
 from sweep.store.origin import part_provenance
@@ -36,7 +36,7 @@ MOST_MANIFEST, MOST_REPLACES = 2**16, 2**24
 """Bytes of a manifest of a few tables, and of a list of up to 100,000 merged parts."""
 NAME, TABLE = re.compile(r"[a-z_]+\.(parquet|json)"), re.compile(r"[a-z_]+\.parquet")
 SHAPE = {"trials": int, "files": {str: {"bytes": int, "crc32": int}}}
-BLOCK_BYTES = 2**20
+READ_BYTES = 2**20
 
 
 class FileAbout(TypedDict):
@@ -53,7 +53,7 @@ class Manifest(TypedDict):
     files: dict[str, FileAbout]
 
 
-def seal(folder: Path) -> None:
+def write_manifest(folder: Path) -> None:
     """Write the manifest of a part that has all its files."""
     files = {file.name: _about(file) for file in sorted(folder.iterdir())}
     with opened(folder / "trials.parquet") as file:
@@ -69,7 +69,7 @@ def damage(part: Location) -> str:
     Raises StoreError if it cannot be read now, which is no damage.
     """
     try:
-        manifest, sealed = _read(part), (part / MANIFEST).stat().st_mtime_ns
+        manifest, written_at = _read(part), (part / MANIFEST).stat().st_mtime_ns
     except FileNotFoundError:
         return _undecodable(part)
     except ValueError:
@@ -78,7 +78,7 @@ def damage(part: Location) -> str:
         return _what_damages(part / MANIFEST, error)
     for name, about in manifest["files"].items():
         try:
-            found = _now(part / name, about, sealed)
+            found = _now(part / name, about, written_at)
         except FileNotFoundError:
             return f"{name} is missing"
         except OSError as error:
@@ -125,8 +125,8 @@ def table_names(part: Location) -> list[str]:
     except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
         files = _listed(part)
     except (OSError, ValueError) as error:
-        raise StoreError(
-            f"{part / MANIFEST}: cannot be read ({error}); {remedy_for(part)}"
+        raise UnreadableError(
+            part / MANIFEST, f"cannot be read ({error})", remedy_for(part)
         ) from error
     return sorted(
         name.removesuffix(".parquet") for name in files if TABLE.fullmatch(name)
@@ -150,8 +150,8 @@ def replaced_by(part: Location) -> list[str]:
     except FileNotFoundError:
         raise
     except (OSError, ValueError) as error:
-        raise StoreError(
-            f"{part / REPLACES}: cannot be read ({error}); {remedy_for(part)}"
+        raise UnreadableError(
+            part / REPLACES, f"cannot be read ({error})", remedy_for(part)
         ) from error
     return names
 
@@ -164,25 +164,25 @@ def _read(part: Location) -> Manifest:
     return manifest
 
 
-def _now(file: Location, about: FileAbout, sealed: int) -> FileAbout:
+def _now(file: Location, about: FileAbout, written_at: int) -> FileAbout:
     """Size and checksum of a file now. Its bytes are read only if their number is
     right.
 
-    The bytes of an object that is not younger than the manifest, written at `sealed`,
-    are taken as unchanged.
+    An object that is not younger than the manifest, which was written at `written_at`
+    (ns), counts as unchanged.
     """
     found = file.stat()
     whole = found.st_size == about["bytes"]
-    if not whole or (not isinstance(file, Path) and found.st_mtime_ns <= sealed):
+    if not whole or (not isinstance(file, Path) and found.st_mtime_ns <= written_at):
         return {"bytes": found.st_size, "crc32": about["crc32"]}
     return _about(file)
 
 
 def _about(file: Location) -> FileAbout:
     size, crc = 0, 0
-    with open_stored(file) as content:
-        while block := content.read(BLOCK_BYTES):
-            size, crc = size + len(block), zlib.crc32(block, crc)
+    with open_stored(file) as stream:
+        while content := stream.read(READ_BYTES):
+            size, crc = size + len(content), zlib.crc32(content, crc)
     return {"bytes": size, "crc32": crc}
 
 
@@ -194,10 +194,8 @@ def _made_up(part: Path, manifest: Manifest) -> str:
         part_provenance(schema, part / "trials.parquet")
         if MERGED_MARK in part.name:
             replaced_by(part)
-    except TooLargeError:
-        raise
-    except StoreError as error:
-        return str(error).removeprefix(f"{part}/").partition("; ")[0]
+    except UnreadableError as error:
+        return f"{error.file.name}: {error.wrong}"
     except FileNotFoundError as error:
         return f"{Path(error.filename).name} is missing"
     if rows != manifest["trials"]:
@@ -217,9 +215,7 @@ def _undecodable(part: Location) -> str:
             table = load_table(part, name)
             if name == "trials":
                 missing = _recorded(table.schema, part / "trials.parquet") - present
-        except TooLargeError:
-            raise
-        except StoreError:
+        except UnreadableError:
             return f"{name}.parquet cannot be read"
     return f"{min(missing)}.parquet is missing" if missing else ""
 
@@ -233,7 +229,7 @@ def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
         text = part_provenance(schema, trials)["spec"]
         spec = parse_document(text, Path("stored spec")).value
     except SpecError as error:
-        raise StoreError(f"{trials}: {error}") from error
+        raise UnreadableError(trials, str(error), remedy_for(trials.parent)) from error
     record = spec.get("record") if isinstance(spec, dict) else None
     kept = ("series", "heatmaps", "trajectories")
     return {name for name in kept if isinstance(record, dict) and record.get(name)}

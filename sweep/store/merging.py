@@ -2,9 +2,10 @@
 any more.
 
 At the end of a launch all small parts are considered. While it runs, its own parts are
-gathered by level, that is, how often they have been merged: MOST_GATHERED parts of one
-level, or 100,000 trials, become one part of the next. So each trial is written again
-only once a level, and a launch of a million trials has a few hundred parts at any time.
+gathered by generation, which says how often a part has been merged. MOST_GATHERED parts
+of one generation, or 100,000 trials, become one part of the next. So each trial is
+written again only once a generation, and a launch of a million trials has a few hundred
+parts at any time.
 """
 
 from collections import defaultdict
@@ -38,35 +39,35 @@ class Gathered(NamedTuple):
 class Gathering:
     """Small parts of one launch, oldest first, by how often they have been merged."""
 
-    levels: defaultdict[int, list[Gathered]] = field(
+    generations: defaultdict[int, list[Gathered]] = field(
         default_factory=lambda: defaultdict(list)
     )
 
-    def add(self, one: Gathered, level: int = 0) -> None:
+    def add(self, one: Gathered, generation: int = 0) -> None:
         """Note a new part, unless it is large enough to stay."""
         if one.rows < MERGED_ROWS and one.size < MAX_MERGED_BYTES // 2:
-            self.levels[level].append(one)
+            self.generations[generation].append(one)
 
     def due(self) -> tuple[int, list[Gathered]] | None:
-        """The parts of a level that are to be merged now, if there are such."""
-        for level, held in self.levels.items():
+        """The parts of a generation that are to be merged now, if there are such."""
+        for generation, held in self.generations.items():
             full = (
                 sum(one.rows for one in held) >= MERGED_ROWS
                 or sum(one.size for one in held) >= MAX_MERGED_BYTES
             )
             if len(held) >= MOST_GATHERED or (full and len(held) > 1):
-                return level, held
+                return generation, held
         return None
 
-    def replace(self, level: int, merged: Gathered) -> None:
-        """Note that a level has been merged into one part of the next."""
-        del self.levels[level]
-        self.add(merged, level + 1)
+    def replace(self, generation: int, merged: Gathered) -> None:
+        """Note that a generation has been merged into one part of the next."""
+        del self.generations[generation]
+        self.add(merged, generation + 1)
 
     def parts(self) -> list[Location]:
         """All gathered parts, oldest first."""
         return sorted(
-            (one.part for held in self.levels.values() for one in held),
+            (one.part for held in self.generations.values() for one in held),
             key=lambda part: part.name,
         )
 

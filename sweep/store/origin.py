@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow as pa
 
 from kernels.identity import Code
-from sweep.errors import StoreError
+from sweep.errors import UnreadableError
 from sweep.store.locations import Location
 from sweep.store.parquet import remedy_for
 from sweep.store.regular import fits, parsed
@@ -63,7 +63,7 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     ]
     for name in ("trial_id", "point", *about["varied"], *settings):
         if name not in plan.column_names:
-            raise StoreError(f"{file}: has no column {name}; {LAUNCH_AGAIN}")
+            raise UnreadableError(file, f"has no column {name}", LAUNCH_AGAIN)
     return about
 
 
@@ -81,7 +81,16 @@ def same_code(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 def metadata(
     schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
 ) -> dict[str, Any]:
-    """What a table's metadata say under `key`, of that shape. Raises StoreError."""
+    """What a table's metadata say under a key.
+
+        schema  the schema of the table
+        key     the key
+        shape   the shape that the value must have, see `fits`
+        file    the file of the table, for the error
+        remedy  the way out, for the error
+
+    Raises UnreadableError if there is no such value of this shape.
+    """
     try:
         about: dict[str, Any] = parsed((schema.metadata or {}).get(key, b""), shape)
     except ValueError as error:
@@ -89,7 +98,6 @@ def metadata(
     return about
 
 
-def _unknown(file: Location, remedy: str) -> StoreError:
-    return StoreError(
-        f"{file}: does not say, or not rightly, where it comes from; {remedy}"
-    )
+def _unknown(file: Location, remedy: str) -> UnreadableError:
+    wrong = "does not say, or not rightly, where it comes from"
+    return UnreadableError(file, wrong, remedy)

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sweep.errors import StoreError, TooLargeError
+from sweep.errors import TooLargeError, UnreadableError
 from sweep.store.bounds import excess_bytes, excess_rows
 from sweep.store.locations import GONE, Location
 from sweep.store.regular import regular_size
@@ -41,7 +41,10 @@ def remedy_for(part: Location) -> str:
 
 @contextmanager
 def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
-    """A parquet file open for reading; what cannot be read in it is a StoreError."""
+    """A parquet file that is open for reading. Raises UnreadableError where it cannot
+    be read, with `remedy` as the way out, and TooLargeError where this machine cannot
+    hold it.
+    """
     local = isinstance(path, Path)
     try:
         # Arrow opens a local file itself: a thread of its pool that lets go of an
@@ -63,19 +66,19 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
             and not GONE.search(str(error))
         ):
             raise path.server.trouble(path, OSError(str(error))) from error
-        raise StoreError(
-            f"{path}: cannot be read ({error}); {remedy or remedy_for(path.parent)}"
+        raise UnreadableError(
+            path, f"cannot be read ({error})", remedy or remedy_for(path.parent)
         ) from error
 
 
-def each(parts: Sequence[Location], look: Callable[[Location], T]) -> list[T]:
-    """The result of `look` for each part, in their order. If each look is a request or
-    two, several run at once.
+def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
+    """The result of `read` for each part, in their order. In an object store several of
+    them run at once: each makes a request or two.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
-        return [look(part) for part in parts]
+        return [read(part) for part in parts]
     with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
-        return list(threads.map(look, parts))
+        return list(threads.map(read, parts))
 
 
 def check_part(tables: Mapping[str, pa.Table]) -> None:
@@ -116,10 +119,15 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 def load_trials(
     part: Location, name: str, columns: list[str] | None, trial_ids: pa.Array | None
 ) -> pa.Table:
-    """The rows of some trials (None: of all) in a table of a part. If it has none of
-    them, its content is not read.
+    """Some rows of a table of a part. If it has none of the trials, only their ids are
+    read.
 
-    Raises StoreError for a damaged file.
+        part       the part
+        name       the table
+        columns    the columns; None for all
+        trial_ids  the trials whose rows are wanted; None for all
+
+    Raises UnreadableError for a damaged file.
     """
     if trial_ids is None:
         return load_table(part, name, columns)

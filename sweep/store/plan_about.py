@@ -76,7 +76,12 @@ class PlanAbout:
     def of(
         cls, study: Study, varied: Iterable[str], axes: Iterable[Axis]
     ) -> "PlanAbout":
-        """What is recorded of a study with these axes."""
+        """What is recorded of a study.
+
+        study   the study
+        varied  the settings that differ between points, in the order of the columns
+        axes    its axes
+        """
         axes, rule = list(axes), study.until
         looks = (
             {"looks": rule.looks, "nominal_confidence": rule.nominal} if rule else {}

@@ -4,6 +4,7 @@ provenance in the file's.
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from operator import itemgetter
 from typing import Any
 
@@ -94,11 +95,14 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 
 
 def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
-    """One row a trial: visit counts row after row, -1 in obstacles."""
+    """One row a trial: visit counts row after row, -1 in obstacles.
+
+    A pixel is a square of the world; the setting `pixel` is its side as a length.
+    """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
-        _column("rows", pa.int32(), "px", "height of the map"),
-        _column("columns", pa.int32(), "px", "width of the map"),
+        _column("rows", pa.int32(), "pixels", "height of the map"),
+        _column("columns", pa.int32(), "pixels", "width of the map"),
         _column(
             "visits",
             pa.list_(pa.int32()),
@@ -232,8 +236,8 @@ def trial_metrics(result: Result) -> dict[str, float]:
 
 
 def _streams(job: Job) -> str:
-    streams = job.streams
-    return f"start={streams.start} world={streams.world} noise={streams.noise}"
+    streams = asdict(job.streams)
+    return " ".join(f"{purpose}={kind}" for purpose, kind in streams.items())
 
 
 def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:

@@ -1,5 +1,5 @@
 """The parquet store of one study. Results appear whole or not at all, and the stored
-trials are the record of what has been run.
+trials say what has been run.
 
     parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
     plan.parquet       the trials of the spec as last launched
@@ -27,9 +27,15 @@ from typing import TypeVar
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.layout import ASKED, PLAN, SPEC
+from sweep.spec.study_folder import ASKED, PLAN, SPEC
 from sweep.store.locations import Location, patiently
-from sweep.store.manifest import MERGED_MARK, REPLACES, replaced_by, seal, table_names
+from sweep.store.manifest import (
+    MERGED_MARK,
+    REPLACES,
+    replaced_by,
+    table_names,
+    write_manifest,
+)
 from sweep.store.merging import (
     MERGED_ROWS,
     Gathered,
@@ -90,7 +96,7 @@ class Store:
         with self.staging(name) as staging:
             for table_name, table in tables.items():
                 _write_table(staging / f"{table_name}.parquet", table)
-            seal(staging)
+            write_manifest(staging)
             size = sum(file.stat().st_size for file in staging.iterdir())
             part = self.place.commit(staging, name)
         self._gathering.add(Gathered(part, tables["trials"].num_rows, size))
@@ -99,11 +105,11 @@ class Store:
     def gather(self) -> None:
         """Merge what this store has appended, once there are many small parts."""
         while due := self._gathering.due():
-            level, held = due
+            generation, held = due
             parts = [one.part for one in held]
             merged = self.merge(parts, patiently(lambda: superseded_rows(parts)))  # noqa: B023
             rows, size = sum(one.rows for one in held), sum(one.size for one in held)
-            self._gathering.replace(level, Gathered(merged, rows, size))
+            self._gathering.replace(generation, Gathered(merged, rows, size))
 
     def trial_ids(self) -> dict[str, str]:
         """The status of every stored trial by its id."""
@@ -128,16 +134,20 @@ class Store:
         *,
         trial_ids: pa.Array | None = None,
         columns: Sequence[str] | None = None,
+        optional: Sequence[str] = (),
     ) -> pa.Table:
         """All current rows of a table, oldest part first, optionally only some trials
         and some columns.
 
         Columns are united by name and filled with nulls, types widened; metadata is the
-        newest part's. A table that no part has comes back with no rows. Raises
-        StoreError for a damaged part and for a column that the table has in no part.
+        newest part's. A table that no part has comes back with no rows. `optional`
+        columns are read beside `columns` if any part has them. Raises StoreError for a
+        damaged part and for one of `columns` that the table has in no part.
         """
         wanted = (
-            None if columns is None else list(dict.fromkeys(["trial_id", *columns]))
+            None
+            if columns is None
+            else list(dict.fromkeys(["trial_id", *columns, *optional]))
         )
         union = self.steadily(
             lambda parts: _union(_current(parts, table, wanted, trial_ids), wanted)
@@ -148,7 +158,8 @@ class Store:
             raise StoreError(
                 f"{self.folder}: {table} has no column {', '.join(sorted(unknown))}"
             )
-        return union.select(columns)
+        there = [name for name in optional if name in union.column_names]
+        return union.select([*columns, *there])
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
         """Merge parts of fewer than `rows` trials, where their tables and schemas are
@@ -232,14 +243,14 @@ class Store:
         """All parts, oldest first, whether or not another one replaces them."""
         return self.place.parts()
 
-    def steadily(self, look: Callable[[list[Location]], T]) -> T:
-        """The result of `look` on the current parts; it looks again if parts were
+    def steadily(self, read: Callable[[list[Location]], T]) -> T:
+        """The result of `read` on the current parts; it reads again if parts were
         merged, or deleted, elsewhere meanwhile.
         """
         while True:
             parts = self.current_parts()
             try:
-                seen = patiently(lambda: look(parts))  # noqa: B023
+                seen = patiently(lambda: read(parts))  # noqa: B023
             except (StoreError, FileNotFoundError):
                 if _steady(parts, self.current_parts()):
                     raise
@@ -288,7 +299,7 @@ class Store:
                             writer.write_table(without(table, superseded.get(part)))
             with create(staging / REPLACES) as file:
                 file.write(json.dumps([part.name for part in group]).encode())
-            seal(staging)
+            write_manifest(staging)
             merged = self.place.commit(staging, name)
         for part in group:
             self.discard(part)

@@ -1,4 +1,6 @@
-"""Between the drive loop and the store: results are collected, then stored together."""
+"""Collects results on their way from the drive loop to the store, and stores them
+together.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -16,15 +18,19 @@ MOST_BYTES = 256 * 2**20
 
 
 class Writer(Generic[R]):
-    """Collects the drive loop's results and stores a part now and then; a context
-    manager.
+    """Collects results, and stores a part of them from time to time; a context manager.
 
-    A part is stored when `rows` results or MOST_BYTES of them, by their `size`, are
-    held, when `seconds` have passed since the last one, and on leaving the context, for
-    whatever reason. Results stay held until their part is stored; an error says how
-    many could not be stored. Small parts are merged once there are many. `build` makes
-    the tables of a non-empty list of results; `stored` is told of those whose part the
-    disk holds.
+        store    where parts are stored
+        build    makes the tables of a list of results
+        size     the bytes that a result takes while it is held
+        stored   is told of results as soon as the disk holds their part
+        rows     a part is stored when so many results are held
+        seconds  a part is stored when so many seconds have passed since the last one
+        clock    the seconds since any moment; it never goes back
+
+    A part is also stored when results take MOST_BYTES, and at the end of the context,
+    even after an error. Results stay held until their part is stored; an error says how
+    many could not be stored. Small parts are merged once there are many.
     """
 
     def __init__(

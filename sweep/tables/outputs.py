@@ -3,7 +3,9 @@ afterwards.
 """
 
 import hashlib
+import os
 import shutil
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -49,8 +51,15 @@ def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
 def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
     """Put what `write` writes to a path into `file`, for programs that know paths only.
 
-    The path lies in a new folder that nobody else may enter, gone afterwards.
+    On Linux the path is an entry of /proc that leads to the open file itself, for the
+    programs that `write` starts too. So nothing is copied, and no name in the folder of
+    the file is followed. Other systems have no such path that can be opened more than
+    once: there `write` fills a file in a new folder that nobody else may enter, and its
+    content is copied.
     """
+    if sys.platform == "linux":
+        write(Path(f"/proc/{os.getpid()}/fd/{file.fileno()}"))
+        return
     with TemporaryDirectory(prefix="boidsweep-") as folder:
         path = Path(folder) / "written"
         write(path)

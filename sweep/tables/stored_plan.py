@@ -11,11 +11,11 @@ from typing import Any
 
 from kernels.models import MODELS
 from sweep.errors import SpecError, StoreError
-from sweep.spec.blocks import OPTIONS
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.replication import read_replication
 from sweep.spec.settings import settings_of
+from sweep.spec.whole_samples import OPTIONS
 
 MOST_BEFORE = 10**9
 """Up to version 0.4.0 a study could have so many trials."""
@@ -46,7 +46,7 @@ def _check(about: dict[str, Any]) -> None:
     for name, axis in about.get("axes", {}).items():
         _check_names("setting", axis["fields"], known)
         if not axis["fields"]:
-            raise ValueError(f'axis "{name}" has no fields')
+            raise ValueError(f'axis "{name}" has no settings')
         if axis["sampler"] in OPTIONS:
             _check_blocks(name, axis)
     if "until" in about:

@@ -11,11 +11,12 @@ from sweep.design.design import expand
 from sweep.design.jobs import TRIAL_ID
 from sweep.errors import SpecError, StoreError
 from sweep.spec.document import Document, Entry
+from sweep.spec.keys import written
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.maps import OwnMap
+from sweep.spec.setting_values import read_fixed
 from sweep.spec.settings import Value, settings_of, settings_of_study
-from sweep.spec.study import Study, read_study
-from sweep.spec.values import read_fixed
+from sweep.spec.study import SPEC, Study, read_study
 from sweep.tables.stored_trials import StoredTrial
 
 
@@ -69,29 +70,21 @@ def _accepted(
 
 def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
     """The spec of a row without its settings and maps."""
-    seed = cell("seed").whole(0)
+    words = cell("streams").text().split()
     replicate, every = (
         cell("replicate").whole(0, MOST_TRIALS - 1),
         cell("every").whole(1),
     )
-    words = cell("streams").text().split()
-    record = stored.record
-    return {
+    spec = {
         "study": "stored",
         "model": cell("model").text(),
         "preset": cell("preset").text(),
-        "seed": seed,
-        **(
-            {"seeds": [seed]}
-            if cell("seed_listed").truth()
-            else {"replicates": replicate + 1}
-        ),
-        "streams": dict(word.partition("=")[::2] for word in words),
-        "record": {
-            "metrics": list(record.metrics),
-            **({"series": list(record.series)} if record.series else {}),
-            "every": every,
-            "heatmaps": record.heatmaps,
-            "trajectories": record.trajectories,
-        },
+        "seed": cell("seed").whole(0),
+        "record": replace(stored.record, every=every),
     }
+    if cell("seed_listed").truth():
+        spec["seeds"] = (spec["seed"],)
+    else:
+        spec["replicates"] = replicate + 1
+    streams = dict(word.partition("=")[::2] for word in words)
+    return written(spec, *SPEC) | {"streams": streams}

@@ -15,8 +15,8 @@ from kernels.identity import Code
 from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
-from sweep.spec.layout import PLAN, STUDY_NAME
 from sweep.spec.maps import OwnMap, maps_from_json
+from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance
 from sweep.store.plan_about import AxisAbout, PlanAbout

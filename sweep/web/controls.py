@@ -1,5 +1,5 @@
-"""The controls of the page, made from what the kernels say of themselves: a new model
-gets its page for nothing.
+"""The controls of the page. They are made from what models, settings and metrics say of
+themselves, so a new model needs no code here.
 """
 
 import math
@@ -18,21 +18,25 @@ from sweep.spec.strict_yaml import read_document
 from sweep.web.protocol import OVERLAYS, Reply, plain
 
 EXPERIMENTS = Path(__file__).parents[2] / "experiments"
-"""Where numbers that documents published are at hand, in a checkout."""
+"""Where published numbers lie: in a checkout beside the package; nowhere else."""
 ROUND = (1.0, 2.0, 5.0)
 SLIDER_STEPS = 200
 LOGARITHMIC = 1000.0
-"""A slider whose ends are in this ratio is logarithmic."""
+"""A slider is logarithmic if its ends have at least this ratio."""
 
 
 def controls(
     model: str, preset: str, own: tuple[str, ...] = (), experiments: Path = EXPERIMENTS
 ) -> Reply:
     """The controls message of a preset: models, groups of settings, maps, metrics.
-    `own` are maps of the spec's own.
 
-    A setting has name, kind, text, unit, low, high, slider, logarithmic, rule, choices
-    and default, see sweep.web.protocol.
+        model        the model whose settings are shown
+        preset       its preset, which gives the default values
+        own          names of maps that the spec brings
+        experiments  the folder with published numbers
+
+    A setting has name, kind, text, unit, allowed, low, high, slider, logarithmic, rule,
+    choices and default.
     """
     values = preset_settings(model, preset)
     groups: dict[str, list[Reply]] = {}
@@ -85,8 +89,8 @@ def _control(setting: Setting, default: Value) -> Reply:
 
 
 def _slider(setting: Setting, default: Value) -> list[float] | None:
-    """Low, high and step of a slider about the preset value; None for what is no
-    number, or an infinite one.
+    """Low, high and step of a slider about the preset value. None if that is no number,
+    or is infinite.
     """
     if (
         isinstance(default, bool | str)
@@ -142,9 +146,9 @@ def published(
     """Published means of this model and preset, each with its metric: value, where,
     says, frame and settings.
 
-    They come from published.yaml beside the specs of that model; what is not at hand or
-    cannot be read has none. `settings` are those that the spec or the claim fixes: the
-    number is for no others.
+    They come from each published.yaml in `experiments`. A file that is missing or
+    cannot be read gives none. `settings` are those that the spec or the claim fixes:
+    the number holds for these values only.
     """
     found = []
     for file in sorted(experiments.glob("*/published.yaml")):
@@ -182,7 +186,9 @@ def _numbers(file: Path, model: str, preset: str) -> Iterator[tuple[str, Reply]]
 
 
 def _fixed(file: Path, model: str, preset: str) -> dict[str, Any] | None:
-    """What a spec fixes; None without a spec or for another model or preset."""
+    """What a spec fixes; None without a spec, or if it is of another model or
+    preset.
+    """
     if not file.exists():
         return None
     spec = _content(file)

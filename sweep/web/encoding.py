@@ -1,4 +1,4 @@
-"""Frames in a few bytes a boid; sweep.web.protocol says which."""
+"""Frames as a few bytes a boid, in the format of sweep.web.protocol."""
 
 import struct
 from collections.abc import Sequence
@@ -22,8 +22,12 @@ def frame(
     size: tuple[float, float],
     sections: Sequence[tuple[int, bytes]] = (),
 ) -> bytes:
-    """One frame of `bodies` (4, N), x, y, vx and vy, in a world of width and height
-    `size`, with its sections.
+    """One frame in bytes.
+
+    step      the steps done
+    bodies    (4, N): x, y, vx and vy, in the model's length and length/time
+    size      width and height of the world, in the model's length
+    sections  the flag and the bytes of each, as the functions below return them
     """
     x, y, vx, vy = bodies
     (left, right), (top, bottom) = _span(x, size[0]), _span(y, size[1])
@@ -41,8 +45,9 @@ def frame(
 
 
 def _span(coordinate: Floats, length: float) -> tuple[float, float]:
-    """From 0 to `length`, and as far beyond as there are boids, but no further than
-    `length`; as the page reads it.
+    """The ends of a coordinate in a frame: 0 and `length`, moved outwards to boids
+    outside, but by no more than `length`. They are rounded to 32 bits, as the page
+    reads them.
     """
     low, high = (
         max(-length, min(0.0, coordinate.min())),

@@ -1,11 +1,10 @@
-"""Runs as files: a frame as PNG or SVG, an animation as GIF or MP4, and a page that
-plays it without a server.
-"""
+"""Runs as files: a frame as PNG or SVG, a run as GIF or MP4."""
 
 import io
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryFile
 from threading import Lock
 from typing import BinaryIO, NamedTuple
 
@@ -36,7 +35,9 @@ WRITERS: dict[str, Callable[[Iterator[Picture], BinaryIO], None]] = {
     "mp4": write_mp4,
 }
 DRAWING = Lock()
-"""Held while a picture is drawn: a figure's style is global in the process."""
+"""Held while a picture is drawn, because the style of figures is global in the
+process.
+"""
 
 
 class File(NamedTuple):
@@ -47,14 +48,14 @@ class File(NamedTuple):
     content: bytes
 
     def save(self, path: Path, *, force: bool = False) -> None:
-        """Write it to `path`, whole or not at all. Raises ChoiceError."""
+        """Write it to `path`, whole or not at all. Raises OutputError."""
         check_output(path, [Path(self.name).suffix], force=force)
         with unfinished(path) as file:
             file.write(self.content)
 
 
 def about(study: str, job: Job) -> dict[str, str]:
-    """Where a picture comes from, as its metadata say it."""
+    """The origin of a picture, for its metadata."""
     return {
         "Study": study,
         "Trial": job.trial_id,
@@ -73,8 +74,13 @@ def file_name(study: str, job: Job, kind: str, step: int | None = None) -> str:
 def draw_frame(
     study: str, job: Job, step: int, bodies: NDArray[np.float64], kind: str
 ) -> File:
-    """The picture of one frame as "png" or "svg"; `bodies` (4, N) are x, y, vx and vy.
-    The same bytes every time.
+    """The picture of one frame. The same frame gives the same bytes.
+
+    study   the name of the study
+    job     the trial
+    step    the step of the frame
+    bodies  (4, N): x, y, vx and vy, in the model's length and length/time
+    kind    "png" or "svg"
     """
     write = {"png": _png, "svg": _svg}[kind]
     with DRAWING:
@@ -95,7 +101,7 @@ def _png(
 def _svg(
     scene: Scene, step: int, bodies: NDArray[np.float64], said: dict[str, str]
 ) -> bytes:
-    """Drawing the picture has written the title."""
+    """The SVG of a frame. Drawing the picture first writes the title."""
     file, words = (
         io.BytesIO(),
         "; ".join(
@@ -111,29 +117,25 @@ def _svg(
 
 
 def animate(flight: KeptFlight, kind: str) -> File:
-    """A run as "gif" or "mp4", with MOST_FRAMES pictures at most. Raises ChoiceError
+    """A run as "gif" or "mp4", with at most MOST_FRAMES pictures. Raises OutputError
     for MP4 without ffmpeg.
     """
     if kind == "mp4":
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
-    content = io.BytesIO()
-    with DRAWING:
-        scene, frames = (
-            Scene(few.study, few.job),
-            zip(few.steps, few.bodies, strict=True),
-        )
-        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), content)
-    return File(
-        file_name(flight.study, flight.job, kind), MIME[kind], content.getvalue()
-    )
+    with DRAWING, TemporaryFile() as file:  # ffmpeg needs the path of a true file
+        scene = Scene(few.study, few.job)
+        frames = zip(few.steps, few.bodies, strict=True)
+        WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), file)
+        file.seek(0)
+        content = file.read()
+    return File(file_name(flight.study, flight.job, kind), MIME[kind], content)
 
 
 def thinned(flight: KeptFlight, most: int) -> KeptFlight:
-    """The run with every second, third, ... frame and its last one, so that there are
-    no more than `most`.
+    """The run with at most `most` frames: every second, third, ... one, and the last.
 
-    Raises ChoiceError where `most` is below 2.
+    Raises ChoiceError if `most` is below 2.
     """
     if most < 2:
         raise ChoiceError(

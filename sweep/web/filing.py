@@ -1,5 +1,5 @@
-"""What a page wants as a file: a picture of the frame on the screen, or the run as an
-animation or a page.
+"""Makes the files that a page asks for: a picture of the frame on the screen, or the
+run as an animation or a page.
 """
 
 import base64
@@ -19,10 +19,10 @@ KINDS = (*PICTURES, "gif", "mp4", "html")
 
 
 class Order(NamedTuple):
-    """What is on the screen: `bodies` (4, N) at `step` of a trial of `study`, and up to
-    which step its run is wanted.
+    """What is on the screen: `bodies` (4, N) at `step` of a trial of `study`.
 
-    `refused` says why there is no run to be had, "" where there is.
+    `until` is the last step of the run in a file, `metrics` are those in a page.
+    `refused` says why there can be no file of the run; it is "" where there can.
     """
 
     study: str
@@ -37,10 +37,14 @@ class Order(NamedTuple):
 def filed(
     order: Order, kind: str, greeting: list[Reply], spec: str
 ) -> Callable[[], Reply]:
-    """What makes the file, however long that takes, and returns the file message.
+    """A function that makes the file and returns the file message. It may take long.
 
-    `greeting` and `spec` are those of the session, for a page. Raises SpecError for an
-    unknown kind, and where an animation is refused.
+        order     what is on the screen
+        kind      one of KINDS
+        greeting  the messages controls, state and scene of the session
+        spec      the YAML of what is on the screen
+
+    Raises SpecError for an unknown kind, and for a run that is refused.
     """
     if kind not in KINDS:
         raise SpecError(unknown("kind of file", kind, KINDS))
@@ -50,10 +54,10 @@ def filed(
 
 
 def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
-    # Here, as they bring matplotlib along.
+    # Imported here because they import matplotlib, which is slow.
     from sweep.web.export import animate, draw_frame
     from sweep.web.flight import fly
-    from sweep.web.recording import record
+    from sweep.web.recording import recording_of
 
     study, job = order.study, order.job
     if kind in PICTURES:
@@ -61,7 +65,9 @@ def _made(order: Order, kind: str, greeting: list[Reply], spec: str) -> Reply:
     else:
         flight = fly(study, job, order.metrics, until=order.until)
         file = (
-            record(flight, greeting, spec) if kind == "html" else animate(flight, kind)
+            recording_of(flight, greeting, spec)
+            if kind == "html"
+            else animate(flight, kind)
         )
     return {
         "type": "file",

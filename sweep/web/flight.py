@@ -1,4 +1,6 @@
-"""A run with its frames in memory, to be scrubbed through and written into files."""
+"""A run with all its frames in memory, so that a page can go to any of them and a file
+can be written from them.
+"""
 
 from typing import NamedTuple
 
@@ -9,8 +11,8 @@ from sweep.design.jobs import Job
 from sweep.replays.flight import Report, frames
 
 MOST_BYTES = 256 * 2**20
-"""The most that the frames of a run may take; of a larger one every second or third
-frame is kept, and so on.
+"""The most memory that the frames of a run may take. Of a larger run only every second
+frame is kept, or every third, and so on.
 """
 
 
@@ -47,19 +49,25 @@ def fly(
     until: int | None = None,
     report: Report = silent,
 ) -> KeptFlight:
-    """Run a trial and keep its frames, up to the step `until`; `every` 0 keeps as many
-    as MOST_BYTES hold.
+    """Run a trial and keep its frames.
 
-    An exception of the trial is raised as it is. One that diverges ends with its last
+        study    the name of the study, which files of the run mention
+        job      the trial
+        metrics  the metrics that are measured at each frame
+        every    steps between two frames; 0 keeps as many frames as MOST_BYTES hold
+        until    the step at which the run is cut off; None runs to the end
+        report   is told how many of how many steps are done
+
+    An exception of the trial is raised as it is. A run that diverges ends with its last
     finite frame.
     """
     every = every or _every(job, len(metrics))
-    blocks = []
+    pieces = []
     for taken in frames(job, every, report, metrics):
-        blocks.append(taken)
+        pieces.append(taken)
         if until is not None and len(taken.steps) and taken.steps[-1] >= until:
             break
-    steps, values, bodies = (list(parts) for parts in zip(*blocks, strict=True))
+    steps, values, bodies = (list(parts) for parts in zip(*pieces, strict=True))
     joined = np.concatenate(steps)
     count = (
         len(joined)

@@ -1,4 +1,6 @@
-"""Metrics by step since a run's start, thinned where a plot would have too many."""
+"""The metrics of a run by step. They are thinned where there are too many for a
+plot.
+"""
 
 import math
 from typing import NamedTuple
@@ -10,15 +12,17 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """What somebody has been told: in which era of the history, up to which step."""
+    """How much of a history a page has been told: the era of the history, and the last
+    step.
+    """
 
     era: int = 0
     step: int = -1
 
 
 class History:
-    """Values of the followed metrics. With more than MOST steps every second one is
-    dropped, again and again.
+    """The values of the followed metrics. Whenever there are more than MOST steps,
+    every second one is dropped.
     """
 
     def __init__(self) -> None:
@@ -34,7 +38,7 @@ class History:
         self.rows: list[NDArray[np.float64]] = []
 
     def add(self, steps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Take note of `values` (metrics, F) at `steps` (F,)."""
+        """Add `values` (metrics, F) at `steps` (F,)."""
         for step, row in zip(steps.tolist(), values.T, strict=True):
             if step % self.every == 0:
                 self.steps.append(step)
@@ -50,8 +54,8 @@ class History:
             )
 
     def since(self, cursor: Cursor) -> tuple[dict[str, object] | None, Cursor]:
-        """The metrics message of what came after `cursor`, None where there is nothing
-        new, and the cursor after it.
+        """The metrics message with everything after `cursor`, None where nothing is
+        new, and the next cursor.
         """
         anew = cursor.era != self.era
         after = -1 if anew else cursor.step

@@ -1,4 +1,6 @@
-"""A live run as a Show: the words that a page and a Session exchange."""
+"""A live run as a Show: it turns the messages of a page into calls of a Session, and
+the Session into messages.
+"""
 
 import time
 from collections.abc import Callable
@@ -17,7 +19,7 @@ from sweep.web.session import Session
 from sweep.web.state import Range
 
 COVERAGE_PERIOD = 0.25
-"""Seconds between two pictures of the coverage while it runs."""
+"""Seconds between two pictures of the coverage while the run goes on."""
 
 
 class Live(Session):
@@ -26,7 +28,9 @@ class Live(Session):
     covered = 0.0
 
     def greeting(self) -> list[Reply]:
-        """Controls, scene, and last the state: whoever sees it must have both."""
+        """Controls, scene, and the state as the last: a page that has the state has the
+        other two already.
+        """
         own = (str(self.state.settings["map"]),) if self.state.own else ()
         return [
             controls(self.state.model, self.state.preset, own),
@@ -35,8 +39,8 @@ class Live(Session):
         ]
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks: the scene, where the world may have changed, and the
-        state; or what was asked for.
+        """Do what the page asks. Returns the answer: the state, before it the scene
+        where the world may have changed, or the spec that was asked for.
         """
         if isinstance(message, messages.Spec):
             return [
@@ -56,8 +60,8 @@ class Live(Session):
         return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
     def export(self, kind: str) -> Callable[[], Reply]:
-        """What makes a file: a picture of this frame, or the run up to it, which a
-        changed one has no more.
+        """A function that makes a file: a picture of this frame, or the run up to it. A
+        run whose settings changed on the way is refused.
         """
         study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
         refused = (
@@ -77,8 +81,8 @@ class Live(Session):
         return filed(order, kind, self.greeting(), self.state.as_text())
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """Metrics since the cursor, whom the selected boid sees, the rules of the
-        accelerations.
+        """What is new since `cursor`: metrics, the neighbours of the selected boid, the
+        names of the rules whose accelerations are shown.
         """
         metrics, cursor = self.history.since(cursor)
         replies: list[Reply] = [metrics] if metrics else []
@@ -88,7 +92,7 @@ class Live(Session):
         return replies, cursor
 
     def picture(self) -> bytes:
-        """The frame with the overlays that are wanted."""
+        """The frame, with the chosen overlays."""
         simulation, sections = self.simulation, []
         if "flocks" in self.overlays:
             sections.append(encoding.flocks(looking.flocks(simulation)))
@@ -160,7 +164,7 @@ class Live(Session):
         }
 
     def selection(self) -> Reply:
-        """Whom the selected boid sees."""
+        """The selected boid and the boids that it sees."""
         boid = self.selected
         if boid is None:
             return {"type": "selection", "boid": None}
@@ -176,7 +180,9 @@ class Live(Session):
 
 
 def _do(session: Session, message: Message) -> None:
-    """Do what a message asks. Raises SpecError for what is refused."""
+    """Call the method of the session that belongs to a message. Raises SpecError for
+    what is refused.
+    """
     match message:
         case messages.Set(name, value):
             session.change({name: value})

@@ -1,4 +1,4 @@
-"""What the page may say, each message with its keys; sweep.web.protocol has the whole
+"""The messages of the page, a class each; sweep.web.protocol has the whole
 conversation.
 """
 
@@ -14,15 +14,15 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Request:
-    """What all messages have: `id`, which the state that answers it repeats."""
+    """What all messages have: `id`, which the answer repeats."""
 
     id: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
 class Hello(Request):
-    """The page is there; `page` tells pages apart, so that one that comes back finds
-    its session.
+    """The page is there. `page` is its name: a page that comes back finds its session
+    by it.
     """
 
     page: str
@@ -46,17 +46,17 @@ class ChooseModel(Request):
 
 @dataclass(frozen=True)
 class StartRun(Request):
-    """Go on by itself."""
+    """Go on without being asked for each step."""
 
 
 @dataclass(frozen=True)
 class Pause(Request):
-    """Stand still."""
+    """Take no more steps."""
 
 
 @dataclass(frozen=True)
 class Step(Request):
-    """Take so many steps."""
+    """Take `count` steps."""
 
     count: Whole = 1
 
@@ -73,14 +73,14 @@ class Continue(Request):
 
 @dataclass(frozen=True)
 class Speed(Request):
-    """How fast to run; 0 is as fast as it goes."""
+    """How fast to run; 0 is as fast as possible."""
 
     steps_per_second: float
 
 
 @dataclass(frozen=True)
 class Shapes(Request):
-    """All obstacles."""
+    """Replace all obstacles."""
 
     shapes: list[Shape]
 
@@ -95,28 +95,28 @@ class Goal(Request):
 
 @dataclass(frozen=True)
 class Select(Request):
-    """Which boid is looked at."""
+    """Select a boid, or none."""
 
     boid: Whole | None
 
 
 @dataclass(frozen=True)
 class Overlays(Request):
-    """What is drawn besides the boids."""
+    """Choose what is drawn besides the boids."""
 
     names: Names
 
 
 @dataclass(frozen=True)
 class Metrics(Request):
-    """What is plotted."""
+    """Choose what is plotted."""
 
     names: Names
 
 
 @dataclass(frozen=True)
 class Sweep(Request):
-    """A range of a setting, or none."""
+    """Let the copied spec sweep a setting over a range; `off` ends that."""
 
     name: str
     low: float = 0.0
@@ -127,12 +127,12 @@ class Sweep(Request):
 
 @dataclass(frozen=True)
 class Spec(Request):
-    """The spec of what is on the screen is wanted."""
+    """Ask for the spec of what is on the screen."""
 
 
 @dataclass(frozen=True)
 class Export(Request):
-    """A file is wanted."""
+    """Ask for a file."""
 
     kind: str
 
@@ -144,7 +144,7 @@ class Ready(Request):
 
 @dataclass(frozen=True)
 class Seek(Request):
-    """A frame of a stored trial is wanted."""
+    """Ask for a frame of a stored trial."""
 
     frame: Whole
 

@@ -1,5 +1,5 @@
-"""What is on its way to a page, in the order in which it happened; nobody who works has
-to wait for the line.
+"""What is on its way to a page, in the order in which it happened. Those who put
+something in need not wait until it is sent.
 """
 
 import asyncio
@@ -8,7 +8,9 @@ from typing import Protocol
 from sweep.web.protocol import Reply
 
 MOST_WAITING = 64
-"""Messages on their way, with more of which the page is not listened to."""
+"""If so many messages wait to be sent, the page is not listened to until there are
+fewer.
+"""
 
 
 class Line(Protocol):
@@ -25,8 +27,8 @@ class Line(Protocol):
 
 
 class Outbox:
-    """Sends to a line what is put into it, as soon as the line takes it. To be made in
-    a running event loop.
+    """Sends everything that is put into it to a line, as soon as the line takes it. It
+    must be made in a running event loop.
     """
 
     def __init__(self, line: Line) -> None:
@@ -37,7 +39,7 @@ class Outbox:
         self._room.set()
 
     def put(self, *items: Reply | bytes) -> None:
-        """Messages and frames to be sent, from any thread."""
+        """Send messages and frames. May be called from any thread."""
         for item in items:
             self._loop.call_soon_threadsafe(self._put, item)
 
@@ -51,7 +53,9 @@ class Outbox:
         await self._room.wait()
 
     async def send(self) -> None:
-        """Send what comes, for ever. Raises ConnectionError when the line is gone."""
+        """Send everything that comes, for ever. Raises ConnectionError when the line is
+        gone.
+        """
         while True:
             item = await self._items.get()
             if self._items.qsize() < MOST_WAITING:

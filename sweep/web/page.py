@@ -1,9 +1,10 @@
-"""The page as text: its modules as one, for wherever it must go without a server.
+"""The page as one text, for places without a server.
 
-The served page loads the modules of `static` as they are. A notebook and a file that
-opens from disk need one text: the same modules, each in a function of its own, after
-those that it imports. So a module imports from its neighbours only, by their names, and
-exports where it declares. Types, which are comments in lines of their own, stay behind.
+The served page loads the modules of `static` one by one. A notebook, and a file that
+opens from disk, need one text. It has the same modules, each in a function of its own,
+after those that it imports. So a module may import only from its neighbours, by name,
+and must write `export` before a declaration. Types are comments in lines of their own;
+they are left out.
 """
 
 import re
@@ -19,14 +20,16 @@ TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
 def script(name: str) -> str:
-    """One ES module: that of this name, after all that it needs."""
+    """One ES module: the module of this name, after all modules that it needs."""
     needed: dict[str, str] = {}
     module = _module(name, needed)
     return "\n".join([*needed.values(), module])
 
 
 def _module(name: str, needed: dict[str, str]) -> str:
-    """The text of a module without imports: what it needs comes into `needed`."""
+    """The text of a module without its imports. The modules that it needs are added to
+    `needed`.
+    """
     text = TYPES.sub("", _text(f"{name}.js"))
     for _, other in IMPORT.findall(text):
         if other not in needed:
@@ -42,7 +45,7 @@ def _enclosed(name: str, module: str) -> str:
 
 
 def style() -> str:
-    """The style sheet; all its rules are below the class `boidsweep`."""
+    """The style sheet. All its rules apply within the class `boidsweep` only."""
     return _text("view.css")
 
 

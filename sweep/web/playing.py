@@ -1,8 +1,8 @@
-"""A Show played to a page: steps at the wanted pace, and a frame whenever the page is
-ready for one.
+"""Plays a Show to a page: takes steps at the wanted pace, and sends a frame whenever
+the page is ready for one.
 
-Stepping never waits for drawing. A page that is slow gets fewer frames, always the
-latest, and never a queue of them.
+Stepping never waits for drawing. A page that draws slowly gets fewer frames. It always
+gets the latest one, and never a queue of them.
 """
 
 import asyncio
@@ -21,28 +21,32 @@ from sweep.web.protocol import MessageError, Reply, parse
 from sweep.web.show import Show
 
 CALL_SECONDS = 0.005
-"""How long steps are taken at a time: what the page asks waits no longer for them,
-unless one step takes longer.
+"""Steps are taken for about so long at a time. A message of the page waits no longer
+than that, unless a single step takes longer.
 """
 ROUNDS = 3
-"""Of the event loop between two such times, so that what has been asked is done and the
-frame is sent.
+"""After each such time the event loop runs so many rounds, so that messages are
+answered and the frame is sent.
 """
 SHORTEST_WAIT, LONGEST_WAIT = 1 / 120, 0.1
 LONGEST_DEBT = 0.25
-"""Seconds of steps that are made up for; a machine that is slower than the wanted pace
-does not try.
+"""Late steps are made up for, but no more than so many seconds of them. A machine that
+is slower than the wanted pace falls behind, and does not hurry.
 """
 
 IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
-"""The page's spec has no lines that anybody has seen."""
+"""The beginning of an error about the page's spec. Its line is cut off: nobody has seen
+this spec as a file.
+"""
 
 R = TypeVar("R")
 log = logging.getLogger("sweep")
 
 
 class Pace:
-    """How many steps are due, by the clock; begun anew whenever a run goes on."""
+    """How many steps are due, by the clock. A new Pace is made whenever a run
+    goes on.
+    """
 
     def __init__(self) -> None:
         self.owed, self.last = 1.0, time.monotonic()
@@ -63,16 +67,16 @@ class Pace:
         return steps, 0.0 if self.owed >= 1 else min(wait, LONGEST_WAIT)
 
     def took(self, steps: int, seconds: float) -> None:
-        """So many steps took so long: the next are fewer or up to twice as many."""
+        """The last `steps` took so many seconds. The next time there are fewer steps,
+        or up to twice as many.
+        """
         self.most = max(
             1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6)))
         )
 
 
 class Player:
-    """Plays one Show to whoever is on the line, one line at a time. Between two lines
-    it stands still.
-    """
+    """Plays one Show to one line at a time. Without a line the Show stands still."""
 
     def __init__(self, show: Show) -> None:
         self.show = show
@@ -87,7 +91,9 @@ class Player:
         self.left = time.monotonic()
 
     async def play(self, line: Line) -> bool:
-        """Play to this line until it is gone or another takes over; whether one did."""
+        """Play to this line until it is gone, or until another line takes over. Returns
+        whether another one did.
+        """
         if self.task:
             self.task.cancel()
         task = self.task = asyncio.create_task(self._play(line))
@@ -114,8 +120,9 @@ class Player:
             pass
 
     async def in_turn(self, work: Callable[[], R]) -> R:
-        """What `work` with the show returns, which may take long: in a thread, alone,
-        and to its end in any case.
+        """What `work` with the show returns. It runs in a thread, while nobody else
+        works with the show. It may take long, and it runs to its end even if the caller
+        is cancelled.
         """
 
         async def alone() -> R:
@@ -156,8 +163,8 @@ class Player:
     async def _answer(
         self, outbox: Outbox, asked: str, work: Callable[[], list[Reply]]
     ) -> None:
-        """Tell what `work` returns or, where it is refused, why; and what holds now,
-        which answers what was asked.
+        """Send what `work` returns, or the reason where it is refused. Then send the
+        state, which names the message that it answers.
         """
 
         def answer() -> None:
@@ -179,7 +186,9 @@ class Player:
         self.changed.set()
 
     async def _export(self, outbox: Outbox, kind: str) -> None:
-        """Make a file while the show goes on, and tell it. One at a time."""
+        """Make a file while the show goes on, and send it. Only one file is made at a
+        time.
+        """
         if self.filing.locked():
             outbox.put(_error("a file is being made already; wait for it"))
             return
@@ -191,7 +200,9 @@ class Player:
                 outbox.put(_error(_reason(error)))
 
     async def _step(self, outbox: Outbox) -> None:
-        """Advance the show while it is going, and tell when it stands still."""
+        """Advance the show while it is going, and send the state when it stands
+        still.
+        """
         while True:
             self.asked.clear()
             if not self.show.going:
@@ -205,11 +216,11 @@ class Player:
                     await asyncio.sleep(wait)
 
     async def _advance(self, outbox: Outbox, steps: int) -> float:
-        """Take steps, unless somebody was faster and it stands still, and return the
-        seconds that they took.
+        """Take steps, and return the seconds that they took. Take none if the show
+        stands still when its turn comes.
 
-        Kernels let no other thread run: in a thread of their own they would only make
-        the others wait for their turn.
+        This runs in the thread of the event loop. A kernel call lets no other thread
+        run, so in a thread of its own it would make all others wait just as long.
         """
         async with self.turn:
             began = time.perf_counter()
@@ -222,7 +233,7 @@ class Player:
         return seconds
 
     async def _paint(self, outbox: Outbox) -> None:
-        """Send the latest frame, and what belongs to it, whenever it is another one and
+        """Send the latest frame, with what belongs to it, whenever it is a new one and
         the page is ready.
         """
         version = -1
@@ -252,7 +263,9 @@ def _error(message: str) -> Reply:
 
 
 def _reason(error: Exception) -> str:
-    """What the page is told of an error; what is not the user's is logged in full."""
+    """What the page is told of an error. The whole error is logged if the user cannot
+    mend it.
+    """
     if isinstance(error, UserError | MessageError):
         return IN_SPEC.sub("", str(error))
     log.error("the simulator failed", exc_info=error)

@@ -1,9 +1,10 @@
 """The messages between the page and the session behind it: JSON texts both ways, and
 binary frames to the page.
 
-From the page, each with its `type` and the keys of its class below; the state that
-answers any but hello and ready, and the error that refuses it, has its `id` under
-`answers`: so a page knows which state is older than what it asked:
+Each message from the page has a `type`, the keys of its class, and an `id`. The state
+that answers it, or the error that refuses it, repeats this `id` under `answers`. So the
+page knows which state is older than its last message. Only hello and ready have no
+answer of this kind.
 
     hello page                   first; answered by controls, scene, state, metrics and
                                  a frame
@@ -39,8 +40,8 @@ To the page:
           obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in
           maps too; goal is [x, y, radius]
     metrics steps values reset
-          batches, thinned where they are long; with reset: true they begin anew; null
-          is NaN
+          the values since the last such message, thinned where there are many; with
+          reset: true the page forgets the earlier ones; null is NaN
     selection boid x y range fov heading neighbours
           heading in radians from +x towards +y, null where the boid sees all round;
           boid null where none is selected
@@ -51,18 +52,20 @@ To the page:
     error message answers
     info message
 
-A frame is little endian: the bytes BSF1, u32 flags, u32 step, u32 n; f32 x0, y0, x1,
-y1, the box that 16 bits span: the world, enlarged where boids are outside, on each side
-by at most its own size; those beyond stand on its border. Then u16 x[n], u16 y[n], u8
-heading[n] (256 a full turn, 0 along +x, towards +y), and padding to 4 bytes. What
-follows is said by flags, in this order, each padded to 4 bytes:
+A frame is little endian. It begins with the bytes BSF1, u32 flags, u32 step, u32 n.
+Then come f32 x0, y0, x1, y1, the corners of a box: the world, and as much around it as
+boids need, but on each side no more than the size of the world. Positions are u16 x[n],
+u16 y[n], from 0 at x0, y0 to 65535 at x1, y1; a boid outside of the box is put on its
+border. Then come u8 heading[n] (256 a full turn, 0 along +x, towards +y), and padding
+to 4 bytes. Each flag stands for a section that follows, in this order, padded to 4
+bytes:
 
     1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
-                     65535; 65535 for one alone
+                     65535; 65535 for a boid that is alone
     2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
     4 coverage       u32 rows, u32 columns, u8 visits[rows * columns]: 255 an obstacle,
-                     254 as many or more; at most a few times a second: where a frame
-                     has none, the last one stays
+                     254 as many visits or more; sent a few times a second: until the
+                     next one, the page shows the last one
 """
 
 import json
@@ -78,7 +81,7 @@ from sweep.web.messages import MESSAGES, Message, Names, Whole
 from sweep.web.state import Shape
 
 MOST_BYTES = 2**20
-"""Of one message from the page."""
+"""The largest message that is read from the page."""
 MOST_CHARACTERS = 200
 OVERLAYS = ("flocks", "coverage", "accelerations")
 
@@ -86,8 +89,8 @@ Reply = dict[str, Any]
 
 
 class MessageError(ValueError):
-    """What is wrong with a message, in a sentence for the one who sent it; `id` is that
-    of the message.
+    """One sentence for the page: what is wrong with its message. `id` is that of the
+    message.
     """
 
     id = ""
@@ -129,8 +132,8 @@ def _message(name: str, content: dict[str, Any]) -> Message:
 
 
 def write(reply: Reply) -> str:
-    """The JSON text of a reply. Infinite settings are texts in it already, and what is
-    not a number is null.
+    """The JSON text of a reply. Infinite settings are already texts in it, and null
+    stands for NaN.
     """
     return json.dumps(reply, allow_nan=False, separators=(",", ":"))
 
@@ -200,7 +203,7 @@ def _names(value: Any) -> Names:
 
 
 def _shapes(value: Any) -> list[Shape]:
-    """What the shapes are is asked where they are placed."""
+    """Only the list is checked here. Its shapes are checked where they are placed."""
     if not isinstance(value, list):
         raise ValueError("a list of shapes")
     return value

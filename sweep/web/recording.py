@@ -1,8 +1,8 @@
-"""A run as one page of HTML that opens from disk: the page's own script and style, and
-its frames in base64.
+"""A run as one page of HTML that opens from disk. The page contains its script, its
+style, and its frames in base64.
 
-A boid takes five bytes a frame, of which base64 makes seven. The page may load nothing
-and speak to nobody.
+A boid takes five bytes a frame, which are seven in base64. The page may load nothing
+and send nothing.
 """
 
 import base64
@@ -21,21 +21,23 @@ from sweep.web.flight import KeptFlight
 from sweep.web.page import script, style
 
 MOST_BYTES = 16 * 2**20
-"""Of the frames in a page: what can be mailed, and is drawn at once."""
+"""The most bytes of frames in a page. Such a page can still be mailed, and opens at
+once.
+"""
 FEWEST_FRAMES = 100
-"""A run of which the page cannot hold so many is refused."""
+"""If the page has no room for so many frames of a longer run, it is refused."""
 AS_LAUNCHED = "The spec gives these very frames, bit for bit."
 
 Message = dict[str, Any]
 
 
-def record(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
-    """The page that plays a run; `greeting` has the messages controls, state and scene
-    that a session begins with.
+def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
+    """The page that plays a run.
 
-    With more frames than it has room for it has every second, third, ... of them.
-    `spec` is the YAML that it hands out. Raises ChoiceError where too few frames would
-    be left.
+    If there are more frames than the page has room for, only every second frame is
+    kept, or every third, and so on. `greeting` has the messages controls, state and
+    scene with which a session begins. `spec` is the YAML that "Copy as spec" gives.
+    Raises ChoiceError if too few frames would be left.
     """
     few = thinned(flight, _room(flight.job, len(flight.steps)))
     size = float(few.job.settings["width"]), float(few.job.settings["height"])
@@ -62,15 +64,15 @@ def record(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> File:
 
 
 def check_page(job: Job, every: int) -> None:
-    """Raise ChoiceError where a page has no room for a trial with a frame every `every`
+    """Raise ChoiceError if a page has no room for a trial with a frame every `every`
     steps; 0 stands for 1.
     """
     _room(job, int(job.settings["steps"]) // (every or 1) + 1)
 
 
 def _room(job: Job, frames: int) -> int:
-    """How many frames of a trial a page has room for; ChoiceError where that is too
-    little for one of so many frames.
+    """How many frames of a trial a page has room for. Raises ChoiceError if `frames` of
+    them would be thinned too much.
     """
     n = int(job.settings["n"])
     bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
@@ -78,14 +80,14 @@ def _room(job: Job, frames: int) -> int:
     if room < min(FEWEST_FRAMES, frames):
         raise ChoiceError(
             f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
-            f" {MOST_BYTES:,}, which are {room} frames: it would jump;"
-            " export an animation instead"
+            f" {MOST_BYTES:,}, which are {room} frames: too few to show a run of"
+            f" {frames:,}; export an animation instead"
         )
     return room
 
 
 def _state(flight: KeptFlight, state: Message) -> Message:
-    """The session's state as it is at the beginning of its recording."""
+    """The state of the session as it is at the beginning of its recording."""
     first, last = int(flight.steps[0]), int(flight.steps[-1])
     live = {
         "study": flight.study,
@@ -108,7 +110,7 @@ def _state(flight: KeptFlight, state: Message) -> Message:
 
 
 def _number(value: float) -> float | None:
-    """A value of a metric as JSON has it: null is no number."""
+    """A value of a metric as JSON has it: null for what is not finite."""
     return value if math.isfinite(value) else None
 
 
@@ -149,7 +151,7 @@ def _document(recording: Message) -> str:
 
 
 def _source(text: str) -> str:
-    """What the policy of a page calls an element with this text."""
+    """The name of an inline element with this text in the policy of a page."""
     return (
         f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
     )

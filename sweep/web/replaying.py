@@ -1,8 +1,8 @@
-"""A stored trial as a Show: run again from its row, compared with what is stored, and
-scrubbed through.
+"""A stored trial as a Show. It is run again from its row, compared with what is stored,
+and the page can go to any of its steps.
 
-The simulation itself is put to the step that is looked at, so whatever can be seen of a
-live run can be seen of it.
+The simulation itself is put to the step that is looked at. So a replay shows everything
+that a live run shows.
 """
 
 from collections.abc import Callable
@@ -43,11 +43,11 @@ AS_STORED = "Every number equals the stored one, bit for bit."
 
 
 class Replay(Live):
-    """The replay of a stored trial, at step 0; `differences` are those to what is
-    stored of it.
+    """The replay of a stored trial, at step 0. `differences` lists where it differs
+    from what is stored.
 
-    Raises ChoiceError if there is no such trial, StoreError if its map is not known any
-    more or it fails, and SpecError if it has more boids than can be shown.
+    Raises ChoiceError if there is no such trial, StoreError if its map is no longer
+    known or the trial fails, and SpecError if it has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
@@ -77,7 +77,7 @@ class Replay(Live):
         self.state = state
 
     def _follow(self, state: ViewState) -> None:
-        """Plot the whole run at once."""
+        """Plot the whole run at once: all values are known already."""
         super()._follow(state)
         self.history.add(
             self.track.steps,
@@ -85,11 +85,11 @@ class Replay(Live):
         )
 
     def seek(self, step: int) -> None:
-        """Go to a step, or to the last one where there is none so far."""
+        """Go to `step`. Where the run ended before it, go to the last step."""
         self.simulation = go_to(self.track, self.simulation, min(step, self.track.last))
-        self._look()
+        self._refresh()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         self.bodies = np.stack(self.simulation.flock[:4])
         self.version += 1
 
@@ -101,17 +101,17 @@ class Replay(Live):
         if self.step >= self.track.last:
             self.pause()
         taken = self.simulation.take_frames(NOTHING)
-        self._look()
+        self._refresh()
         return taken
 
     def run(self) -> None:
-        """Go on by itself, at the end from the beginning."""
+        """Go on without being asked for each step. At the end, begin again."""
         if self.step >= self.track.last:
             self.seek(0)
         self.running = True
 
     def take_steps(self, count: int) -> None:
-        """Ask for so many more steps, as far as there are any."""
+        """Ask for `count` more steps, but none after the last."""
         self.running, self.aim = (
             False,
             min(max(self.aim, self.step) + count, self.track.last),
@@ -122,8 +122,8 @@ class Replay(Live):
         self.seek(0)
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics of the whole run; for one that nobody has asked for yet it
-        is gone through again.
+        """Plot these metrics of the whole run. If one of them was not measured yet, the
+        whole run is repeated.
         """
         state = self.state.follow(metrics)
         missing = tuple(name for name in metrics if name not in self.track.values)
@@ -149,7 +149,7 @@ class Replay(Live):
         return super().handle(message)
 
     def export(self, kind: str) -> Callable[[], Reply]:
-        """What makes a file: a picture of this frame, or the whole run."""
+        """A function that makes a file: a picture of this frame, or the whole run."""
         order = Order(
             self.study.name,
             self.job,
@@ -161,7 +161,7 @@ class Replay(Live):
         return filed(order, kind, self.greeting(), self.spec())
 
     def spec(self) -> str:
-        """The YAML that launches this trial and the replicates before it."""
+        """The YAML that launches this trial, with the replicates before it."""
         number = self.state.replicate + 1
         which = (
             f"the last of {number:,} trials that this launches"
@@ -196,7 +196,7 @@ class Replay(Live):
         }
 
     def _words(self) -> str:
-        """How the trial compares with what is stored of it."""
+        """One sentence: how the trial compares with what is stored."""
         if not self.differences:
             return AS_STORED
         if self.stored.row["status"] in ("timeout", "failed"):
@@ -214,8 +214,8 @@ class Replay(Live):
 
 
 def _measured(job: Job) -> tuple[str, ...]:
-    """The metrics that were recorded, and the model's own but for those that count
-    visits: pixels may be many.
+    """The metrics that were recorded, and the default ones of the model, without those
+    that count visits: there may be very many pixels.
     """
     own = (name for name in MODELS[job.model].metrics if not METRICS[name].covers)
     return tuple(dict.fromkeys((*job.record.metrics, *own)))

@@ -1,4 +1,6 @@
-"""Simulations to look at: any metric can be plotted, settings change while they run."""
+"""Simulations for the page: any metric can be plotted, and settings change while they
+run.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -11,15 +13,15 @@ from sweep.trial.looking import seen_by
 from sweep.trial.simulation import Simulation
 
 MOST_PIXELS = 4_000_000
-"""Of a world whose visits are counted in any case."""
+"""The largest world, in pixels, whose visits are always counted."""
 
 
 def simulation_of(job: Job) -> Simulation:
-    """The simulation of `job` that counts what any metric may need, and keeps every
-    frame with all bodies.
+    """A simulation of `job` for the page: it counts what any metric may need, and keeps
+    every frame with all bodies.
 
-    What is counted and kept changes nothing of the flight. Where there are very many
-    pixels, visits are only counted for the metrics of the job.
+    The flight is the same as without all this. In a world of more than MOST_PIXELS,
+    visits are counted only if the metrics of the job need them.
     """
     _compile(job.model, job.preset)
     wanted = [
@@ -38,9 +40,11 @@ def simulation_of(job: Job) -> Simulation:
 
 @cache
 def _compile(model: str, preset: str) -> None:
-    """Compile what runs of a model need, so that the first step need not."""
+    """Compile what a model needs beforehand, so that the first step does not wait for
+    it.
+    """
     settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
-    streams = Streams("common", "common", "common")  # it is of no point
+    streams = Streams("common", "common", "common")  # the job belongs to no point
     job = Job(
         "", "", 0, 0, False, model, preset, settings, RecordSpec(()), streams, None
     )
@@ -59,10 +63,9 @@ def _can_cover(job: Job) -> bool:
 
 
 def changed(earlier: Simulation, job: Job) -> Simulation:
-    """The simulation of `job` in the place of `earlier`, which has as many boids: its
-    flock, generator and counts.
-
-    Visits are kept where the same pixels can be visited.
+    """A simulation of `job` that goes on where `earlier` is: it takes over its flock,
+    generator and counts. Both have the same number of boids. Visits are kept if both
+    worlds have the same pixels outside obstacles.
     """
     simulation = simulation_of(job)
     simulation.go_on_from(earlier)

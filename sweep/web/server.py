@@ -1,7 +1,8 @@
-"""The page, served to this machine alone.
+"""Serves the page, to this machine alone.
 
-Whoever may open it has the token in its address. A page from elsewhere cannot: Host
-must be a name of this machine, and Origin of a socket the page itself.
+Only those who know the token in the address may open it. A page from elsewhere is
+refused: the header Host must be a name of this machine, and the Origin of a socket must
+be the page itself.
 """
 
 import asyncio
@@ -44,10 +45,10 @@ MOST_SESSIONS = 16
 KEPT_SECONDS = 600
 """How long a session waits for its page to come back."""
 PATIENCE = 1.0
-"""Seconds after which a page is told why nothing happens."""
+"""Seconds after which a page is told what it waits for."""
 TAKEN, REFUSED = 4001, 4002
-"""Codes with which a socket is closed for good: the session went to another page, or
-there is none for this one.
+"""Codes with which the server closes a socket for good: another window took the session
+over, or there is no session for this page.
 """
 
 
@@ -58,7 +59,9 @@ class Socket:
         self.socket = socket
 
     async def hear(self) -> str:
-        """The next message; one that is no text is empty, which no message is."""
+        """The next message. A binary one becomes the empty text, which is refused
+        later.
+        """
         event = await self.socket.receive()
         if event["type"] == "websocket.disconnect":
             raise ConnectionError("the page is gone")
@@ -80,15 +83,17 @@ class Socket:
 
 
 class Rooms:
-    """The sessions by page. Those whose page is gone are kept for some minutes."""
+    """The sessions, by the names of their pages. If a page is gone, its session is kept
+    for some minutes.
+    """
 
     def __init__(self, begin: Callable[[], Show]) -> None:
         self.begin = begin
         self.players: dict[str, Player] = {}
 
     async def player(self, page: str, line: Socket) -> Player:
-        """The player of this page, a new one where there is none. Raises SpecError
-        where there are too many.
+        """The player of this page; a new page gets a new one. Raises SpecError where
+        there are too many.
         """
         if page not in self.players:
             self._make_room()
@@ -108,8 +113,8 @@ class Rooms:
         return self.players[page]
 
     def _make_room(self) -> None:
-        """Forget sessions that nobody came back to and, where there are too many, the
-        one left first.
+        """Forget the sessions whose pages did not come back in time. If there are still
+        too many, forget the one whose page left first.
         """
         empty = sorted(
             (player.left, page)
@@ -127,8 +132,8 @@ class Rooms:
 
 
 class PageServer:
-    """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError
-    where the port is not free.
+    """Serves the Show that `begin` makes for each page, at `url`. Raises SpecError if
+    the port is not free.
     """
 
     def __init__(self, begin: Callable[[], Show], port: int = 0) -> None:
@@ -166,7 +171,9 @@ class PageServer:
         self._server.should_exit = True
 
     def _admits(self, connection: HTTPConnection) -> bool:
-        """Whether it has the token and addresses this machine by its own name."""
+        """Whether the connection has the token, and addresses this machine by its own
+        name.
+        """
         name, _, port = connection.headers.get("host", "").rpartition(":")
         token = str(connection.path_params["token"])
         return (
@@ -186,7 +193,7 @@ class PageServer:
         )
 
     async def _talk(self, websocket: WebSocket) -> None:
-        """A page's conversation, from its hello on."""
+        """The conversation with a page, from its hello on."""
         origin = "http://" + websocket.headers.get("host", "")
         if not self._admits(websocket) or websocket.headers.get("origin") != origin:
             await websocket.close()
@@ -196,7 +203,9 @@ class PageServer:
             await websocket.close(await self._serve(Socket(websocket)))
 
     async def _serve(self, line: Socket) -> int:
-        """Play to a page after its hello; the code with which its socket is closed."""
+        """Play to a page after its hello. Returns the code with which its socket is
+        closed.
+        """
         try:
             player = await self.rooms.player(await _hello(line), line)
         except UserError as error:
@@ -209,13 +218,13 @@ class PageServer:
 
 
 async def _hello(line: Socket) -> str:
-    """The name of the page, once it has said it."""
+    """The name that the page gives itself in its first message."""
     while True:
         try:
             message = parse(await line.hear())
             if isinstance(message, Hello):
                 return message.page
-            raise MessageError("a page says hello first")
+            raise MessageError("the first message of a page must be hello")
         except MessageError as error:
             await line.tell({"type": "error", "message": str(error)})
 

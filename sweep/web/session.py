@@ -1,9 +1,9 @@
-"""One live run: what is on the screen, the simulation that it stands for, and what the
-page asks of both.
+"""One live run: the state on the screen, the simulation of it, and what the page may do
+with both.
 
-Nothing here waits or draws. As long as nothing is changed on the way, the frames of a
-session are those of a launch of its spec, bit by bit, whoever looks at them and how
-often.
+Nothing here waits or draws. As long as nobody changes a setting on the way, the frames
+of a session are those of a launch of its spec, bit by bit. It does not matter who looks
+at them, or how often.
 """
 
 from collections.abc import Mapping
@@ -24,7 +24,9 @@ from sweep.web.running import changed, simulation_of
 from sweep.web.state import COMMON, Range, Shape, ViewState, begin
 
 START = {"n", "map", "seed", *StartSettings._fields}
-"""What a run begins anew with."""
+"""The settings that a run needs at its start. If one of them changes, the run begins
+again.
+"""
 SPEED, FASTEST = 60.0, 1e6
 
 
@@ -32,9 +34,9 @@ class Session:
     """The run of a ViewState: `simulation`, and `bodies` (4, N), x, y, vx and vy, of
     its last frame.
 
-    `exact` says whether the frames so far are those of the copied spec, `note` why not.
-    `version` grows with whatever may change what is drawn. Methods raise SpecError for
-    what is not allowed, and then nothing has changed.
+    `exact` says whether the frames so far are those of the copied spec, and `note` why
+    they are not. `version` grows with every change that may be visible. Methods raise
+    SpecError for what is not allowed, and change nothing then.
     """
 
     def __init__(self, state: ViewState) -> None:
@@ -46,7 +48,7 @@ class Session:
         self._begin(state)
 
     def _begin(self, state: ViewState) -> None:
-        """Show a state at its first step, standing still."""
+        """Show the first step of a state. The run does not go on yet."""
         self.simulation = simulation_of(state.job)
         self.running, self.aim = False, 0
         self.exact, self.note, self.diverged = True, "", False
@@ -57,7 +59,7 @@ class Session:
             self.selected = None
 
     def _follow(self, state: ViewState) -> None:
-        """Show a state whose metrics are plotted from here on."""
+        """Show a state, and plot its metrics from this step on."""
         self._show(state)
         self.history.begin(state.plots)
 
@@ -85,15 +87,17 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """Whether steps are to be taken: it runs, or some were asked for."""
+        """Whether steps are to be taken: the run goes on, or single steps were asked
+        for.
+        """
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
-        """Take up to `steps` steps, no more than there is room for frames, and return
-        the frames.
+        """Take up to `steps` steps, and return their frames. It takes fewer steps where
+        there is no room for so many frames.
 
-        The run pauses where it has gone as far as was asked for, at its end, and where
-        a state is not finite.
+        The run pauses after the last step that was asked for, at its end, and when it
+        diverges.
         """
         most = self.simulation.steps_left if self.running else self.aim - self.step
         if not self.simulation.advance(min(steps, most)):
@@ -107,16 +111,18 @@ class Session:
         return self._take()
 
     def run(self) -> None:
-        """Go on by itself."""
+        """Go on without being asked for each step."""
         self._check_going()
         self.running = True
 
     def pause(self) -> None:
-        """Stand still."""
+        """Take no more steps."""
         self.running, self.aim = False, 0
 
     def take_steps(self, count: int) -> None:
-        """Let so many more steps be taken than were asked for."""
+        """Ask for `count` more steps, in addition to those that were asked for
+        before.
+        """
         self._check_going()
         self.running, self.aim = (
             False,
@@ -139,7 +145,7 @@ class Session:
         self._again(self.state)
 
     def _again(self, state: ViewState) -> None:
-        """Begin with a state, and go on by itself as before."""
+        """Begin with a state. The run goes on if it went on before."""
         running = self.running
         self._begin(state)
         self.running = running
@@ -158,12 +164,12 @@ class Session:
         self._become(self.state.with_settings(changes), set(changes))
 
     def place(self, shapes: list[Shape]) -> None:
-        """Change all obstacles; where boids are stays as it is."""
+        """Replace all obstacles. The boids stay where they are."""
         self._become(self.state.place(shapes), {"obstacles"})
 
     def _become(self, state: ViewState, names: set[str]) -> None:
-        """Show a state that differs in what is named: from the start where that must
-        be, else from here on.
+        """Show a state in which `names` differ from now. The run begins again if they
+        can only change at its start; otherwise it goes on from here.
         """
         if (
             self.step == 0
@@ -186,8 +192,8 @@ class Session:
             )
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics, from here on; from the start where that needs visits that
-        were not counted.
+        """Plot these metrics from this step on. The run begins again if one of them
+        needs visits and they were not counted.
         """
         state = self.state.follow(metrics)
         uncounted = any(METRICS[name].covers for name in metrics) and not counts_visits(
@@ -199,11 +205,11 @@ class Session:
             self._follow(state)
 
     def sweep(self, name: str, range_: Range | None) -> None:
-        """Let the copied spec sweep a setting, or for None no longer."""
+        """Let the copied spec sweep a setting over a range; None ends that."""
         self._show(self.state.sweep(name, range_))
 
     def draw(self, overlays: tuple[str, ...]) -> None:
-        """Draw these overlays."""
+        """Show these overlays."""
         for name in overlays:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
@@ -216,7 +222,7 @@ class Session:
         self.version += 1
 
     def select(self, boid: int | None) -> None:
-        """Look at a boid, or for None at no one."""
+        """Select a boid; None selects none."""
         if boid is not None and boid >= self.n:
             raise SpecError(
                 f"there is no boid {boid:,}; there are boids 0 to {self.n - 1:,}"
@@ -225,7 +231,7 @@ class Session:
         self.version += 1
 
     def hurry(self, steps_per_second: float) -> None:
-        """Run at this speed; 0 is as fast as it goes."""
+        """Run at this speed; 0 is as fast as possible."""
         if not 0 <= steps_per_second <= FASTEST:
             raise SpecError(
                 f"{steps_per_second:g} steps a second are not allowed; 0 to"

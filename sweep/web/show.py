@@ -1,4 +1,6 @@
-"""What the server, or a notebook, plays to a page: a live run or a stored one."""
+"""The interface of what a server or a notebook plays to a page: a live run or a stored
+one.
+"""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -9,11 +11,11 @@ from sweep.web.protocol import Reply
 
 
 class Show(Protocol):
-    """Something with frames. `version` grows with whatever may change what is drawn.
+    """Something that has frames. `version` grows with every change that may be visible.
 
-    While it is `going`, whoever plays it calls `advance`, at `speed` steps a second, or
-    as fast as it goes for 0 or where it is not `running`. One call at a time; none of
-    them waits for anything.
+    While it is `going`, its player calls `advance`, at `speed` steps a second. It goes
+    as fast as possible if `speed` is 0, or if it is not `running` and single steps were
+    asked for. Only one method is called at a time, and none of them waits.
     """
 
     @property
@@ -26,28 +28,28 @@ class Show(Protocol):
     def speed(self) -> float: ...
 
     def greeting(self) -> list[Reply]:
-        """What a page is told that has just come: controls, state, scene."""
+        """The messages for a page that has just come: controls, state, scene."""
 
     def status(self) -> Reply:
         """The state message."""
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and what it is told in return. Raises a UserError
-        for what is refused.
+        """Do what the page asks, and return the answer. Raises a UserError for what is
+        refused.
         """
 
     def export(self, kind: str) -> Callable[[], Reply]:
-        """What makes a file of the frames as they are, as long as that may take, and
-        whatever happens meanwhile.
+        """A function that makes a file of the frames as they are now. It may take long,
+        and what happens meanwhile does not change the file.
         """
 
     def advance(self, steps: int) -> object:
-        """Take up to so many steps."""
+        """Take up to `steps` steps."""
 
     def picture(self) -> bytes:
-        """The frame as it is, see sweep.web.protocol."""
+        """The frame as it is now, see sweep.web.protocol."""
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """What the page is to be told before the next frame, given what it knows, and
-        what it knows then.
+        """The messages that a page needs before the next frame, and the next cursor.
+        `cursor` says what the page knows already.
         """

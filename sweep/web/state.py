@@ -1,13 +1,13 @@
-"""What is on the screen, which is a spec: what is copied from it launches as the very
+"""The state on the screen. It is a spec: a launch of the copied text gives the very
 same frames.
 
-Every check, every "did you mean" and every seed is that of sweep.spec.study.
+So sweep.spec.study makes every check, every "did you mean" and every seed.
 """
 
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,33 +20,40 @@ from sweep.design.jobs import Job, Jobs
 from sweep.design.points import SIDES
 from sweep.errors import SpecError
 from sweep.spec.document import Document, Entry
-from sweep.spec.maps import OwnMap, read_maps
+from sweep.spec.keys import written
+from sweep.spec.maps import DrawnMap, OwnMap, read_maps
 from sweep.spec.settings import NotAllowedError, Value, preset_settings, settings_of
 from sweep.spec.strict_yaml import MOST_BYTES, dump
-from sweep.spec.study import Streams, Study, parse_spec
+from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
 from sweep.text import unknown
 
 COMMON = Streams(noise="common")
 ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
-"""A spec records one at least. Every trial can have one of the bodies."""
+"""A copied spec records this metric if none is plotted: a spec must record one. Every
+trial can measure a metric of the bodies alone.
+"""
 PRESET = "as_run"
-"""What is shown unless a user says otherwise; every model has it."""
+"""The preset that is shown if the user names none; every model has it."""
 EDITED = "edited"
-"""The name of a map once its shapes were changed."""
+"""The name of a map whose shapes were changed."""
 MOST_BOIDS = 100_000
 MOST_STORED = 10**7
-"""Boids times frames up to which a copied spec stores trajectories: 320 MB."""
+"""A copied spec stores trajectories up to so many boids times frames: 320 MB."""
 MOST_PLOTS = 4
 MOST_POINTS = 1000
 REPLICATES = 10
-"""Of a copied spec that sweeps something."""
+"""Replicates of a copied spec that sweeps something."""
 
 Shape = Mapping[str, Mapping[str, float]]
-"""As a spec writes it: {disc: {x, y, radius}} or {rectangle: {x, y, width, height}}."""
+"""A shape as a spec writes it: {disc: {x, y, radius}} or {rectangle: {x, y, width,
+height}}.
+"""
 
 
 class Range(NamedTuple):
-    """A setting that a copied spec sweeps, at so many points from `low` to `high`."""
+    """The values of a setting that a copied spec sweeps: `points` of them, from `low`
+    to `high`.
+    """
 
     low: float
     high: float
@@ -56,14 +63,14 @@ class Range(NamedTuple):
 @dataclass(frozen=True)
 class ViewState:
     """A model, a preset, the settings that differ from it in `fixed`, a seed and, where
-    there is one, an own map.
+    there is one, a map of its own.
 
-    A `literal` seed is one of a list in the spec, and `replicate` the number of the
-    trial among those of any other: a copied spec has those before it too. Random
-    numbers are common to all points, so that another value of a setting meets the same
-    noise and a run can be made longer; a spec from elsewhere keeps its own streams.
-    `plots` are the metrics that are followed, `sweeps` the settings that a copied spec
-    varies. All methods raise SpecError for what a spec would not accept.
+    `literal` says that the seed is one of a list in the spec. Otherwise `replicate` is
+    the number of the trial: a copied spec runs the replicates before it too. Random
+    numbers are common to all points. So another value of a setting meets the same
+    noise, and a run can be made longer. A spec that was not made here keeps its own
+    streams. `plots` are the metrics that are plotted, `sweeps` the settings that a
+    copied spec varies. All methods raise SpecError for what a spec would not accept.
     """
 
     model: str
@@ -79,7 +86,9 @@ class ViewState:
 
     @cached_property
     def job(self) -> Job:
-        """The trial on the screen: the first of the copied spec without its sweep."""
+        """The trial on the screen: the one of `replicate` in the copied spec, without
+        its sweep.
+        """
         plain = replace(self, sweeps={}) if self.sweeps else self
         study = _study(plain)
         job = Jobs(study, expand(study))[self.replicate]
@@ -97,7 +106,7 @@ class ViewState:
 
     @property
     def shapes(self) -> list[Shape] | None:
-        """The obstacles as a spec writes them, None where the map is a built-in one."""
+        """The obstacles as a spec writes them; None for a built-in map."""
         return (
             None
             if self.own is None
@@ -105,7 +114,9 @@ class ViewState:
         )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings or `seed`; a map brings its size."""
+        """The state with other values of settings or `seed`. Another map brings its own
+        size.
+        """
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
         if not isinstance(seed, int) or isinstance(seed, bool):
@@ -127,7 +138,7 @@ class ViewState:
         return state._fixing(changed).checked()
 
     def place(self, shapes: list[Shape]) -> "ViewState":
-        """The state with these obstacles and no others."""
+        """The state with these obstacles instead of all others."""
         size = {side: self.settings[side] for side in SIDES}
         if shapes:
             return replace(
@@ -140,7 +151,9 @@ class ViewState:
         )
 
     def sweep(self, name: str, range_: Range | None) -> "ViewState":
-        """The state with a setting that is swept, or for None is not."""
+        """The state in which the copied spec sweeps a setting over a range; None ends
+        that.
+        """
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
             raise SpecError(
                 f"{name}: {range_.points} points are not allowed;"
@@ -160,53 +173,49 @@ class ViewState:
         return replace(self, plots=metrics).checked()
 
     def checked(self) -> "ViewState":
-        """This state. Raises SpecError where it is not one that could be launched."""
+        """This state. Raises SpecError if it could not be launched."""
         _ = self.job
         if self.sweeps:
             expand(_study(self))
         return self
 
     def as_spec(self) -> dict[str, Any]:
-        """The spec that launches what is on the screen, or the sweep marked on it."""
-        spec: dict[str, Any] = {"model": self.model, "preset": self.preset}
-        if self.own:
-            spec["maps"] = {
-                str(self.fixed["map"]): {
-                    "size": list(self.own.size),
-                    "shapes": self.shapes,
-                }
-            }
+        """The spec that launches what is on the screen, with the sweeps that the user
+        has marked.
+        """
         known = settings_of(self.model)
-        fixed = {
+        values: dict[str, Any] = {
+            "model": self.model,
+            "preset": self.preset,
+            "seed": self.seed,
+        }
+        if self.own:
+            drawn = {"size": self.own.size, "shapes": self.shapes}
+            values["maps"] = {str(self.fixed["map"]): written(drawn, DrawnMap)}
+        if fixed := {
             name: self.fixed[name]
             for name in known
             if name in self.fixed and name not in self.sweeps
-        }
-        spec |= {"fixed": fixed} if fixed else {}
+        }:
+            values["fixed"] = fixed
         if self.sweeps:
-            spec["sweep"] = {
+            values["sweep"] = {
                 name: _axis(known[name].kind, range_)
                 for name, range_ in self.sweeps.items()
             }
-        least = REPLICATES if self.sweeps else 1
-        spec |= (
-            {"seeds": [self.seed]}
-            if self.literal
-            else {"replicates": max(self.replicate + 1, least)}
-        )
-        spec["seed"] = self.seed
-        different = {
-            name: kind
-            for name, kind in asdict(self.streams).items()
-            if kind != asdict(Streams())[name]
-        }
-        spec |= {"streams": different} if different else {}
-        spec["record"] = self._record()
+        if self.literal:
+            values["seeds"] = (self.seed,)
+        else:
+            least = REPLICATES if self.sweeps else 1
+            values["replicates"] = max(self.replicate + 1, least)
+        if self.streams != Streams():
+            values["streams"] = self.streams
+        spec = written(values, *SPEC) | {"record": self._record()}
         digest = hashlib.sha256(json.dumps(spec, sort_keys=True).encode()).hexdigest()
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
     def as_text(self) -> str:
-        """The same as YAML. Raises SpecError where no file may be so long."""
+        """The spec as YAML. Raises SpecError if it is too long for a spec file."""
         text = dump(self.as_spec())
         if len(text) > MOST_BYTES:
             raise SpecError(
@@ -216,23 +225,18 @@ class ViewState:
         return text
 
     def _record(self) -> dict[str, Any]:
-        plots = list(self.plots)
-        record: dict[str, Any] = (
-            {"metrics": plots, "series": plots} if plots else {"metrics": [ANY_METRIC]}
-        )
-        record["every"] = 1
+        values: dict[str, Any] = {"metrics": self.plots or (ANY_METRIC,), "every": 1}
+        if self.plots:
+            values["series"] = self.plots
         known = preset_settings(self.model, self.preset) | dict(self.fixed)
-        if (
-            not self.sweeps
-            and (self.replicate + 1) * int(known["n"]) * int(known["steps"])
-            <= MOST_STORED
-        ):
-            record["trajectories"] = True
-        return record
+        frames = (self.replicate + 1) * int(known["steps"])
+        if not self.sweeps and frames * int(known["n"]) <= MOST_STORED:
+            values["trajectories"] = True
+        return written(values, RecordSpec)
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
-        """The state with other values of settings, of which it keeps those that differ
-        from the preset's.
+        """The state with other values of settings. `fixed` has only those that differ
+        from the preset.
         """
         known, preset = self._fields(), preset_settings(self.model, self.preset)
         fixed = dict(self.fixed)
@@ -258,7 +262,9 @@ class ViewState:
         }
 
     def _fixed_on(self, name: str) -> dict[str, Value]:
-        """What is fixed, on the map of that name, which brings its size."""
+        """What is fixed, with the map of this name in the place of the other. A map
+        brings its size, so no size is fixed.
+        """
         kept = {
             key: value
             for key, value in self.fixed.items()
@@ -271,7 +277,7 @@ class ViewState:
         )
 
     def _resized(self, size: Mapping[str, object]) -> "ViewState":
-        """The state on a map of its own with another size and the same shapes."""
+        """The state with an own map of another size and the same shapes."""
         return replace(
             self, own=_own_map(self.shapes or [], size), fixed=self._fixed_on(EDITED)
         )
@@ -280,8 +286,8 @@ class ViewState:
 def begin(
     model: str | None = None, preset: str | None = None, seed: int = 1
 ) -> ViewState:
-    """The state that shows a preset as it is, and follows the model's first metrics.
-    Without a model it is the first that there is.
+    """The state that shows a preset as it is, and plots the first metrics of the model.
+    The default is the first of all models.
     """
     model, preset = model or next(iter(MODELS)), preset or PRESET
     if model not in MODELS:
@@ -299,7 +305,9 @@ def from_study(study: Study) -> ViewState:
 
 
 def from_job(job: Job) -> ViewState:
-    """The state of a stored trial, with its random numbers and its first metric."""
+    """The state of a stored trial, with its random numbers and the first of its
+    metrics.
+    """
     preset = preset_settings(job.model, job.preset)
     name, width, height = (
         str(job.settings["map"]),
@@ -326,8 +334,8 @@ def from_job(job: Job) -> ViewState:
 
 
 def _study(state: ViewState) -> Study:
-    """The study of the copied spec. The shapes of its map, of which there may be many,
-    are not read as YAML again.
+    """The study of the copied spec. Its map may have very many shapes, so they are not
+    written and read as YAML: the text has one shape in their place.
     """
     spec = state.as_spec()
     if state.own is None:
@@ -346,7 +354,7 @@ def _read(maps: Mapping[str, Any]) -> dict[str, OwnMap]:
 
 
 def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:
-    """The map of these shapes. Raises SpecError for what is none."""
+    """The map of these shapes. Raises SpecError for what is no shape."""
     return _read({EDITED: {"size": [size[side] for side in SIDES], "shapes": shapes}})[
         EDITED
     ]
@@ -368,7 +376,9 @@ def _shape(
 
 
 def _axis(kind: str, range_: Range) -> dict[str, Any]:
-    """What stands under `sweep`; whole numbers at about equal distances, each once."""
+    """The entry under `sweep`. Of a setting that is a whole number it lists rounded
+    values, each once.
+    """
     if kind == "float":
         return {"linspace": list(range_)}
     gap = (range_.high - range_.low) / (range_.points - 1)

@@ -1,5 +1,5 @@
-"""A run gone through once, so that any of its steps can be gone to: its metrics, and
-states to go on from.
+"""A run that was gone through once. It keeps the metrics, and states from which any
+step is reached quickly.
 """
 
 from dataclasses import replace
@@ -16,22 +16,24 @@ from sweep.trial.state import State, joined
 from sweep.web.running import simulation_of
 
 BOID_STEPS_APART = 20_000
-"""Steps between kept states: some milliseconds, so that a run can be scrubbed."""
+"""Boids times steps between two kept states: they take some milliseconds, so that a
+page can go to any step without a visible wait.
+"""
 MOST_BYTES = 256 * 2**20
-"""Of the states that are kept. More of them lie further apart, and a step is then
-further from one.
+"""The most memory that the kept states may take. If there are too many, they lie
+further apart, and reaching a step takes longer.
 """
 
 
 NOTHING = RecordSpec(())
-"""What is taken of frames that nobody looks at."""
+"""Records nothing, for frames that nobody looks at."""
 
 
 class Track(NamedTuple):
     """The run of `job`, which records metrics at every step.
 
-    `steps` (F,) are 0 to the last one that is finite, `values` has (F,) of each metric,
-    and `states` are by their step.
+    `steps` (F,) are 0 to the last finite one, `values` has (F,) of each metric, and
+    `states` has the kept states by their step.
     """
 
     job: Job
@@ -46,7 +48,9 @@ class Track(NamedTuple):
 
 
 def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
-    """Run `job` from its start to its end; an exception is raised as it is."""
+    """Run `job` from its start to its end, and keep the metrics and some states. An
+    exception of the run is raised as it is.
+    """
     job = replace(job, record=RecordSpec(metrics))
     simulation = simulation_of(job)
     taken, states = [simulation.take_frames(job.record)], dict[int, State]()
@@ -66,7 +70,9 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
 
 
 def _steps_apart(simulation: Simulation) -> int:
-    """How many steps lie between two states: a call of the kernel at least."""
+    """The number of steps between two kept states; at least those of one kernel
+    call.
+    """
     size = sum(array.nbytes for array in simulation.state().arrays.values())
     return max(
         _steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
@@ -78,8 +84,8 @@ def _steps_a_call(simulation: Simulation) -> int:
 
 
 def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
-    """A simulation of the track's job at `step`: `simulation`, put there, or a new one.
-    No frames are left in it.
+    """A simulation of the track's job at `step`: `simulation`, moved there, or a new
+    one. It holds no frames.
     """
     before = max((place for place in track.states if place <= step), default=0)
     if not before <= simulation.step <= step:
@@ -94,7 +100,7 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
 
 
 def quiet(job: Job) -> Simulation:
-    """A simulation that counts what the metrics of `job` need, and has no frames."""
+    """A simulation that counts what the metrics of `job` need, and holds no frames."""
     simulation = simulation_of(job)
     simulation.take_frames(NOTHING)
     return simulation

@@ -1,5 +1,5 @@
-"""The live simulator in a notebook: the page as an anywidget, which speaks to its
-session through the kernel's comm.
+"""The live simulator in a notebook. The page is an anywidget; it reaches its session
+through the comm of the notebook's kernel.
 """
 
 import asyncio
@@ -36,8 +36,8 @@ R = TypeVar("R")
 class View(AnyWidget):
     """A live run, or the replay of a stored trial, for a notebook to show.
 
-    `show` is what it shows. Steps are taken in a thread of its own, which begins when a
-    front end says hello.
+    `show` is what it shows. Steps are taken in a thread of its own. The thread starts
+    with the first hello of a front end.
     """
 
     _esm = script("widget")
@@ -52,16 +52,18 @@ class View(AnyWidget):
 
     @property
     def spec(self) -> str:
-        """The YAML that launches what is shown, or the sweep that is marked on it."""
+        """The YAML that launches what is shown, with the sweeps that the user has
+        marked.
+        """
         return str(self._in_turn(lambda: self.show.handle(Spec()))[0]["yaml"])
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write what is shown to `path`: the frame as .png or .svg, the run as .gif,
         .mp4 or .html.
 
-        Of a live run that is the run up to the frame, of a stored trial all of it.
-        Raises OutputError where the file cannot be written, and SpecError where a run
-        was changed on its way, so that its spec does not give it.
+        Of a live run that is the run up to this frame, of a stored trial the whole run.
+        Raises OutputError if the file cannot be written. Raises SpecError if settings
+        were changed on the way, because no spec gives such a run.
         """
         place = Path(path)
         check_output(place, [f".{kind}" for kind in KINDS], force=force)
@@ -71,7 +73,7 @@ class View(AnyWidget):
             file.write(content)
 
     def close(self) -> None:
-        """Take it off the screen, and end its thread."""
+        """Remove it from the screen, and end its thread."""
         if self._line:
             self._line.stop()
         super().close()
@@ -81,11 +83,13 @@ class View(AnyWidget):
             self._line = _Line(self)
             self._line.start()
             if isinstance(message, dict) and message.get("type") == "hello":
-                return  # the line begins with the answer
+                return  # the line answers it when it starts
         self._line.put(json.dumps(message))
 
     def _in_turn(self, work: Callable[[], R]) -> R:
-        """What `work` with the show returns, when nobody else works with it."""
+        """What `work` with the show returns. It runs while nobody else works with the
+        show.
+        """
         if self._line and self._line.is_alive():
             return self._line.ask(work)
         return work()
@@ -93,7 +97,7 @@ class View(AnyWidget):
     def _repr_mimebundle_(
         self, **kwargs: Any
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
-        """The widget and, for where there is no front end, the picture of the frame."""
+        """The widget, and a picture of the frame for places without a front end."""
         bundle = super()._repr_mimebundle_(**kwargs)
         if bundle is None:
             return None
@@ -103,7 +107,7 @@ class View(AnyWidget):
 
 
 class _Line(Thread):
-    """A thread in which a view is played to its front ends: the line to them all, see
+    """A thread that plays a view to its front ends. It is the line to all of them, see
     sweep.web.playing.
     """
 
@@ -118,17 +122,19 @@ class _Line(Thread):
             runner.run(self.player.play(self))
 
     def put(self, text: str | None) -> None:
-        """A message from a front end, None for the last."""
+        """Add a message from a front end; None is the last one."""
         self.loop.call_soon_threadsafe(self.texts.put_nowait, text)
 
     def stop(self) -> None:
-        """End the thread, once what it is at is done."""
+        """End the thread after its current work."""
         if self.is_alive():
             self.put(None)
             self.join()
 
     def ask(self, work: Callable[[], R]) -> R:
-        """What `work` returns when it is its turn."""
+        """What `work` returns, run in the thread when nobody else works with
+        the show.
+        """
         return asyncio.run_coroutine_threadsafe(
             self.player.in_turn(work), self.loop
         ).result()
@@ -152,7 +158,15 @@ class _Line(Thread):
 def live(
     model: str | None, preset: str | None, seed: int, settings: Mapping[str, Value]
 ) -> View:
-    """The widget of a live run. Raises SpecError for what a spec would not accept."""
+    """The widget of a live run.
+
+        model     the first model for None
+        preset    as_run for None
+        seed      a whole number from 0
+        settings  values by name, in their units; others are those of the preset
+
+    Raises SpecError for what a spec would not accept.
+    """
     try:
         state = begin(model, preset, seed)
         return View(Live(state.with_settings(settings) if settings else state))
@@ -161,5 +175,7 @@ def live(
 
 
 def replay(study: StoredStudy, trial: str) -> View:
-    """The widget of a stored trial. Raises StoreError where it cannot be run again."""
+    """The widget of a stored trial. Raises StoreError if the trial cannot be
+    run again.
+    """
     return View(Replay(study, trial))

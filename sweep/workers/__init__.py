@@ -1,22 +1,22 @@
-"""Trials in worker processes, here or on a cluster: no trial is lost, none is stored
-twice.
+"""Trials in worker processes, on this machine or on a cluster. No trial is lost, and
+none is stored twice.
 
-batch              trials run and stored, failed ones tried again
-runner             the loop that hands jobs out and takes results back
-chunks             jobs dealt out in portions of about equal work
-executors          processes on this machine
-worker             what a worker does with a chunk
-watch              limits, kept from outside
-failures           how many a study may have
-fingerprint        what is equal everywhere
-surroundings       a user's folder is no code
-checkpoint         long trials go on
-checkpoint_file    its two files
-checkpoint_folder  which of them go
-checkpoint_key     whose they are
-cluster            workers by dask
-connection         to its scheduler, within a time
-tasks              our tasks there
-remote             what a worker there does
-warden             limits of a worker there
+    attempts           runs trials and stores them; failed ones are tried again
+    runner             the loop that hands jobs out and takes results back
+    chunks             divides jobs into portions of about equal work
+    executors          engines on this machine: a pool of processes, or none
+    worker             runs a chunk of jobs in a worker
+    watch              ends a worker whose job is beyond a limit
+    failures           how many failed trials a study may have
+    fingerprint        the code and libraries that must be equal everywhere
+    surroundings       keeps files of the current folder from running as code
+    checkpoint         lets long trials go on after an interruption
+    checkpoint_file    the format of a checkpoint
+    checkpoint_folder  which checkpoints exist, and which are deleted
+    checkpoint_key     the key that seals a user's checkpoints
+    cluster            the engine of a dask cluster
+    connection         a connection to its scheduler, made within a time limit
+    tasks              our tasks on the cluster
+    remote             runs a chunk in a worker of the cluster
+    warden             ends a worker of the cluster whose job is beyond a limit
 """

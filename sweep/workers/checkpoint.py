@@ -40,6 +40,7 @@ from sweep.workers.checkpoint_file import (
     read_state,
     write_state,
 )
+from sweep.workers.checkpoint_folder import delete_files, frames_file, state_files
 from sweep.workers.checkpoint_key import own_key
 
 LOG = logging.getLogger("sweep")
@@ -76,7 +77,7 @@ class Checkpointed:
         checkpoint = _Checkpoint(self.folder, Simulation(job), self.every, self.key)
         try:
             spent = checkpoint.resume()
-            return checkpoint.simulation.result(began - spent, checkpoint.look)
+            return checkpoint.simulation.result(began - spent, checkpoint.after_call)
         except Exception:
             checkpoint.discard()
             raise
@@ -91,11 +92,8 @@ class _Checkpoint:
         job = simulation.job
         self.simulation, self._key = simulation, key
         self._folder, self._trial, self._every = folder, job.trial_id, every
-        self._places = [
-            folder / f"{job.trial_id}.{ending}"
-            for ending in ("state", "tried-1", "tried-2")
-        ]
-        self._frames = folder / f"{job.trial_id}.frames"
+        self._places = state_files(folder, job.trial_id)
+        self._frames = frames_file(folder, job.trial_id)
         self._kind = frame_type(
             len(job.record.metrics),
             simulation.schedule.n if job.record.trajectories else 0,
@@ -139,7 +137,7 @@ class _Checkpoint:
         )
         return saved.seconds
 
-    def look(self, seconds: float) -> None:
+    def after_call(self, seconds: float) -> None:
         """Between two kernel calls, `seconds` since the trial began: write a checkpoint
         if it is time.
         """
@@ -159,9 +157,7 @@ class _Checkpoint:
 
     def discard(self) -> None:
         """Delete the checkpoint, if there is one."""
-        for path in (*self._places, self._frames):
-            with suppress(OSError):
-                path.unlink()
+        delete_files(self._folder, self._trial)
 
     def _set_aside(self) -> Path | None:
         """The checkpoint, renamed for the next try; None if there is none, or no try is
@@ -172,8 +168,8 @@ class _Checkpoint:
                 return place.rename(aside)
         if self._places[-1].exists():
             LOG.warning(
-                "trial %s: ended its worker twice on going on from its checkpoint;"
-                " begins anew",
+                "trial %s: its worker died twice when it went on from its checkpoint;"
+                " the trial begins anew",
                 self._trial,
             )
             self.discard()

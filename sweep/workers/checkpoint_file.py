@@ -50,7 +50,15 @@ class Saved(NamedTuple):
 
 
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
-    """Replace a checkpoint at once; afterwards the disk holds it. Raises OSError."""
+    """Replace the state of a trial in one step. Afterwards the disk holds it.
+
+        path      the file of the state
+        trial_id  the trial
+        saved     its state, seconds, and the number and CRC of its frames
+        key       the key that seals the file
+
+    Raises OSError.
+    """
     state = saved.state
     header = {
         "trial_id": trial_id,
@@ -72,10 +80,15 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 
 
 def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
-    """The checkpoint of a trial whose state at its start is `own`.
+    """Read the state of a trial.
 
-    Raises ValueError, saying what is wrong, if it cannot be used, for instance if it
-    was sealed with another key, and OSError if it cannot be read.
+        path      the file of the state
+        trial_id  the trial
+        own       the state of the trial at its start; both have the same arrays
+        key       the key with which the file must be sealed
+
+    Raises ValueError, which says what is wrong, if the file cannot be used. Raises
+    OSError if it cannot be read.
     """
     most = MOST_HEADER + sum(array.nbytes for array in own.arrays.values())
     first, _, content = read_whole(path, most).partition(b"\n")
@@ -106,21 +119,27 @@ def frame_type(metrics: int, bodies: int) -> FrameType:
 
 
 def add_frames(
-    path: Path, kind: FrameType, blocks: Iterable[Taken], frames: int, crc: int
+    path: Path, kind: FrameType, taken: Iterable[Taken], frames: int, crc: int
 ) -> tuple[int, int]:
-    """Write frames behind the first `frames` of a file, whose CRC is `crc`. Returns the
-    number and the CRC of all of them.
+    """Write frames behind the first ones of a file. Afterwards the disk holds them.
 
-    Afterwards the disk holds them. Raises OSError, also if the file is a link.
+        path    the file of the frames
+        kind    the record of a frame, see `frame_type`
+        taken   the new frames
+        frames  how many frames of the file count; later ones are cut off
+        crc     the CRC of these
+
+    Returns the number and the CRC of all frames. Raises OSError, also if the file is a
+    link.
     """
     with _cut(path, frames * kind.itemsize) as file:
         file.seek(0, os.SEEK_END)
-        for block in blocks:
-            rows = np.empty(len(block.steps), kind)
+        for one in taken:
+            rows = np.empty(len(one.steps), kind)
             rows["step"], rows["values"], rows["bodies"] = (
-                block.steps,
-                block.values.T,
-                block.bodies,
+                one.steps,
+                one.values.T,
+                one.bodies,
             )
             content = rows.tobytes()
             file.write(content)
@@ -131,8 +150,8 @@ def add_frames(
 
 
 def drop_frames(path: Path, kind: FrameType, frames: int) -> None:
-    """Cut the file after the first `frames`, if the rest could not be written. Raises
-    OSError, also for a link.
+    """Cut a file after its first `frames` frames, because others could not be written.
+    Raises OSError, also for a link.
     """
     _cut(path, frames * kind.itemsize).close()
 
@@ -145,9 +164,14 @@ def _cut(path: Path, size: int) -> BinaryIO:
 
 
 def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
-    """The frames that a checkpoint declares, of which a trial has `most`.
+    """Read the frames that a checkpoint declares.
 
-    Raises ValueError where they are not what was written, or OSError.
+        path   the file of the frames
+        kind   the record of a frame, see `frame_type`
+        saved  the state, with the number and CRC of its frames
+        most   how many frames the whole trial has
+
+    Raises ValueError if they are not what was written, or OSError.
     """
     if saved.frames > most:
         raise ValueError("has more frames than the trial has steps")
@@ -208,7 +232,7 @@ def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
 
 @cache
 def _machine() -> list[str]:
-    """What the last bit of a number may depend on beside the code: the processor and
+    """What the last bit of a number may depend on besides the code: the processor and
     the mathematics library.
     """
     return [cpu_name(), platform.machine(), *platform.libc_ver()]

@@ -1,29 +1,34 @@
 """Which checkpoints a study has, and which are deleted: those that no trial will go on
 from.
 
-A checkpoint is deleted when its trial is stored. Whoever stored the trial may be killed
-between the two, and a worker that has lost its coordinator may write one later. So each
-launch begins by deleting those that it will not need, and deletes all when it comes to
-its end, even if it had nothing to run.
+The coordinator deletes a checkpoint when its trial is stored. It knows the names of the
+files, and need not list the folder for that. Some checkpoints remain: the coordinator
+may be killed between the two steps, and a worker that has lost its coordinator may
+still write one. So a launch lists the folder twice: at its beginning it deletes what it
+will not need, and at its end all that is left, even if it had nothing to run.
 
-A launch answers for its own trials, those of its share. A trial of another share may be
-running now, so its files are never touched. Files without the name of a checkpoint are
-left alone.
+A launch deletes checkpoints of its own trials only, those of its share. A trial of
+another share may be running now. Files without the name of a checkpoint are left alone.
 """
 
 import os
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.spec.layout import CHECKPOINTS
+from sweep.spec.study_folder import CHECKPOINTS
 from sweep.store.locations import Location
 from sweep.store.shares import Share
 
-NAME = re.compile(r"([0-9a-f]{24})\.(state|tried-[12]|frames|(state-.*))")
+STATES = ("state", "tried-1", "tried-2")
+FRAMES = "frames"
+"""Endings of the files of a checkpoint. The state has one of three: see
+`sweep.workers.checkpoint`.
+"""
+NAME = re.compile(rf"([0-9a-f]{{24}})\.({'|'.join(STATES)}|{FRAMES}|(state-.*))")
 
 
 class _File(NamedTuple):
@@ -32,6 +37,23 @@ class _File(NamedTuple):
     trial: str
     unfinished: bool
     path: Path
+
+
+def state_files(folder: Path, trial: str) -> list[Path]:
+    """Where the state of a trial may be: as written, on its first and second try."""
+    return [folder / f"{trial}.{ending}" for ending in STATES]
+
+
+def frames_file(folder: Path, trial: str) -> Path:
+    """Where the frames of a trial are."""
+    return folder / f"{trial}.{FRAMES}"
+
+
+def delete_files(folder: Path, trial: str) -> None:
+    """Delete the checkpoint of a trial, if there is one."""
+    for path in (*state_files(folder, trial), frames_file(folder, trial)):
+        with suppress(OSError):
+            path.unlink()
 
 
 @dataclass(frozen=True)
@@ -63,20 +85,28 @@ class Checkpoints:
         return total
 
     def discard(self, trials: Collection[str]) -> None:
-        """Delete the checkpoints of trials, and the folder with the last of them."""
-        self._delete(lambda file: file.trial in trials)
+        """Delete the checkpoints of trials, and the folder with the last of them.
+
+        What a worker has not finished stays: `keep_only` deletes it.
+        """
+        if self.folder is None or self.folder.is_symlink():
+            return
+        for trial in trials:
+            delete_files(self.folder, trial)
+        self._delete_if_empty()
 
     def keep_only(self, trials: Collection[str]) -> None:
         """Delete the checkpoints of all other trials, and what no worker has finished.
 
         Nobody may be running trials of this launch.
         """
-        self._delete(lambda file: file.unfinished or file.trial not in trials)
+        for file in self._files():
+            if file.unfinished or file.trial not in trials:
+                with suppress(OSError):
+                    file.path.unlink()
+        self._delete_if_empty()
 
-    def _delete(self, goes: Callable[[_File], bool]) -> None:
-        for file in filter(goes, self._files()):
-            with suppress(OSError):
-                file.path.unlink()
+    def _delete_if_empty(self) -> None:
         if self.folder and not self.folder.is_symlink():
             with suppress(OSError):  # it is not empty, or not there
                 self.folder.rmdir()

@@ -55,13 +55,13 @@ class Chunks:
     def _size(self, left: int, workers: int) -> int:
         if self._pace is None:
             return min(left, 1)
-        share, seconds = 1 / (3 * workers), max(self._seconds, workers / MOST_A_SECOND)
+        most, seconds = 1 / (3 * workers), max(self._seconds, workers / MOST_A_SECOND)
         start, end = float(self._through[self._first]), float(self._through[-1])
-        budget = min(seconds / self._pace, (end - start) * share)
+        budget = min(seconds / self._pace, (end - start) * most)
         by_time = (
             int(self._through.searchsorted(start + budget, side="right"))
             - 1
             - self._first
         )
-        by_count = min(MAX_CHUNK_JOBS, int(left * share))
+        by_count = min(MAX_CHUNK_JOBS, int(left * most))
         return min(left, max(1, min(by_time, by_count)))

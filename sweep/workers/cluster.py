@@ -78,7 +78,7 @@ class Dask:
         try:
             if self._pool is None:
                 self._pool = Tasks(self._connection())
-            self._pool.look(everyone=True)
+            self._pool.ask_workers(everyone=True)
         except OSError as error:
             self.stop()
             raise self._away(error) from error

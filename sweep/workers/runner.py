@@ -1,19 +1,20 @@
-"""One drive loop over `concurrent.futures.Executor`: jobs in, results out, none lost
-and none twice.
+"""The drive loop over `concurrent.futures.Executor`: jobs go in, results come out. No
+result is lost, and none comes twice.
 
-The loop knows nothing of what a job is. It sends chunks of about a second of work,
-longest jobs first, keeps a bounded number of them in flight, and yields each chunk's
-results as soon as they are back. When a pool breaks because a worker process died, the
-jobs in flight are suspects. Suspects run one at a time with nothing else in flight, so
-that a job which kills its worker convicts itself, and all others are delivered. If only
-a chunk is lost and its pool goes on, as on a cluster, its jobs are sent singly among
-all others, and a job that is lost again and again convicts itself. There are no
-suspects if a worker is ended because its job is beyond a limit (`watch.py`), since that
-job is known, or if a connection is cut. The order of the results depends on timing and
-must not matter to anyone.
+The loop does not know what a job is. It sends chunks of about a second of work, the
+longest jobs first. It keeps a bounded number of them in flight, and yields the results
+of a chunk as soon as they are back.
 
-Each chunk carries the fingerprint of this process: a worker of other code or other
-libraries refuses it.
+A pool breaks when a worker process dies. Then all jobs in flight are suspects. Each
+suspect runs alone, with nothing else in flight. So a job that kills its worker convicts
+itself, and all others are delivered. On a cluster only a chunk is lost, and its pool
+goes on: the jobs of the chunk are sent one by one among all others, and a job that is
+lost again and again convicts itself. There are no suspects if a worker was ended
+because its job is beyond a limit (`watch.py`), because that job is known; and none if a
+connection was cut.
+
+The order of the results depends on timing; no caller may rely on it. Each chunk carries
+the fingerprint of this process: a worker with other code or other libraries refuses it.
 """
 
 import time
@@ -61,29 +62,34 @@ def drive(
     chunk_seconds: float = 1.0,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[list[R]]:
-    """Run every job once and yield the results chunk by chunk, in the order in which
-    they come back.
+    """Run every job once. Yield the results chunk by chunk, in the order in which they
+    come back.
 
-    `costs` estimates the seconds of each job; the estimates are corrected by what is
-    measured, so only their ratios matter much. `failed` makes the result of a job that
-    raised (given the traceback) or that ended its worker process MAX_ATTEMPTS times
-    while running alone. `run` and the jobs are pickled.
+        jobs           the jobs; each is pickled
+        run            runs one job in a worker; it is pickled
+        executor       makes the pool of workers
+        costs          estimates the seconds of each job; measured times correct the
+                       estimates, so only their ratios matter much
+        failed         makes the result of a job that raised (given the traceback), or
+                       that ended its worker MAX_ATTEMPTS times while it ran alone
+        overdue        makes the result of a job that took too long; by default `failed`
+        limits         hold for each job, as far as the engine can keep them
+        chunk_seconds  the work in a chunk
+        ended          is asked again and again; when it says so, the workers are ended,
+                       and only what had finished is yielded
 
-    `limits` hold for each job as far as the engine can keep them. The worker of a job
-    beyond one is ended; jobs lost with it run again. The result of a job that took too
-    long is made by `overdue` (default: by `failed`), that of one which took too much
-    memory, and did so again when running alone, by `failed`.
+    The worker of a job beyond a limit is ended. Jobs that are lost with it run again.
+    If a job took too much memory, it runs again alone, and fails if it does so once
+    more.
 
-    Ctrl-C is held back while the loop is in use, so that it cannot cut the caller's
-    handling of a batch: the workers are ended, what had finished is yielded, then
-    KeyboardInterrupt is raised. A second Ctrl-C is raised on the spot. SIGTERM and
-    SIGHUP count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator
-    early also ends the workers. Raises WorkersError when no worker can be given a job,
-    and where one has other code than this process, with what had finished yielded
-    before.
+    Ctrl-C is held back while the loop is in use, so that it cannot interrupt what the
+    caller does with results. The workers are ended, finished results are yielded, then
+    KeyboardInterrupt is raised. A second Ctrl-C is raised at once. SIGTERM and SIGHUP
+    count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator early
+    also ends the workers.
 
-    As soon as `ended` says so, the workers are ended and what had finished is yielded,
-    and no more.
+    Raises WorkersError if no worker can be given a job, or if a worker has other code
+    than this process. Finished results are yielded before.
     """
     chunks = Chunks(costs(jobs), seconds=chunk_seconds)
     with HeldInterrupt() as interrupt, executor.watch(limits) as watch:

@@ -27,7 +27,7 @@ P = ParamSpec("P")
 
 ANSWER_SECONDS = 5.0
 INTRODUCE_SECONDS = 30.0
-LOOK_SECONDS = 2.0
+ASK_SECONDS = 2.0
 MOST_NAMED = 4
 INTRODUCE = "__import__('sweep.workers.remote', fromlist=['']).introduce()"
 PERFORM = "__import__('sweep.workers.remote', fromlist=['']).perform(task)"
@@ -46,7 +46,7 @@ class Tasks(Executor):
         self._sent: dict[str, Any] = {}
         self._checked: set[str] = set()
         self._threads: dict[str, int] = {}
-        self._looked = -LOOK_SECONDS
+        self._asked_at = -ASK_SECONDS
         self._client.subscribe_topic(self._topic, self._note)
 
     def submit(
@@ -131,26 +131,25 @@ class Tasks(Executor):
         return self._connection.alive()
 
     def threads(self) -> int:
-        """How many threads all workers have, as of the last look, which is LOOK_SECONDS
-        ago at most.
+        """How many threads all workers have, known at most ASK_SECONDS ago.
 
         Raises WorkersError for a worker that cannot run our trials. New workers are
         asked for their fingerprint only if something went wrong that other code may
         explain; otherwise a worker tells it when it gets a task.
         """
-        if time.monotonic() - self._looked > LOOK_SECONDS:
+        if time.monotonic() - self._asked_at > ASK_SECONDS:
             with suppress(OSError):
-                self.look(everyone=not self._checked)
+                self.ask_workers(everyone=not self._checked)
         return sum(self._threads.values())
 
-    def look(self, *, everyone: bool) -> None:
-        """Look which workers there are, and ask the new ones, or all, for their
+    def ask_workers(self, *, everyone: bool) -> None:
+        """Find out which workers there are, and ask the new ones, or all, for their
         fingerprints.
 
         Raises OSError where the scheduler does not answer, WorkersError for a worker
         that cannot run our trials.
         """
-        self._looked = time.monotonic()
+        self._asked_at = time.monotonic()
         scheduler = self._client.scheduler
         if scheduler is None or not self.connected():
             raise ConnectionError(LOST)

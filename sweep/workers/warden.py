@@ -19,7 +19,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from sweep.workers.watch import LOOK_SECONDS, Limits, beyond
+from sweep.workers.watch import WATCH_SECONDS, Limits, beyond
 
 if TYPE_CHECKING:
     import psutil
@@ -36,7 +36,9 @@ def main(scheduler: str) -> None:
 
     worker, unread, job = psutil.Process(os.getppid()), b"", None
     while True:
-        if select.select([sys.stdin], [], [], None if job is None else LOOK_SECONDS)[0]:
+        if select.select([sys.stdin], [], [], None if job is None else WATCH_SECONDS)[
+            0
+        ]:
             new = os.read(sys.stdin.fileno(), 2**16)
             if not new:
                 return

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 J = TypeVar("J")
 
-LOOK_SECONDS = 0.05
+WATCH_SECONDS = 0.05
 SINCE, POSITION, PROCESS = range(3)
 NOTES = 3
 IDLE = 0.0
@@ -123,7 +123,7 @@ class LimitKeeper:
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._thread = threading.Thread(
-            target=self._keep_looking, name="limits", daemon=True
+            target=self._keep_watching, name="limits", daemon=True
         )
 
     def __enter__(self) -> "LimitKeeper":
@@ -169,14 +169,14 @@ class LimitKeeper:
             self._free.append(place.number)
             return self._verdicts.pop(place.number)
 
-    def _keep_looking(self) -> None:
-        while not self._over.wait(LOOK_SECONDS):
+    def _keep_watching(self) -> None:
+        while not self._over.wait(WATCH_SECONDS):
             with self._lock:
                 for number, verdict in self._verdicts.items():
                     if verdict is None:
-                        self._verdicts[number] = self._look(number)
+                        self._verdicts[number] = self._judge_seat(number)
 
-    def _look(self, number: int) -> Overrun | None:
+    def _judge_seat(self, number: int) -> Overrun | None:
         """End the worker at a seat if its job is beyond a limit."""
         import psutil
 

@@ -1,4 +1,4 @@
-"""What a worker does with a chunk of jobs."""
+"""Runs a chunk of jobs in a worker process."""
 
 import time
 import traceback
@@ -15,28 +15,34 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Failure:
-    """The fate of a job that never returned: `error` is a traceback or one sentence."""
+    """A job that raised an error, or whose worker died. `error` is a traceback or one
+    sentence.
+    """
 
     error: str
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""The outcome of each job of a chunk, and the wall seconds that they took together; or
-why the worker refuses the chunk.
+"""The outcome of each job of a chunk, and the wall seconds of all together. Or one
+sentence: why the worker refuses the chunk.
 """
 
 
 def run_chunk(
-    run: Callable[[J], R], jobs: Sequence[J], place: JobNote | None, expected: str
+    run: Callable[[J], R], jobs: Sequence[J], seat: JobNote | None, expected: str
 ) -> Outcomes[R]:
-    """Run the jobs, unless this process differs from the one whose fingerprint is
-    `expected`.
+    """Run the jobs of a chunk, one after the other.
+
+    run       runs one job
+    jobs      the jobs
+    seat     is told which job runs; None without limits
+    expected  the fingerprint of the coordinator; a worker with another one refuses
     """
     if refusal := fingerprint.refusal(expected):
         return refusal
     start = time.perf_counter()
     outcomes = [
-        _attempt(run, job) for job in (jobs if place is None else place.noting(jobs))
+        _attempt(run, job) for job in (jobs if seat is None else seat.noting(jobs))
     ]
     return outcomes, time.perf_counter() - start
 

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sweep.store.manifest import MANIFEST, seal
+from sweep.store.manifest import MANIFEST, write_manifest
 from sweep.store.origin import PROVENANCE
 
 
@@ -21,7 +21,7 @@ def give(study: Path, table: str = "trials", **columns: Any) -> None:
         path = part / f"{table}.parquet"
         pq.write_table(_given(pq.read_table(path), columns), path)
         (part / MANIFEST).unlink()
-        seal(part)
+        write_manifest(part)
 
 
 def give_plan(study: Path, about: dict[str, Any] | None = None, **columns: Any) -> None:

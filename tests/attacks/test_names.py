@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import SpecError
-from sweep.spec.layout import OWN, STORED
 from sweep.spec.study import parse_spec
+from sweep.spec.study_folder import OWN, STORED
 from sweep.store.store import Store
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy

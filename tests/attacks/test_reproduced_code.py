@@ -98,4 +98,4 @@ def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
 
 def test_the_help_says_that_code_runs(tmp_path: Path) -> None:
     words = sweep(tmp_path, "reproduce", "--help").stdout.replace("│", " ").split()
-    assert "It runs code, figures.py of each study in the folder" in " ".join(words)
+    assert "It runs code: figures.py of each study in the folder" in " ".join(words)

@@ -15,7 +15,7 @@ from scipy.stats.qmc import LatinHypercube
 import sweep.spec.document
 import sweep.spec.limits as limits
 import sweep.spec.replication as replication
-from sweep.campaigns.search.run import search
+from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
 from sweep.spec.sampling import generator, latin_hypercube
@@ -147,7 +147,7 @@ def test_fields_of_a_zip_are_counted_as_they_come(
 
 def test_axes_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each may be large, and only some of them apply anywhere."""
-    monkeypatch.setattr("sweep.spec.values.MOST_CELLS", 100)
+    monkeypatch.setattr("sweep.spec.setting_values.MOST_CELLS", 100)
     axes = [f"  {name}: {{linspace: [0, 1, 40]}}" for name in FLOATS[:9]]
     message = refused(short("sweep:", *axes))
     assert message.startswith("spec.yaml:9: the axes as far as this one have 120 cells")

@@ -62,7 +62,7 @@ PLANS: dict[str, tuple[dict[str, Any], str]] = {
     "metrics twice": ({"record": ["speed", "speed"]}, "a metric stands twice"),
     "no metrics": ({"record": []}, "it records nothing"),
     "axis of ids": (axis(fields=["trial_id"]), 'no setting "trial_id"'),
-    "axis of nothing": (axis(fields=[]), "has no fields"),
+    "axis of nothing": (axis(fields=[]), "has no settings"),
     "blocks without size": (
         axis(size=None),
         "no blocks of the size of a saltelli sample",

@@ -18,7 +18,7 @@ from kernels.models import MODELS
 from sweep.errors import StoreError
 from sweep.replays.replay import replay
 from sweep.spec.settings import preset_settings
-from sweep.store.manifest import MANIFEST, seal
+from sweep.store.manifest import MANIFEST, write_manifest
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.replaying import Replay
 from tests.attacks.hostile import give, give_plan
@@ -255,7 +255,7 @@ def test_a_row_without_a_column_is_refused(folder: Path) -> None:
     for name in ("n", "every", "streams", "model", "seed_listed", "status"):
         pq.write_table(table.drop_columns([name]), part / "trials.parquet")
         (part / MANIFEST).unlink()
-        seal(part)
+        write_manifest(part)
         study, trial = first(folder)
         with pytest.raises(StoreError, match=f"{name}"):
             replay(study, trial)
@@ -272,7 +272,7 @@ def test_a_table_that_no_launch_writes_is_a_difference(folder: Path) -> None:
     series = pq.read_table(part / "series.parquet")
     pq.write_table(series.rename_columns({"speed": "more"}), part / "evil.parquet")
     (part / MANIFEST).unlink()
-    seal(part)
+    write_manifest(part)
     report, same = replay(*first(folder))
     assert not same
     assert "evil.more has" in report

@@ -5,6 +5,7 @@ sentence each, or set aside.
 import errno
 import json
 import os
+import pickle
 import re
 import secrets
 import shutil
@@ -17,13 +18,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sweep.campaigns.launch import launch
-from sweep.campaigns.search.run import search
+from sweep.campaigns.launch import launch, search
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
-from sweep.errors import StoreError
+from sweep.errors import StoreError, UnreachableError, UnreadableError
 from sweep.spec.study import parse_spec
-from sweep.store import bounds, regular
+from sweep.store import bounds, manifest, regular
 from sweep.store.bounds import FREE_ROWS, excess_rows
 from sweep.store.manifest import MANIFEST, damage
 from sweep.store.origin import ALONE, LATER, PART, PLAN, PROVENANCE
@@ -378,6 +378,35 @@ def test_trials_without_a_column_of_the_plan_are_one_sentence(
     assert re.match(f'study small: .* no column "?{name}"?', done.stderr)
 
 
+def test_what_is_wrong_with_a_part_is_said_whole(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With every sign of it, and without the remedy."""
+    file, fault = part_of(results) / "trials.parquet", "says: this; and that"
+    error = UnreadableError(file, fault, "launch the study again")
+    assert str(error) == f"{file}: {fault}; launch the study again"
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+    def refused(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(manifest, "part_provenance", refused)
+    assert damage(part_of(results)) == f"trials.parquet: {fault}"
+
+
+def test_a_server_that_does_not_answer_is_no_damage(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (part_of(results) / MANIFEST).unlink()  # as in parts of 0.2.0
+
+    def unreachable(*_: object) -> None:
+        raise UnreachableError("no answer", None)
+
+    monkeypatch.setattr(manifest, "load_table", unreachable)
+    with pytest.raises(UnreachableError):
+        damage(part_of(results))
+
+
 MANIFESTS = [
     "",
     "5",
@@ -409,10 +438,8 @@ def test_a_manifest_that_is_none_counts_as_damaged(results: Path, text: str) -> 
 def test_a_manifest_with_another_number_of_trials_counts_as_damaged(
     results: Path, trials: int
 ) -> None:
-    manifest = part_of(results) / MANIFEST
-    manifest.write_text(
-        json.dumps(json.loads(manifest.read_text()) | {"trials": trials})
-    )
+    file = part_of(results) / MANIFEST
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"trials": trials}))
     assert set_aside(results)
 
 

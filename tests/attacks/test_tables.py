@@ -7,10 +7,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-import sweep.spec.pages as pages
+import sweep.spec.parquet_sizes as pages
 import sweep.spec.point_tables as tables
 from sweep.errors import SpecError
-from sweep.spec.pages import PagesError, check_footer, unpacked
+from sweep.spec.parquet_sizes import PagesError, check_footer, unpacked
 from sweep.spec.study import load_spec
 from tests.specs import short
 

@@ -3,13 +3,17 @@
 import ast
 import os
 import stat
+import subprocess
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from sweep.errors import ChoiceError, OutputError
 from sweep.store.new_files import create, replacing
+from sweep.tables import outputs
 from sweep.tables.outputs import by_path, unfinished
 from tests import ROOT
 
@@ -70,6 +74,7 @@ OTHERWISE = {
     "sweep/workers/checkpoint_key.py hardlink_to": (
         "the same key, which comes to be whole"
     ),
+    "sweep/web/export.py TemporaryFile": "a film for the page; it has no name",
     "sweep/workers/watch.py NamedTemporaryFile": (
         "the board, which workers map: made exclusively, for us alone"
     ),
@@ -81,7 +86,7 @@ OTHERWISE = {
         "where parts are made up; nobody else may enter it"
     ),
     "sweep/tables/netcdf.py to_netcdf": "into that folder",
-    "sweep/cli/__init__.py open": "os.devnull",
+    "sweep/cli/output.py open": "os.devnull",
     "sweep/spec/images.py FileIO": "reads",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": (
@@ -249,9 +254,27 @@ def test_who_may_read_a_file_is_decided_by_the_umask(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "x.txt").stat().st_mode) == 0o640
 
 
-def test_the_folder_for_programs_that_know_paths_only_is_closed_to_others(
-    tmp_path: Path,
+def test_programs_that_know_paths_only_write_into_the_new_file_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Not by way of TMPDIR, which may be small, and through no name in the folder."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    (tmp_path / "x").write_bytes(b"old")
+    with unfinished(tmp_path / "x") as file:
+        new = [path for path in tmp_path.iterdir() if path.suffix == ".unfinished"]
+        copied = ["cp", "/proc/self/status"]  # another process finds the path too
+        by_path(lambda path: subprocess.run([*copied, path], check=True), file)
+        assert new[0].read_bytes().startswith(b"Name:\tcp\n")
+        by_path(lambda path: path.write_bytes(b"done"), file)
+        assert [path.name for path in tmp_path.iterdir() if path not in new] == ["x"]
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"done"]
+
+
+def test_the_folder_for_programs_that_know_paths_only_is_closed_to_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no path leads to an open file."""
+    monkeypatch.setattr(outputs, "sys", SimpleNamespace(platform="darwin"))
     modes = []
 
     def write(path: Path) -> None:

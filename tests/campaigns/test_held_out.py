@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from sweep.analysis import mean_interval
-from sweep.campaigns.search.blocks import block_interval, difference_interval
+from sweep.campaigns.search.block_intervals import block_interval, difference_interval
 from sweep.campaigns.search.held_out import (
     differences,
     front,

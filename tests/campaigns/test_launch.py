@@ -2,16 +2,20 @@
 but the spec decides the bits.
 """
 
+import re
 import signal
-from collections.abc import Callable
-from itertools import count
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import count, takewhile
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
 from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -21,8 +25,11 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
+from tests import ROOT
+from tests.commands import sweep
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
+SOURCES = [*(ROOT / "sweep").rglob("*.py"), *(ROOT / "kernels").rglob("*.py")]
 TIMING = ["seconds"]
 
 
@@ -63,7 +70,7 @@ def test_an_interrupted_launch_keeps_what_is_done_and_goes_on_to_the_same_bits(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(batch_module, "run", interrupting_after(stop_after))
+        patch.setattr(attempts_module, "run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(SMALL, tmp_path)
     progress = relaunch(SMALL, tmp_path)
@@ -116,7 +123,7 @@ def test_a_spec_of_another_meaning_is_recorded_apart(
     assert (progress.stored, progress.apart) == (0, 6)
 
 
-def test_trials_of_other_code_are_recorded_apart(
+def test_other_kernels_are_recorded_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     relaunch(SMALL, tmp_path)
@@ -205,7 +212,7 @@ def test_an_interrupted_launch_with_trajectories_goes_on_to_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(batch_module, "run", interrupting_after(3))
+        patch.setattr(attempts_module, "run", interrupting_after(3))
         with pytest.raises(KeyboardInterrupt):
             relaunch(FLOWN, tmp_path / "resumed")
     relaunch(FLOWN, tmp_path / "resumed")
@@ -252,3 +259,44 @@ def test_the_mean_is_over_the_last_half(tmp_path: Path) -> None:
         check_names=False,
         rtol=1e-14,
     )
+
+
+LIFE = re.compile(r"`((?:sweep|kernels)/[\w/]+\.py)`")
+
+
+def test_a_trial_passes_the_modules_that_developing_names_in_that_order(
+    tmp_path: Path,
+) -> None:
+    """From the command to a stored part, with an engine that works in this process."""
+    text = (ROOT / "DEVELOPING.md").read_text(encoding="utf-8")
+    life = text.partition("## The life of a trial")[2].partition("Afterwards")[0]
+    named = LIFE.findall(life)
+    assert named[0] == "sweep/cli/running.py"
+    assert len(named) > 15
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    with modules_entered() as entered:
+        assert sweep(tmp_path, "launch", "spec.yaml").returncode == 0
+    left = iter(entered)
+    assert list(takewhile(lambda name: name in left, named)) == named
+
+
+@contextmanager
+def modules_entered() -> Iterator[list[str]]:
+    """Inside, the files of the project whose functions are called, as they follow each
+    other.
+    """
+    entered: list[str] = []
+    names = {str(path): path.relative_to(ROOT).as_posix() for path in SOURCES}
+
+    def note(frame: FrameType, event: str, _argument: object) -> None:
+        name = names.get(frame.f_code.co_filename)
+        called = event == "call" and frame.f_code.co_name != "<module>"
+        if name and called and entered[-1:] != [name]:
+            entered.append(name)
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        yield entered
+    finally:
+        sys.setprofile(before)

@@ -21,7 +21,7 @@ from sweep.campaigns.search.samplers import (
     quiet,
     size_of,
 )
-from sweep.spec import search_section as section
+from sweep.spec import search as section
 from sweep.spec.search import Parameter, Search
 from sweep.spec.study import parse_spec
 from tests import ROOT

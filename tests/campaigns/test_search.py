@@ -3,21 +3,19 @@ decides the course.
 """
 
 import json
-from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.launch import launch
+import sweep.campaigns.search.run as run_module
+from sweep.campaigns.launch import launch, search
 from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search import loop
-from sweep.campaigns.search.loop import Course, Run
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import candidates
 from sweep.campaigns.search.plan import make_search_plan
-from sweep.campaigns.search.run import search
-from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.campaigns.search.run import RunSetup
 from sweep.cli.listing import point_table, status_json
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError
@@ -30,7 +28,6 @@ from tests.commands import sweep
 from tests.searches import (
     ANALYTIC,
     TINY,
-    KnownLedger,
     analytic,
     asked_by,
     done,
@@ -38,32 +35,34 @@ from tests.searches import (
     equal,
     phase,
     replace_trials,
+    run_without_store,
     searched,
     true_coverage,
 )
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Asked:
+def whole(tmp_path_factory: pytest.TempPathFactory) -> AskedTrials:
     """What the tiny search asks for when nothing disturbs it."""
     return asked_by(TINY, tmp_path_factory.mktemp("whole"))
 
 
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
-def test_workers_change_nothing(whole: Asked, tmp_path: Path, workers: int) -> None:
+def test_workers_change_nothing(
+    whole: AskedTrials, tmp_path: Path, workers: int
+) -> None:
     engine = Loky(workers)
     equal(asked_by(TINY, tmp_path, engine), whole)
     engine.stop()
 
 
 def interrupted(spec: str, results: Path, after: int) -> int:
-    """Search, with Ctrl-C when trials have come back for the `after`-th time; how many
-    trials have been stored.
+    """Search, with Ctrl-C when more than `after` trials have come back; how many parts
+    have been stored.
     """
-    calls = count()
 
     def report(progress: SearchProgress) -> None:
-        if progress.statuses and next(calls) == after:
+        if progress.statuses.total() > after:
             raise KeyboardInterrupt
 
     study = parse_spec(spec)
@@ -76,7 +75,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     "after", [5, 32, *(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1, 12, 20))]
 )
 def test_an_interrupted_search_goes_on_the_same_way(
-    whole: Asked, tmp_path: Path, after: int
+    whole: AskedTrials, tmp_path: Path, after: int
 ) -> None:
     assert interrupted(TINY, tmp_path, after) > 0
     progress = searched(TINY, tmp_path)
@@ -86,7 +85,7 @@ def test_an_interrupted_search_goes_on_the_same_way(
 
 
 def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
-    whole: Asked, tmp_path: Path
+    whole: AskedTrials, tmp_path: Path
 ) -> None:
     searched(TINY, tmp_path)
     (tmp_path / "tiny" / "asked.parquet").unlink()
@@ -98,7 +97,7 @@ def test_what_is_asked_is_derived_and_a_search_again_runs_nothing(
     equal(read_asked(StoredStudy("tiny", tmp_path)), whole)
 
 
-def test_one_process_at_a_time_searches(whole: Asked, tmp_path: Path) -> None:
+def test_one_process_at_a_time_searches(whole: AskedTrials, tmp_path: Path) -> None:
     refused = []
 
     def report(progress: SearchProgress) -> None:
@@ -115,7 +114,7 @@ def test_one_process_at_a_time_searches(whole: Asked, tmp_path: Path) -> None:
 
 
 def test_damaged_parts_are_set_aside_and_their_trials_run_again(
-    whole: Asked, tmp_path: Path
+    whole: AskedTrials, tmp_path: Path
 ) -> None:
     searched(TINY, tmp_path)
     (part,) = (tmp_path / "tiny" / "parts").iterdir()
@@ -127,7 +126,7 @@ def test_damaged_parts_are_set_aside_and_their_trials_run_again(
 
 
 def test_the_plan_lists_every_trial_once_and_others_stay_apart(
-    whole: Asked, tmp_path: Path
+    whole: AskedTrials, tmp_path: Path
 ) -> None:
     searched(TINY, tmp_path)
     searched(TINY.replace("seed: 5", "seed: 6"), tmp_path)
@@ -140,7 +139,7 @@ def test_the_plan_lists_every_trial_once_and_others_stay_apart(
     assert study.spec.count("seed: 6") == 1
 
 
-def test_the_row_of_a_candidate_says_where_its_trials_are(whole: Asked) -> None:
+def test_the_row_of_a_candidate_says_where_its_trials_are(whole: AskedTrials) -> None:
     rows = phase(whole)
     assert rows["candidate"].is_monotonic_increasing
     assert (rows["batch"] == rows["candidate"] // 4).all()
@@ -152,7 +151,9 @@ def test_the_row_of_a_candidate_says_where_its_trials_are(whole: Asked) -> None:
     assert rows["flock_radius"].notna().all()
 
 
-def test_held_out_trials_are_of_the_best_and_of_the_references(whole: Asked) -> None:
+def test_held_out_trials_are_of_the_best_and_of_the_references(
+    whole: AskedTrials,
+) -> None:
     judged = whole.table[whole.table["phase"] == "held_out"]
     assert list(judged["run"].unique()) == ["search", "references"]
     assert (judged.groupby(["run", "candidate"]).size() == 3).all()
@@ -381,7 +382,7 @@ def test_a_rejected_scenario_rejects_the_candidate(tmp_path: Path) -> None:
 def test_if_everything_is_rejected_the_search_says_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loop, "MOST_IDLE", 20)
+    monkeypatch.setattr(run_module, "MOST_IDLE", 20)
     spec = edited(
         TINY, ("replicates: 4", "require: [separation_weight > 5]\nreplicates: 4")
     )
@@ -394,6 +395,20 @@ def test_if_everything_is_rejected_the_search_says_why(
         r" candidates in a row are rejected\)"
     )
     with pytest.raises(SpecError, match=message):
+        searched(spec, tmp_path)
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_a_small_space_that_is_rejected_whole_is_said_too(tmp_path: Path) -> None:
+    rejected = "replicates: 4", "require: [separation_weight > 5]\nreplicates: 4"
+    first, _, rest = TINY.partition("  parameters:")
+    spec = (
+        f"{first}  parameters:\n    separation_weight: {{choice: [1, 2]}}\n"
+        f"  objectives:{rest.partition('  objectives:')[2]}"
+    )
+    spec = edited(spec, rejected)
+    spec = edited(spec, (spec[spec.index("  references") : spec.index("require")], ""))
+    with pytest.raises(SpecError, match=r"no point is left: .* in a row are rejected"):
         searched(spec, tmp_path)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
@@ -569,11 +584,9 @@ def winner_of(sampler: str, seed: int, blocks: int, level: float | None) -> floa
         ("replicates: 8", "replicates: 6"),
         ("seed: 1", f"seed: {seed}"),
     )
-    run = Run(
-        Course("search", parse_spec(spec), sampler, blocks, level),
-        KnownLedger(analytic(noise=0.3)),
-    )
-    assert sum(1 for _ in run.batches()) > 4
+    setup = RunSetup("search", parse_spec(spec), sampler, blocks, level)
+    run = run_without_store(setup, analytic(noise=0.3))
+    assert run.asked[-1].batch > 4
     complete = [one for one in run.asked if one.samples and len(one.trials) == blocks]
     best = max(
         complete,

@@ -10,7 +10,7 @@ import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
 from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import Until, looks, nominal_confidence
 from sweep.campaigns.launch import launch
@@ -105,12 +105,24 @@ def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(batch_module, "run", interrupting_after(stop_after))
+        patch.setattr(attempts_module, "run", interrupting_after(stop_after))
         with pytest.raises(KeyboardInterrupt):
             relaunch(GROWING, tmp_path)
     assert "not yet" in set(StoredStudy("small", tmp_path).stopping["why"])
     assert relaunch(GROWING, tmp_path).stored > stop_after
     identical(StoredStudy("small", tmp_path), whole)
+
+
+def test_trials_that_lack_the_metric_are_no_matter(
+    whole: StoredStudy, tmp_path: Path
+) -> None:
+    """They are stored by an earlier spec that did not record it."""
+    other = SMALL.replace("series: [speed]", "metrics: [polarization]")
+    assert relaunch(other, tmp_path).trials == 6
+    assert relaunch(GROWING, tmp_path).stored == 0
+    study = StoredStudy("small", tmp_path)
+    assert study.plan.equals(whole.plan)
+    assert study.trials["speed"].equals(whole.trials["speed"])
 
 
 def test_a_launch_again_runs_nothing(whole: StoredStudy) -> None:
@@ -172,7 +184,7 @@ def test_trials_that_failed_are_no_values_and_a_retry_makes_up_for_them(
         )
 
     with monkeypatch.context() as patch:
-        patch.setattr(batch_module, "run", failing)
+        patch.setattr(attempts_module, "run", failing)
         relaunch(GROWING, tmp_path)
     stopping = StoredStudy("small", tmp_path).stopping.set_index("point")
     assert tuple(stopping.loc[first, ["n", "values", "why"]]) == (

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import partial
 from io import StringIO
 from pathlib import Path
@@ -14,12 +15,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from sweep.cli import app
-from sweep.workers import batch
-from sweep.workers.executors import Loky
+from sweep.cli import app, main
+from sweep.workers import attempts
+from sweep.workers.executors import Loky, Serial
 from tests import ROOT
+from tests.commands import SWEEP, sweep
 from tests.commands import started as finished
-from tests.commands import sweep
 from tests.faults.campaign import LAUNCH, workers
 from tests.faults.jobs import run_or_die
 from tests.runner_jobs import started
@@ -110,6 +111,64 @@ def test_a_table_as_text_csv_and_json(folder: Path) -> None:
         < records[0]["speed_mean"]
         < records[0]["speed_mean_high"]
     )
+
+
+PRINTING = [
+    ["--help"],
+    ["plan", "spec.yaml"],
+    ["status", "small"],
+    ["table", "small"],
+    ["table", "small", "--csv"],
+    ["maps"],
+    ["verify", "small"],
+    ["diff", "spec.yaml"],
+    ["gc", "small", "--dry-run"],
+    ["models"],
+    ["schema"],
+]
+
+
+@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+def test_output_that_cannot_be_written_is_one_line(
+    folder: Path, arguments: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["sweep", *arguments])
+    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    errors = StringIO()
+    with (
+        Path("/dev/full").open("w") as full,
+        chdir(folder),
+        redirect_stdout(full),
+        redirect_stderr(errors),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main()
+    assert ended.value.code == 2
+    assert errors.getvalue().splitlines()[-1] == (
+        "standard output cannot be written (No space left on device);"
+        " send it to another file or disk"
+    )
+    assert "Traceback" not in errors.getvalue()
+
+
+def test_a_full_disk_and_a_reader_who_leaves_end_a_command_quietly(
+    folder: Path,
+) -> None:
+    """Python, which empties the buffer once more at its end, has nothing to add."""
+    command = [*SWEEP, "status", "small"]
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            command, cwd=folder, stdout=full, stderr=subprocess.PIPE, timeout=120
+        )
+    assert (done.returncode, done.stderr.count(b"\n")) == (2, 1)
+    assert done.stderr.startswith(b"standard output cannot be written (")
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as pipe:
+        done = subprocess.run(
+            command, cwd=folder, stdout=pipe, stderr=subprocess.PIPE, timeout=120
+        )
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 def test_a_table_with_another_interval(folder: Path) -> None:
@@ -299,7 +358,7 @@ def test_a_worker_that_is_killed_loses_no_trial(
     """The whole study is there, after one launch."""
     quiet, engine = launched(SMALL, tmp_path / "quiet"), Loky(1)
     with monkeypatch.context() as patch:
-        patch.setattr(batch, "run", partial(run_or_die, str(tmp_path / "died")))
+        patch.setattr(attempts, "run", partial(run_or_die, str(tmp_path / "died")))
         troubled = launched(SMALL, tmp_path / "troubled", engine)
     engine.stop()
     assert (tmp_path / "died").exists()

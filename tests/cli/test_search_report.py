@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.search.words import (
+from sweep.campaigns.search.sentences import (
     edges,
     number,
     thin_tail,

@@ -76,24 +76,24 @@ def test_one_that_is_lost_again_and_again_is_given_up(
     line: Line, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It answers each time, and is cut before it has said which workers it has."""
-    looks = []
+    asked = []
 
-    def look(tasks: Tasks, **_: object) -> None:
+    def ask(tasks: Tasks, **_: object) -> None:
         line.reset()
         tasks._connection.client.close()
-        looks.append(tasks)
-        if len(looks) == 3:  # now the time is over
+        asked.append(tasks)
+        if len(asked) == 3:  # now the time is over
             monkeypatch.setattr(engine, "AWAY_SECONDS", 0.0)
         raise ConnectionError("cut")
 
-    monkeypatch.setattr(Tasks, "look", look)
+    monkeypatch.setattr(Tasks, "ask_workers", ask)
     launch = dask(line)
     launch.connect()
     with pytest.raises(
         WorkersError, match=r"has been away for 0 minutes .*the same command goes on"
     ):
         runner_jobs.run_all(range(6), square, launch)
-    assert len(looks) == 3
+    assert len(asked) == 3
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,8 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-import sweep.workers.batch as batch_module
-from sweep.campaigns.launch import launch
-from sweep.campaigns.search.run import search
+import sweep.workers.attempts as attempts_module
+from sweep.campaigns.launch import launch, search
 from sweep.spec.study import parse_spec
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
@@ -94,7 +93,7 @@ def small_world() -> Iterator[None]:
     """Many parts, mergers and checkpoints of few short trials, and no waiting."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(Writer.__init__.__kwdefaults__, "seconds", 0.0)
-        patch.setattr(batch_module, "drive", partial(drive, chunk_seconds=1e-9))
+        patch.setattr(attempts_module, "drive", partial(drive, chunk_seconds=1e-9))
         patch.setattr(merging, "MOST_GATHERED", 3)
         patch.setattr(simulation, "BOID_STEPS_A_CALL", 12 * 4)
         patch.setattr(checkpoint, "TIMES_LONGER", 0.0)

@@ -166,7 +166,7 @@ def test_the_command_says_so_in_one_line_where_files_may_not_grow(
 ) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL)
     launch = (
-        f"ulimit -f 8; exec {sys.executable} -c 'from sweep.cli import main; main()'"
+        f"ulimit -f 8; exec {sys.executable} -B -c 'from sweep.cli import main; main()'"
     )
     command = ["bash", "-c", f"{launch} launch spec.yaml --workers 1"]
     done = subprocess.run(

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
@@ -124,8 +124,8 @@ def test_this_process_is_not_ended_for_its_own_jobs() -> None:
 def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     tmp_path: Path, one_worker: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(batch_module, "run", jobs.trial_or_hang)
-    monkeypatch.setattr(batch_module, "GRACE_SECONDS", 2.5)
+    monkeypatch.setattr(attempts_module, "run", jobs.trial_or_hang)
+    monkeypatch.setattr(attempts_module, "GRACE_SECONDS", 2.5)
     launch(parse_spec(SMALL + "time_limit: 0.5\n"), tmp_path, one_worker)
     trials = StoredStudy("small", tmp_path).trials
     assert list(trials["status"]) == ["timeout"] + ["diverged"] * 5
@@ -144,7 +144,7 @@ def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
     counts = tmp_path / "runs"
     counts.mkdir()
     monkeypatch.setattr(
-        batch_module, "run", partial(troubled.fails_at_first, str(counts))
+        attempts_module, "run", partial(troubled.fails_at_first, str(counts))
     )
     launch(
         parse_spec(SMALL + "on_error: retry\nretries: 1\nmemory_limit: 600 MiB\n"),
@@ -166,8 +166,8 @@ def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
 def test_trials_that_hang_or_kill_their_worker_are_tried_again(
     tmp_path: Path, loky: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(batch_module, "run", troubled.hangs_or_dies)
-    monkeypatch.setattr(batch_module, "GRACE_SECONDS", 2.5)
+    monkeypatch.setattr(attempts_module, "run", troubled.hangs_or_dies)
+    monkeypatch.setattr(attempts_module, "GRACE_SECONDS", 2.5)
     launch(
         parse_spec(SMALL + "on_error: retry\nretries: 1\ntime_limit: 0.5\n"),
         tmp_path,

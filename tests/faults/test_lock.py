@@ -26,8 +26,8 @@ TAKERS = """
 import sys, time
 sys.path[:0] = [{root!r}]
 from pathlib import Path
+from sweep.errors import StoreError
 from sweep.store.lock import Lock
-from sweep.store.parquet import StoreError
 from sweep.store.store import Store
 
 folder = Path(sys.argv[1])

@@ -1,8 +1,8 @@
 """A replay at full resolution: every frame, the picture of one, an animation."""
 
-import io
 import json
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -239,10 +239,29 @@ def test_an_ffmpeg_that_fails_is_quoted(
         for _ in range(50):
             yield np.zeros((200, 200, 3), np.uint8)
 
-    with pytest.raises(
-        (ChoiceError, OutputError), match="ffmpeg cannot write the MP4: no such codec"
+    with (
+        (tmp_path / "x.mp4").open("w+b") as file,
+        pytest.raises(OutputError, match="ffmpeg cannot write the MP4: no such codec"),
     ):
-        video.write_mp4(pictures(), io.BytesIO())
+        video.write_mp4(pictures(), file)
+
+
+def test_an_mp4_is_written_where_it_will_be(
+    study: StoredStudy, trial: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """ffmpeg is given a path to the new file, not one in TMPDIR, to be copied."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    writes = tmp_path / "writes"
+    writes.write_text(
+        '#!/bin/sh\nfor last; do :; done\ncat > "${last#file:}"\n', encoding="utf-8"
+    )
+    writes.chmod(0o755)
+    monkeypatch.setattr(video, "find_ffmpeg", lambda: str(writes))
+    job, place = study.job(study.trial(trial)), tmp_path / "flight.mp4"
+    write_animation(study.name, job, place, 1, silent)
+    first = Scene(study.name, job).draw(0, next(frames(job, 1, silent)).bodies[0])
+    assert place.read_bytes()[: first.nbytes] == first.tobytes()
+    assert sorted(tmp_path.iterdir()) == [place, writes]
 
 
 WRONG = [

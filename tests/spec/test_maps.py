@@ -2,6 +2,7 @@
 is refused.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from sweep.replays.replay import replay
 from sweep.spec import images, maps
 from sweep.spec.images import obstacles_of, rectangles
 from sweep.spec.maps import OwnMap, from_json
+from sweep.spec.settings import settings_of
 from sweep.spec.study import Study, load_spec, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
@@ -398,10 +400,17 @@ def test_a_size_that_contradicts_the_map_is_refused() -> None:
         expand(short_study(*ROOM, "fixed:", "  width: 401", "  map: room"))
 
 
-def test_a_map_in_another_unit_than_the_model_is_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.fixture
+def in_metres(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A model measures in m; no later test meets its settings."""
     monkeypatch.setitem(MODELS, "nguyen2024", MODELS["nguyen2024"]._replace(length="m"))
+    settings_of.cache_clear()
+    yield
+    settings_of.cache_clear()
+
+
+@pytest.mark.usefixtures("in_metres")
+def test_a_map_in_another_unit_than_the_model_is_refused() -> None:
     spec = parse_spec(short(*ROOM, "sweep:", "  map: [empty, room]"))
     assert expand(spec).n_points == 2
     with pytest.raises(SpecError) as error:

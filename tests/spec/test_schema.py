@@ -246,7 +246,7 @@ def test_what_is_large_stands_once() -> None:
 
 
 def test_the_file_for_editors_is_up_to_date() -> None:
-    """`sweep schema > spec.schema.json` renews it."""
+    """`make documents` renews it."""
     committed = ROOT / "spec.schema.json"
     assert json.loads(committed.read_text(encoding="utf-8")) == json_schema()
 

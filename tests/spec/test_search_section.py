@@ -360,7 +360,7 @@ MISTAKES = {
     "a sweep": (
         "search:",
         "sweep: {drag: [0, 1]}\nsearch:",
-        "a search has no sweep: what a candidate must be good at",
+        'a spec has "search" or "sweep", not both: axes of the',
     ),
     "a rule": (
         "replicates: 4",

@@ -17,7 +17,7 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.search.stored import read_asked
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import StoreError, UnreachableError
 from sweep.store import buckets, locations
 from sweep.store import lock as lock_module
@@ -598,7 +598,7 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
 
 
 def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> None:
-    from sweep.campaigns.search.run import search
+    from sweep.campaigns.launch import search
     from sweep.spec.study import parse_spec
     from sweep.workers.executors import Serial
     from tests.searches import TINY

@@ -193,6 +193,18 @@ def test_a_part_without_a_wanted_trial_is_not_read(
     assert read.count("series") == 1
 
 
+def test_optional_columns_are_read_where_a_part_has_them(store: Store) -> None:
+    append(store, {"a": "ok"})
+    columns = ["trial_id", "status"]
+    table = store.read("trials", columns=columns, optional=["size", "weight"])
+    assert table.column_names == columns
+    one = pa.table({"trial_id": ["b"], "status": ["ok"], "size": [1.0]})
+    store.append({"trials": one})
+    table = store.read("trials", columns=columns, optional=["size", "weight"])
+    assert table.column_names == [*columns, "size"]
+    assert table["size"].to_pylist() == [None, 1.0]
+
+
 def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
     store.append({"trials": trials({"a": "ok"}, n=[1])})
     store.append(

@@ -21,7 +21,7 @@ from sweep.analysis import (
     mean_estimate,
     paired_contrast,
 )
-from sweep.campaigns.launch import plan_table
+from sweep.campaigns.design_plan import plan_table
 from sweep.cli import main
 from sweep.cli.comparison_text import comparison_json, comparison_text
 from sweep.design.design import expand
@@ -193,7 +193,7 @@ class Made(MadeUp):
             "model": spec.model,
             "preset": spec.preset,
         }
-        plan = plan_table(spec, design, Jobs(spec, design), about)
+        plan = plan_table(Jobs(spec, design), about)
         super().__init__(plan, np.zeros(plan.num_rows))
         streams = spec.streams
         others = {

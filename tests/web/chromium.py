@@ -39,7 +39,7 @@ BEGIN_ANEW = """() => {
   view.stage.overlays.clear();
   view.stage.edited = null;
   view.stage.forget();
-  view.fields.forEach((field) => field.accept());
+  view.groups.accept();
   for (const name of Object.keys(view.state.sweeps)) {
     view.send({ type: "sweep", name, off: true });
   }
@@ -132,7 +132,7 @@ class Opened:
         self.page.mouse.move(0, 0)
         self.page.evaluate(BEGIN_ANEW)
         self.until("!boidsweep.view.asked && boidsweep.view.stage.frame.step === 0")
-        self.ask("boidsweep.view.say('')")
+        self.ask("boidsweep.view.status.say('')")
         return self
 
     @property

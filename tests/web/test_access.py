@@ -35,7 +35,7 @@ def everything_open(page: Opened) -> None:
         "document.querySelectorAll('details').forEach((one) => { one.open = true; })"
     )
     page.ask("boidsweep.view.hand.mark(2)")
-    page.until("boidsweep.view.words.textContent.includes('1000')")
+    page.until("boidsweep.view.status.words.textContent.includes('1000')")
     page.until("boidsweep.view.stage.selection && boidsweep.view.rules.length")
 
 

@@ -80,9 +80,10 @@ CHANGE_ALL = """async () => {
   const pause = () => new Promise((done) => setTimeout(done, 5));
   const until = async (what, name) => {
     for (let i = 0; i < 4000 && !what(); i++) await pause();
-    if (!what()) throw new Error(`nothing came of ${name}: ${view.words.textContent}`);
+    const said = view.status.words.textContent;
+    if (!what()) throw new Error(`nothing came of ${name}: ${said}`);
   };
-  for (const [name, field] of view.fields) {
+  for (const [name, field] of view.groups.fields) {
     if (name === "seed") continue;
     const { kind, choices } = field.about;
     const before = view.state.settings[name];
@@ -111,7 +112,7 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
         page.page.get_by_label("model", exact=True).select_option(model)
         until_model(page, model)
         assert live(page).state.model == model
-        assert set(page.ask("[...boidsweep.view.fields.keys()]")) == set(
+        assert set(page.ask("[...boidsweep.view.groups.fields.keys()]")) == set(
             settings_of(model)
         ) - {"map"} | {"seed"}
 
@@ -312,10 +313,10 @@ def test_what_a_drag_still_had_to_say_is_not_said_in_the_next_one(opened: Open) 
     page.drag((300, 300), (500, 200))
     page.until("!boidsweep.view.stage.edited && !boidsweep.view.asked")
     page.page.mouse.down()
-    asked = page.ask("boidsweep.view.counts.asked")
+    asked = page.ask("boidsweep.view.sent")
     assert page.ask("boidsweep.view.hand.drag.kind") == "shape"
     assert page.ask("ring()") > 0
-    assert page.ask("boidsweep.view.counts.asked") == asked
+    assert page.ask("boidsweep.view.sent") == asked
     page.page.mouse.up()
     page.until("!boidsweep.view.asked")
     assert [round(value) for value in obstacles(page)[0]] == [500, 200, 50, 50, 1]
@@ -452,7 +453,7 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
         " !boidsweep.view.state.plots.includes('escapes')"
     )
     go_to(page, 25)
-    plotted = "boidsweep.view.plots.get('polarization').series"
+    plotted = "boidsweep.view.charts.plots.get('polarization').series"
     page.until(f"{plotted}.steps.length === 26")
     history = live(page).history
     row = history.names.index("polarization")
@@ -467,13 +468,13 @@ def test_published_values_stand_beside_the_plots_of_the_very_settings(
 ) -> None:
     page = opened()
     page.send(type="model", model="nguyen2024", preset="as_run")
-    page.until("boidsweep.view.plots.get('speed')?.published.length > 0")
+    page.until("boidsweep.view.charts.plots.get('speed')?.published.length > 0")
     assert "0.765 at step 0" in page.ask(
-        "boidsweep.view.plots.get('speed').line.textContent"
+        "boidsweep.view.charts.plots.get('speed').line.textContent"
     )
     page.send(type="set", name="separation_weight", value=0.7)
-    page.until("boidsweep.view.plots.get('speed').published.length === 0")
-    assert page.ask("boidsweep.view.plots.get('speed').line.textContent") == ""
+    page.until("boidsweep.view.charts.plots.get('speed').published.length === 0")
+    assert page.ask("boidsweep.view.charts.plots.get('speed').line.textContent") == ""
 
 
 def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
@@ -543,7 +544,7 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
 
 
 NUDGES = """async () => {
-  const field = boidsweep.view.fields.get("cohesion_weight");
+  const field = boidsweep.view.groups.fields.get("cohesion_weight");
   const seen = [];
   const pause = () => new Promise((done) => setTimeout(done, 10));
   for (let i = 0; i < 8; i++) {
@@ -668,9 +669,8 @@ def test_a_stored_trial_is_scrubbed_and_changed_by_nothing(
             assert np.array_equal(live(page).bodies, flight[steps.tolist().index(step)])
         both = page.ask("boidsweep.view.state.replay.metrics.coverage")
         assert both == {"stored": row["coverage"], "replayed": row["coverage"]}
-        assert (
-            page.ask("boidsweep.view.plots.get('coverage').series.steps.length") == 61
-        )
+        plot = "boidsweep.view.charts.plots.get('coverage')"
+        assert page.ask(f"{plot}.series.steps.length") == 61
         assert page.page.get_by_label("fov", exact=True).is_disabled()
         page.page.keyboard.press("d")
         page.drag((400, 300), (450, 300))

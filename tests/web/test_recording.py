@@ -44,7 +44,7 @@ def flight() -> KeptFlight:
 
 @pytest.fixture(scope="module")
 def file(flight: KeptFlight) -> File:
-    return recording.record(flight, Live(STATE).greeting(), STATE.as_text())
+    return recording.recording_of(flight, Live(STATE).greeting(), STATE.as_text())
 
 
 def content_of(page: bytes) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def test_no_text_in_a_recording_becomes_an_element(flight: KeptFlight) -> None:
     evil = "</script><script>alert(1)</script>"
     greeting = Live(STATE).greeting()
     greeting[-1]["note"] = evil
-    file = recording.record(flight._replace(study=evil), greeting, evil)
+    file = recording.recording_of(flight._replace(study=evil), greeting, evil)
     assert file.content.decode().count("<script") == 2
     assert b"<script>alert" not in file.content
     assert (
@@ -166,7 +166,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(
     bytes_a_frame = 4 * (HEAD + 40 * BYTES_A_BOID + 3) // 3 + 1
     monkeypatch.setattr(recording, "FEWEST_FRAMES", 10)
     monkeypatch.setattr(recording, "MOST_BYTES", 25 * bytes_a_frame)
-    content = content_of(recording.record(flight, greeting, "").content)
+    content = content_of(recording.recording_of(flight, greeting, "").content)
     assert content["steps"] == list(range(0, 61, 3))
     assert len(content["metrics"]["speed"]) == 21
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
@@ -174,14 +174,14 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(
     with pytest.raises(
         ChoiceError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"
     ):
-        recording.record(flight, greeting, "")
+        recording.recording_of(flight, greeting, "")
 
 
 def test_two_hundred_boids_and_five_hundred_frames_are_a_few_megabytes() -> None:
     state = ViewState(
         "nguyen2024", "as_run", fixed={"n": 200, "steps": 500}, plots=("speed",)
     )
-    file = recording.record(
+    file = recording.recording_of(
         fly(STUDY, state.job, state.plots), Live(state).greeting(), ""
     )
     assert len(content_of(file.content)["steps"]) == 501

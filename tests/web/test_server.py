@@ -446,7 +446,7 @@ def test_a_page_says_hello_first(server: PageServer) -> None:
         plain.send('{"type": "run"}')
         assert json.loads(plain.recv(DEADLINE)) == {
             "type": "error",
-            "message": "a page says hello first",
+            "message": "the first message of a page must be hello",
         }
         assert SHOWS == []
 

@@ -22,7 +22,7 @@ from sweep.web.live import Live
 from sweep.web.messages import MESSAGES
 from sweep.web.page import STATIC
 from sweep.web.protocol import OVERLAYS, Reply
-from sweep.web.recording import record
+from sweep.web.recording import recording_of
 from sweep.web.replaying import Replay
 from sweep.web.state import begin
 from tests import ROOT
@@ -71,7 +71,9 @@ def recording() -> dict[str, Any]:
     """What a page that plays a run from disk reads."""
     state = begin("nguyen2024", "as_run").with_settings({"n": 5, "steps": 3})
     flight = fly("study", state.job, state.plots)
-    return content_of(record(flight, Live(state).greeting(), state.as_text()).content)
+    return content_of(
+        recording_of(flight, Live(state).greeting(), state.as_text()).content
+    )
 
 
 def test_messages_are_of_the_types_by_which_the_page_is_checked(tmp_path: Path) -> None:

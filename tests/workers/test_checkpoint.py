@@ -76,7 +76,7 @@ def killed_after(
     """Run a trial whose worker dies after so many kernel calls, each followed by a
     checkpoint.
     """
-    look, left = checkpoint._Checkpoint.look, iter(range(calls - 1))
+    look, left = checkpoint._Checkpoint.after_call, iter(range(calls - 1))
 
     def looking(self: Any, seconds: float) -> None:
         look(self, seconds)
@@ -84,7 +84,7 @@ def killed_after(
             raise Killed
 
     with monkeypatch.context() as patched:
-        patched.setattr(checkpoint._Checkpoint, "look", looking)
+        patched.setattr(checkpoint._Checkpoint, "after_call", looking)
         with pytest.raises(Killed):
             Checkpointed(run, folder, 0.0)(a_job)
 
@@ -217,7 +217,7 @@ def test_a_trial_goes_on_in_another_process(
     a_job = flown(plain_job())
     broken_off(tmp_path, monkeypatch, a_job)
     code = (
-        "import test_checkpoint as t, pathlib\n"
+        "import pathlib\nfrom tests.workers import test_checkpoint as t\n"
         "t.simulation.BOID_STEPS_A_CALL = 36\n"
         f"result = t.Checkpointed(t.run, pathlib.Path({str(tmp_path)!r}),"
         " 1e9)(t.flown(t.plain_job()))\n"
@@ -285,11 +285,11 @@ def test_checkpoints_come_when_it_is_time(
     )
     one = checkpoint._Checkpoint(tmp_path, Simulation(plain_job()), 60.0, own_key())
     for seconds in range(1, 200):
-        one.look(float(seconds))
+        one.after_call(float(seconds))
     assert written == [60.0, 121.0, 182.0]
     monkeypatch.setattr(checkpoint, "TIMES_LONGER", 1e12)
-    one.look(1000.0)
-    one.look(1e5)
+    one.after_call(1000.0)
+    one.after_call(1e5)
     assert written[3:] == [1000.0]
 
 
@@ -496,8 +496,8 @@ def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
             run(plain_job())
         )
     assert (
-        "ended its worker twice on going on from its checkpoint; begins anew"
-        in caplog.text
+        "its worker died twice when it went on from its checkpoint;"
+        " the trial begins anew" in caplog.text
     )
     assert list(tmp_path.iterdir()) == []
 
@@ -506,7 +506,7 @@ def test_being_killed_again_and_again_later_loses_no_checkpoint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = broken_off(tmp_path, monkeypatch, flown(plain_job()))
-    before, look = path.read_bytes(), checkpoint._Checkpoint.look
+    before, look = path.read_bytes(), checkpoint._Checkpoint.after_call
 
     def looking(self: Any, seconds: float) -> None:
         look(self, seconds)
@@ -514,7 +514,7 @@ def test_being_killed_again_and_again_later_loses_no_checkpoint(
 
     for _ in range(4):
         with monkeypatch.context() as patched:
-            patched.setattr(checkpoint._Checkpoint, "look", looking)
+            patched.setattr(checkpoint._Checkpoint, "after_call", looking)
             with pytest.raises(Killed):
                 Checkpointed(run, tmp_path, 1e9)(flown(plain_job()))
         assert path.read_bytes() == before
@@ -646,7 +646,7 @@ def interrupted(spec: str, results: Path, monkeypatch: pytest.MonkeyPatch) -> se
     """Launch a study and be killed in its fourth trial; the trials that have a
     checkpoint, those of its chunk.
     """
-    look, calls = checkpoint._Checkpoint.look, iter(range(3 * 9 + 1))
+    look, calls = checkpoint._Checkpoint.after_call, iter(range(3 * 9 + 1))
 
     def looking(self: Any, seconds: float) -> None:
         look(self, seconds)
@@ -654,7 +654,7 @@ def interrupted(spec: str, results: Path, monkeypatch: pytest.MonkeyPatch) -> se
             raise Killed
 
     with monkeypatch.context() as patched:
-        patched.setattr(checkpoint._Checkpoint, "look", looking)
+        patched.setattr(checkpoint._Checkpoint, "after_call", looking)
         with pytest.raises(Killed):
             relaunch(spec, results)
     return Checkpoints(results / "small" / "checkpoints").trials()

@@ -2,17 +2,18 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
-import sweep.campaigns.launch as launch_module
-import sweep.campaigns.search.ledger as ledger_module
+import sweep.campaigns.campaign as campaign_module
 from sweep.campaigns.launch import launch
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
+from sweep.store.writer import Writer
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy
+from sweep.workers import attempts
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -26,8 +27,16 @@ SEARCH = TINY.replace("steps: 9", "steps: 2").replace("every: 9", "every: 2")
 SEARCH = SEARCH.replace("budget: 30", "budget: 8")
 UNKNOWN = "f" * 24
 Command = Callable[[Path], None]
+R = TypeVar("R")
 HALVES = [Share(1, 2), Share(2, 2)]
 ENDINGS = ("state", "tried-1", "tried-2", "frames", "state-0123456789ab")
+
+
+class EagerWriter(Writer[R]):
+    """Stores a part of each result."""
+
+    def __init__(self, *given: Any, **options: Any) -> None:
+        super().__init__(*given, rows=1, **options)
 
 
 class Killed(BaseException):
@@ -75,6 +84,33 @@ def test_a_complete_study_keeps_none(tmp_path: Path, command: Command) -> None:
     assert not checkpoints.exists()
 
 
+def test_checkpoints_of_stored_trials_are_deleted_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A launch lists the folder at its beginning and its end, not once a part. A brief
+    trial has no checkpoint, so nothing is looked for.
+    """
+    listed, looked = [], []
+    discard, files = Checkpoints.discard, Checkpoints._files
+
+    def listing(self: Checkpoints) -> Any:
+        listed.append(self.folder)
+        return files(self)
+
+    def discarding(self: Checkpoints, trials: list[str]) -> None:
+        looked.append(len(trials))
+        discard(self, trials)
+
+    monkeypatch.setattr(Checkpoints, "_files", listing)
+    monkeypatch.setattr(Checkpoints, "discard", discarding)
+    monkeypatch.setattr(attempts, "Writer", EagerWriter)
+    relaunch(SPEC, tmp_path / "brief")
+    assert (len(listed), looked) == (2, [])
+    monkeypatch.setattr(attempts, "is_brief", lambda _job: False)
+    relaunch(SPEC, tmp_path / "long")
+    assert (len(listed), looked) == (4, [1] * 6)
+
+
 def test_a_complete_search_keeps_none(tmp_path: Path) -> None:
     searched(SEARCH, tmp_path)
     folder = tmp_path / "tiny"
@@ -106,7 +142,7 @@ def test_what_will_run_keeps_its_checkpoint_less_what_was_never_finished(
     relaunch(IMPOSSIBLE, tmp_path)
     folder = tmp_path / "small"
     checkpoints = left_behind(folder, *stored_trials(folder), UNKNOWN)
-    monkeypatch.setattr(launch_module, "run_jobs", killed)
+    monkeypatch.setattr(campaign_module, "run_jobs", killed)
     with pytest.raises(Killed):
         relaunch(IMPOSSIBLE, tmp_path, retry=True)
     assert sorted(path.name for path in checkpoints.iterdir()) == sorted(
@@ -123,7 +159,7 @@ def test_where_the_plan_grows_only_what_is_stored_goes_before_the_end(
     stored = stored_trials(folder)
     checkpoints = left_behind(folder, stored[0], UNKNOWN)
     with monkeypatch.context() as patched:
-        patched.setattr(launch_module, "run_jobs", killed)
+        patched.setattr(campaign_module, "run_jobs", killed)
         with pytest.raises(Killed):
             relaunch(UNTIL, tmp_path)
     assert Checkpoints(checkpoints).trials() == {UNKNOWN}
@@ -143,7 +179,7 @@ def test_a_search_keeps_what_it_may_ask_for(
     checkpoints = left_behind(folder, stored[0], UNKNOWN)
     longer = SEARCH.replace("budget: 8", "budget: 16")
     with monkeypatch.context() as patched:
-        patched.setattr(ledger_module, "run_jobs", killed)
+        patched.setattr(campaign_module, "run_jobs", killed)
         with pytest.raises(Killed):
             searched(longer, tmp_path)
     assert Checkpoints(checkpoints).trials() == {UNKNOWN}

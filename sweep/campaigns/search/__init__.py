@@ -1,24 +1,31 @@
 """Searches for good settings: candidates are asked of a sampler, raced against each
 other, and judged on new seeds.
 
-A candidate is a setting of the parameters, a scenario one point of what it must be good
-at together, and a block one replicate in every scenario. Block k has the same random
-numbers for every candidate.
+A candidate is one set of values of the settings that are searched over. A scenario is
+one point of what a candidate must be good at together. A block is one replicate in
+every scenario; block k has the same random numbers for every candidate.
 
-    run          the search, its repetitions, the held-out trials
-    loop         ask, race and tell, until the budget is spent
-    samplers     who proposes candidates
-    candidates   their trials
-    racing       who gets no more trials
-    blocks       trials by block and scenario
-    ledger       what is known of trials
-    stored       asked.parquet, beside them
-    outcome      who is chosen
-    fronts       Pareto fronts, hypervolume
-    held_out     judged on new seeds
-    repetitions  against random search
-    findings     all that is to be said
-    words        the same in plain words
-    plan         what it would run at most
-    export       a study of optuna
+What runs:
+
+    strategy         the search, its repetitions, and the held-out trials of each
+    run              one run of these: ask, race and tell, until the budget is spent
+    samplers         who proposes candidates
+    candidates       from values of settings to trials; references; seeds
+    racing           which candidates get no more trials
+    known_values     the values of trials that decide
+    phases           what is asked for so far, and the tables of it
+    plan             what a search would run at most
+
+What it found:
+
+    asked_trials     asked.parquet, with the trials that it names
+    trials_by_block  these as arrays by candidate, block and scenario
+    block_intervals  estimates from blocks, with intervals
+    outcome          what became of candidates, and which are chosen
+    fronts           Pareto fronts, hypervolume
+    held_out         the chosen, judged on new seeds
+    repetitions      the search against random search
+    findings         all that a report says
+    sentences        the same in sentences
+    export           a study of optuna
 """

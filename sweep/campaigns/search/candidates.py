@@ -1,4 +1,4 @@
-"""From the values of the parameters to trials, as any study makes them."""
+"""From values of the parameters to trials; references; the seeds of a search."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,11 +23,10 @@ PROBES = 100
 
 
 class Candidate:
-    """One setting of the parameters of a study's search, whose trials are made when
-    asked for.
+    """One set of values of the parameters of a search. Trials are made when asked for.
 
-    Raises SpecError where the spec rejects it, in whatever scenario, by `require` or
-    because settings do not go together.
+    Raises SpecError where the spec rejects it in any scenario: by `require`, or because
+    settings do not go together.
     """
 
     def __init__(self, study: Study, values: Mapping[str, Value]) -> None:
@@ -51,7 +50,7 @@ class Candidate:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """What tells candidates apart: the ids of its points."""
+        """The ids of its points, one a scenario; they tell candidates apart."""
         return tuple(self.jobs.points)
 
 
@@ -65,8 +64,8 @@ def section_of(study: Study) -> Search:
 
 
 def check_candidates(study: Study) -> None:
-    """Raise SpecError where nothing that the search could ask for is allowed, whatever
-    `require` says.
+    """Raise SpecError where none of PROBES random candidates is allowed, even without
+    `require`: some settings do not go together.
     """
     free = replace(study, require=())
     failure: SpecError | None = None
@@ -97,7 +96,7 @@ def _reference(study: Study, name: str) -> Candidate:
 
 
 def _probes(study: Study) -> Sequence[dict[str, Value]]:
-    """Random settings of the parameters."""
+    """PROBES random sets of values of the parameters."""
     rng = np.random.default_rng(address(study.seed, "search", PROBE))
     columns = [
         _drawn(study, parameter, rng) for parameter in section_of(study).parameters
@@ -128,8 +127,8 @@ def repeated(study: Study, kind: int, number: int) -> Study:
 
 
 def held_out(study: Study) -> Study:
-    """The study whose trials judge: with replicates that no search of it has seen,
-    whatever the run.
+    """The study of the held-out trials. It has a seed that no search of the study uses,
+    so that its replicates are new to every run.
     """
     taken = {study.seed, *(study.seeds or ())}
     seed = next(

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sweep.campaigns.search.blocks import Blocks
+from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.findings import plain
 from sweep.campaigns.search.held_out import held_out_values
 from sweep.campaigns.search.outcome import (
     FAILED,
     HELD_OUT,
     SEARCH,
-    blocks,
     candidates,
     constraints,
     objectives,
+    trials_of,
 )
 from sweep.campaigns.search.samplers import distributions, quiet
-from sweep.campaigns.search.stored import Asked, read_asked
+from sweep.campaigns.search.trials_by_block import TrialsByBlock
 from sweep.errors import OutputError
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.search import Parameter
@@ -155,12 +155,12 @@ def _first_line(error: BaseException) -> str:
     return (str(error) or type(error).__name__).splitlines()[0]
 
 
-def _trials(asked: Asked) -> "Iterator[FrozenTrial]":
+def _trials(asked: AskedTrials) -> "Iterator[FrozenTrial]":
     """The candidates of the main search as trials of optuna, in the order asked."""
     table, found, judged = (
         candidates(asked),
-        blocks(asked, SEARCH, "search"),
-        blocks(asked, SEARCH, HELD_OUT),
+        trials_of(asked, SEARCH, "search"),
+        trials_of(asked, SEARCH, HELD_OUT),
     )
     ranges = {
         name: next(iter(one.items())) for name, one in asked.about["ranges"].items()
@@ -198,7 +198,7 @@ def _trials(asked: Asked) -> "Iterator[FrozenTrial]":
             settings,
             asking,
             about,
-            _course(found, place, wanted),
+            _estimates(found, place, wanted),
             _limits(found, place, bounds),
             int(most),
         )
@@ -208,14 +208,14 @@ def _trial(
     settings: dict[str, Any],
     asking: "dict[str, BaseDistribution]",
     about: dict[str, Any],
-    course: list[list[float]],
+    estimates: list[list[float]],
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """One trial; `course` has the estimates of the objectives after each block."""
+    """One trial; `estimates` are those of the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
-    known = bool(course) and bool(np.isfinite(course[-1]).all())
+    known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
     if about["status"] == FAILED or not known:
         return create_trial(
             state=TrialState.FAIL,
@@ -224,14 +224,14 @@ def _trial(
             user_attrs=about,
         )
     steps = (
-        {step: values[0] for step, values in enumerate(course)}
-        if len(course[-1]) == 1
+        {step: values[0] for step, values in enumerate(estimates)}
+        if len(estimates[-1]) == 1
         else None
     )
     complete = about["blocks"] == most
     return create_trial(
         state=TrialState.COMPLETE if complete else TrialState.PRUNED,
-        values=course[-1],
+        values=estimates[-1],
         params=settings,
         distributions=asking,
         user_attrs=about,
@@ -240,7 +240,9 @@ def _trial(
     )
 
 
-def _course(found: Blocks, place: int, wanted: list[Objective]) -> list[list[float]]:
+def _estimates(
+    found: TrialsByBlock, place: int, wanted: list[Objective]
+) -> list[list[float]]:
     """The estimates of a candidate after 1, 2, ... of its blocks."""
     columns = [(objective, found.of(place, objective.column)) for objective in wanted]
     number = int(found.counts()[place])
@@ -250,7 +252,9 @@ def _course(found: Blocks, place: int, wanted: list[Objective]) -> list[list[flo
     ]
 
 
-def _limits(found: Blocks, place: int, bounds: list[Constraint]) -> dict[str, float]:
+def _limits(
+    found: TrialsByBlock, place: int, bounds: list[Constraint]
+) -> dict[str, float]:
     """The violations of a candidate, by the constraint in words; those that are not
     known are left out.
     """

@@ -1,6 +1,4 @@
-"""All that is to be said of a stored search, each part computed once, and what to be
-wary of in it.
-"""
+"""What a report says of a stored search, and what its reader is warned of."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.campaigns.search.held_out import differences, front, references, winners
 from sweep.campaigns.search.outcome import COMPLETE, SEARCH, candidates, objectives
 from sweep.campaigns.search.repetitions import (
@@ -18,8 +17,7 @@ from sweep.campaigns.search.repetitions import (
     against_random,
     runs,
 )
-from sweep.campaigns.search.stored import Asked
-from sweep.campaigns.search.words import FEWEST_BLOCKS, edges, number, thin_tail
+from sweep.campaigns.search.sentences import FEWEST_BLOCKS, edges, number, thin_tail
 from sweep.spec.objectives import Objective
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
@@ -27,10 +25,10 @@ from sweep.tables.stored_study import StoredStudy
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """All that a report says, each part computed when first asked for."""
+    """What a report says. Each part is computed when it is first asked for."""
 
     study: StoredStudy
-    asked: Asked
+    asked: AskedTrials
 
     @cached_property
     def objectives(self) -> list[Objective]:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from sweep.spec.objectives import Floats
 
 MARGIN = 0.1
-"""How far beyond the worst values a reference point lies for thinning, in ranges: so
-that the ends of a front count.
+"""For thinning, the reference point lies beyond the worst values, by this part of the
+range of each objective. Without it the ends of a front would add nothing.
 """
 ROUNDING = 1e-9
-"""A distance below it, in ranges of the front, is none."""
+"""Smaller distances, in ranges of the front, are taken for zero."""
 
 
 def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
@@ -55,9 +55,9 @@ def thinned(
     """The rows of a front `values` (k, m) that are left, at most `most`, in their
     order.
 
-    One at a time, that one goes which adds least to the hypervolume (Emmerich, Beume
-    and Naujoks 2005, EMO, 62-76); of equal ones the last. The reference lies beyond the
-    `worst` values (m,) by a tenth of each objective's range.
+    The row that adds least to the hypervolume is taken away, and of equal ones the
+    last, until few enough are left (Emmerich, Beume and Naujoks 2005, EMO, 62-76). The
+    reference lies beyond the `worst` values (m,) by a tenth of each objective's range.
     """
     from moocore import hv_contributions
 
@@ -107,8 +107,9 @@ def knee(values: Floats, maximize: Sequence[bool]) -> int | None:
 
 
 def shares_on_front(draws: Floats, maximize: Sequence[bool]) -> Floats:
-    """In which part of the draws each of k points is on the front; `draws` is (draws,
-    k, m), the result (k,).
+    """How often each of k points is on the front, as a share of the draws, shape (k,).
+
+    `draws` has the shape (draws, k, m).
     """
     from moocore import is_nondominated_within_sets
 

@@ -11,22 +11,23 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import Interval, paired_contrast, simultaneous_confidence
-from sweep.campaigns.search.blocks import Blocks, block_interval, difference_interval
+from sweep.campaigns.search.block_intervals import block_interval, difference_interval
 from sweep.campaigns.search.fronts import knee, nondominated, shares_on_front
 from sweep.campaigns.search.outcome import (
     HELD_OUT,
     REFERENCES,
     SEARCH,
-    blocks,
     candidates,
     chosen,
     constraints,
     objectives,
+    trials_of,
 )
+from sweep.campaigns.search.trials_by_block import TrialsByBlock
 from sweep.spec.objectives import Floats, Objective
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.stored import Asked
+    from sweep.campaigns.search.asked_trials import AskedTrials
 
 RESAMPLES, RESAMPLING_SEED = 2000, 20
 UNFINISHED_SHOWN = 5
@@ -47,18 +48,18 @@ class HeldOutDifference(NamedTuple):
     variance_reduction: float
 
 
-def shown(asked: "Asked", run: str = SEARCH) -> list[int]:
+def shown(asked: "AskedTrials", run: str = SEARCH) -> list[int]:
     """The candidates that a run has chosen and judged on held-out seeds, the winner
     first; before that the best.
     """
-    judged = set(blocks(asked, run, HELD_OUT).candidates.tolist())
+    judged = set(trials_of(asked, run, HELD_OUT).candidates.tolist())
     order = chosen(
         candidates(asked, run), objectives(asked), len(judged) or UNFINISHED_SHOWN
     )
     return [number for number in order if number in judged or not judged]
 
 
-def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def winners(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a chosen candidate and objective, in the order of `chosen`: the winner
     first.
 
@@ -74,8 +75,8 @@ def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     """
     numbers, searched, judged = (
         shown(asked, run),
-        blocks(asked, run, SEARCH),
-        blocks(asked, run, HELD_OUT),
+        trials_of(asked, run, SEARCH),
+        trials_of(asked, run, HELD_OUT),
     )
     confidence = together(asked, numbers)
     rows = []
@@ -102,14 +103,14 @@ def winners(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     return table
 
 
-def references(asked: "Asked") -> pd.DataFrame:
+def references(asked: "AskedTrials") -> pd.DataFrame:
     """One row a reference and objective.
 
     Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
     not_done, as `winners` has them; the intervals hold together with those.
     """
     judged, confidence = (
-        blocks(asked, REFERENCES, HELD_OUT),
+        trials_of(asked, REFERENCES, HELD_OUT),
         together(asked, shown(asked)),
     )
     rows = [
@@ -132,7 +133,7 @@ def references(asked: "Asked") -> pd.DataFrame:
     return table
 
 
-def differences(asked: "Asked") -> pd.DataFrame:
+def differences(asked: "AskedTrials") -> pd.DataFrame:
     """The winner minus each reference, or with several objectives each member of the
     front; columns of `HeldOutDifference`.
 
@@ -143,8 +144,8 @@ def differences(asked: "Asked") -> pd.DataFrame:
     wanted, numbers = objectives(asked), shown(asked)
     numbers = numbers if len(wanted) > 1 else numbers[:1]
     judged, others = (
-        blocks(asked, SEARCH, HELD_OUT),
-        blocks(asked, REFERENCES, HELD_OUT),
+        trials_of(asked, SEARCH, HELD_OUT),
+        trials_of(asked, REFERENCES, HELD_OUT),
     )
     names = asked.about["references"]
     confidence = simultaneous_confidence(
@@ -164,7 +165,7 @@ def differences(asked: "Asked") -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(HeldOutDifference._fields))
 
 
-def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def front(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a member of the Pareto front that a run has chosen: candidate, on_front,
     share, beaten_by, knee.
 
@@ -175,7 +176,7 @@ def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     (Bonferroni), else -1; `knee`: whether it is the knee of those on the front. Empty
     before held-out trials have run.
     """
-    wanted, judged = objectives(asked), blocks(asked, run, HELD_OUT)
+    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
     numbers = [number for number in shown(asked, run) if number in judged.candidates]
     maximize = [objective.maximize for objective in wanted]
     values = held_out_values(judged, numbers, wanted)
@@ -190,7 +191,7 @@ def front(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     return table
 
 
-def together(asked: "Asked", numbers: list[int]) -> float:
+def together(asked: "AskedTrials", numbers: list[int]) -> float:
     """The confidence of each held-out interval with which those of these candidates and
     the references all hold.
     """
@@ -201,7 +202,7 @@ def together(asked: "Asked", numbers: list[int]) -> float:
 
 
 def held_out_interval(
-    judged: Blocks, number: int, objective: Objective, confidence: float
+    judged: TrialsByBlock, number: int, objective: Objective, confidence: float
 ) -> Interval:
     """The held-out estimate of a candidate with its interval; NaN, with no blocks,
     where there is none.
@@ -212,7 +213,7 @@ def held_out_interval(
 
 
 def held_out_values(
-    judged: Blocks, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
 ) -> Floats:
     """The held-out estimates of judged candidates, shape (candidates, objectives)."""
     values = [
@@ -222,7 +223,7 @@ def held_out_values(
     return np.array(values, np.float64).reshape(len(numbers), len(wanted))
 
 
-def _judged(judged: Blocks, number: int, objective: Objective) -> Floats:
+def _judged(judged: TrialsByBlock, number: int, objective: Objective) -> Floats:
     if number not in judged.candidates:
         return np.empty((0, 1))
     return judged.of(judged.find(number), objective.column)
@@ -251,7 +252,7 @@ def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
     return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
 
 
-def _violation(asked: "Asked", judged: Blocks, number: int) -> float:
+def _violation(asked: "AskedTrials", judged: TrialsByBlock, number: int) -> float:
     if number not in judged.candidates:
         return np.nan
     place = judged.find(number)
@@ -259,14 +260,16 @@ def _violation(asked: "Asked", judged: Blocks, number: int) -> float:
     return float(np.max([-np.inf, *each]))
 
 
-def _not_done(judged: Blocks, number: int) -> int:
+def _not_done(judged: TrialsByBlock, number: int) -> int:
     if number not in judged.candidates:
         return 0
     place = judged.find(number)
     return int((judged.stored[place] & ~judged.done[place]).sum())
 
 
-def _shares(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floats:
+def _shares(
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
+) -> Floats:
     if not numbers:
         return np.empty(0)
     n = min(int(judged.counts()[judged.find(number)]) for number in numbers)
@@ -290,7 +293,7 @@ def _shares(judged: Blocks, numbers: list[int], wanted: list[Objective]) -> Floa
 
 
 def _beaten_by(
-    judged: Blocks, numbers: list[int], wanted: list[Objective]
+    judged: TrialsByBlock, numbers: list[int], wanted: list[Objective]
 ) -> list[int]:
     confidence = simultaneous_confidence(
         max(1, len(numbers) * (len(numbers) - 1) // 2 * len(wanted))
@@ -310,7 +313,7 @@ def _beaten_by(
 
 
 def _better(
-    judged: Blocks, one: int, other: int, objective: Objective, confidence: float
+    judged: TrialsByBlock, one: int, other: int, objective: Objective, confidence: float
 ) -> bool:
     first, second = (_judged(judged, number, objective) for number in (one, other))
     n = min(len(first), len(second))

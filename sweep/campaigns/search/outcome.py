@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.campaigns.search.blocks import Blocks, blocks_of
 from sweep.campaigns.search.fronts import nondominated, thinned
+from sweep.campaigns.search.trials_by_block import TrialsByBlock, by_block
 from sweep.spec.objectives import Constraint, Floats, Objective
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.stored import Asked
+    from sweep.campaigns.search.asked_trials import AskedTrials
 
 SEARCH = "search"
 HELD_OUT = "held_out"
@@ -20,26 +20,26 @@ REFERENCES = "references"
 COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "failed"
 
 
-def objectives(asked: "Asked") -> list[Objective]:
+def objectives(asked: "AskedTrials") -> list[Objective]:
     """The objectives of a search, in the order of its spec."""
     return [Objective.from_json(one) for one in asked.about["objectives"]]
 
 
-def constraints(asked: "Asked") -> list[Constraint]:
+def constraints(asked: "AskedTrials") -> list[Constraint]:
     """The constraints of a search, in the order of its spec."""
     return [Constraint.from_json(one) for one in asked.about["constraints"]]
 
 
-def blocks(asked: "Asked", run: str, phase: str) -> Blocks:
+def trials_of(asked: "AskedTrials", run: str, phase: str) -> TrialsByBlock:
     """The trials of a run's candidates in a phase, with objectives and constraints."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == phase)]
     columns = [one.column for one in objectives(asked)] + [
         one.column for one in constraints(asked)
     ]
-    return blocks_of(rows, columns)
+    return by_block(rows, columns)
 
 
-def candidates(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
+def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """One row a candidate of a run, in the order asked.
 
     Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
@@ -58,7 +58,7 @@ def candidates(asked: "Asked", run: str = SEARCH) -> pd.DataFrame:
     feasible.
     """
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
-    found = blocks(asked, run, SEARCH)
+    found = trials_of(asked, run, SEARCH)
     first = rows.drop_duplicates("candidate").sort_values("candidate")
     parameters = list(asked.about["parameters"])
     table: pd.DataFrame = first[["candidate", "batch", *parameters]].reset_index(
@@ -128,7 +128,7 @@ def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
     return np.asarray(np.where(maximize, values.min(axis=0), values.max(axis=0)))
 
 
-def _violations(found: Blocks, constraints: Sequence[Constraint]) -> Floats:
+def _violations(found: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
     """The largest violation of each candidate (k,), zero or below if feasible; minus
     infinity without constraints.
     """
@@ -142,7 +142,7 @@ def _violations(found: Blocks, constraints: Sequence[Constraint]) -> Floats:
     return largest
 
 
-def _estimates(found: Blocks, objective: Objective) -> list[float]:
+def _estimates(found: TrialsByBlock, objective: Objective) -> list[float]:
     return [
         objective.value(found.of(place, objective.column))
         for place in range(len(found.candidates))
@@ -150,7 +150,7 @@ def _estimates(found: Blocks, objective: Objective) -> list[float]:
 
 
 def _statuses(
-    asked: "Asked", run: str, table: pd.DataFrame, found: Blocks
+    asked: "AskedTrials", run: str, table: pd.DataFrame, found: TrialsByBlock
 ) -> NDArray[Any]:
     full = asked.about["blocks"][run]
     ended = table["batch"] == table["batch"].max()
@@ -164,7 +164,7 @@ def _statuses(
     return np.select(kinds, [FAILED, COMPLETE, CUT_SHORT], RACED_OUT)
 
 
-def _spent(asked: "Asked", run: str) -> int:
+def _spent(asked: "AskedTrials", run: str) -> int:
     """How many trials of a run count against its budget; a shared one counts once."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
     return int(rows.loc[rows["status"] != "missing", "trial_id"].nunique())

@@ -36,8 +36,8 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class Race:
-    """What candidates are compared by: at which level, and how many blocks make a
-    candidate complete.
+    """How candidates are compared: by what, at which level of the tests, and how many
+    blocks make a candidate complete.
     """
 
     objectives: tuple[Objective, ...]
@@ -104,8 +104,8 @@ class Race:
         return [-value if maximize else value for value, maximize in values]
 
     def _front(self, everyone: Sequence[Samples]) -> list[Samples]:
-        """Of those within the constraints the ones that none equals or beats throughout
-        and beats once, or the best.
+        """Those within the constraints that no other dominates; for one objective the
+        best.
         """
         rivals = [samples for samples in everyone if self._feasible(samples)]
         if len(self.objectives) == 1:
@@ -123,8 +123,8 @@ class Race:
 
 
 class _Rivalry:
-    """One objective, one leader, and how much the paired differences to it vary within
-    the candidates.
+    """One objective and one leader, with the spread of the paired differences between
+    candidates and the leader.
     """
 
     def __init__(
@@ -205,8 +205,8 @@ class _Bound:
 
 
 class _Spread:
-    """The standard deviation that samples (blocks,) of unequal means have in common,
-    NaN where it is not known.
+    """The pooled standard deviation of samples (blocks,), each about its own mean; NaN
+    where there are too few values.
     """
 
     def __init__(self, samples: Sequence[Floats]) -> None:

@@ -16,16 +16,16 @@ from sweep.campaigns.search.outcome import (
     FAILED,
     HELD_OUT,
     SEARCH,
-    blocks,
     candidates,
     objectives,
+    trials_of,
     values_of,
     worst,
 )
 from sweep.spec.objectives import Floats, Objective
 
 if TYPE_CHECKING:
-    from sweep.campaigns.search.stored import Asked
+    from sweep.campaigns.search.asked_trials import AskedTrials
 
 REPETITION, RANDOM = "repetition", "random"
 HYPERVOLUME = "hypervolume"
@@ -53,7 +53,7 @@ class AgainstRandom:
         return mean_estimate(self.search, self.random)
 
 
-def runs(asked: "Asked", kind: str) -> list[str]:
+def runs(asked: "AskedTrials", kind: str) -> list[str]:
     """The names of the runs that are a "repetition", or "random", by their numbers."""
     names = [
         name for name in asked.table["run"].unique() if name.rsplit(" ", 1)[0] == kind
@@ -61,7 +61,7 @@ def runs(asked: "Asked", kind: str) -> list[str]:
     return sorted(names, key=lambda name: int(name.rsplit(" ", 1)[1]))
 
 
-def against_random(asked: "Asked") -> AgainstRandom:
+def against_random(asked: "AskedTrials") -> AgainstRandom:
     """The repetitions of a search against the random searches, by the held-out values
     of their winners.
 
@@ -90,7 +90,7 @@ def against_random(asked: "Asked") -> AgainstRandom:
 
 
 def best_so_far(
-    asked: "Asked", run: str = SEARCH, reference: Floats | None = None
+    asked: "AskedTrials", run: str = SEARCH, reference: Floats | None = None
 ) -> pd.DataFrame:
     """The search estimate of the best so far after each batch of a run, or after each
     candidate where there are none.
@@ -117,7 +117,7 @@ def best_so_far(
     ]
 
 
-def reference_point(asked: "Asked") -> Floats | None:
+def reference_point(asked: "AskedTrials") -> Floats | None:
     """The point (m,) that hypervolumes of a search are measured from, the same for all
     of its runs.
 
@@ -140,8 +140,8 @@ def reference_point(asked: "Asked") -> Floats | None:
     )
 
 
-def _judged_value(asked: "Asked", run: str, reference: Floats | None) -> float:
-    wanted, judged = objectives(asked), blocks(asked, run, HELD_OUT)
+def _judged_value(asked: "AskedTrials", run: str, reference: Floats | None) -> float:
+    wanted, judged = objectives(asked), trials_of(asked, run, HELD_OUT)
     numbers = [number for number in shown(asked, run) if number in judged.candidates]
     if not numbers:
         return np.nan
@@ -155,7 +155,7 @@ def _judged_value(asked: "Asked", run: str, reference: Floats | None) -> float:
     )
 
 
-def _spent(asked: "Asked", run: str, table: pd.DataFrame) -> "pd.Series[int]":
+def _spent(asked: "AskedTrials", run: str, table: pd.DataFrame) -> "pd.Series[int]":
     """The number of trials by the end of each step."""
     rows = asked.table[(asked.table["run"] == run) & (asked.table["phase"] == SEARCH)]
     rows = rows[rows["status"] != "missing"]

@@ -1,227 +1,253 @@
-"""A whole search: the search itself, its repetitions and random searches to compare
-with, and the held-out trials.
+"""One run of a search: a batch of candidates is asked for, raced, and told, until the
+budget is spent.
+
+Nothing depends on the order in which trials come back: all of a rung are there before
+anything is decided.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from sweep.campaigns.progress import SearchProgress
-from sweep.campaigns.search.candidates import (
-    RANDOM,
-    REPETITION,
-    Candidate,
-    check_candidates,
-    held_out,
-    references,
-    repeated,
-    section_of,
-)
-from sweep.campaigns.search.ledger import Ledger, failed_trials, known_trials
-from sweep.campaigns.search.loop import Course, Entrant, Run
-from sweep.campaigns.search.outcome import (
-    HELD_OUT,
-    REFERENCES,
-    SEARCH,
-    candidates,
-    chosen,
-)
-from sweep.campaigns.search.stored import Sheet, about_search, read_asked
+from sweep.campaigns.search.candidates import Candidate, sampler_seed, section_of
+from sweep.campaigns.search.known_values import KnownValues
+from sweep.campaigns.search.racing import Race
+from sweep.campaigns.search.samplers import distributions, new_study, quiet, size_of
 from sweep.design.jobs import Job
-from sweep.errors import FailedTrialsError
-from sweep.spec.search_checks import check_trials
+from sweep.errors import SpecError
+from sweep.spec.objectives import Floats
+from sweep.spec.settings import Value
 from sweep.spec.study import Study
-from sweep.store.custody import custody
-from sweep.store.locations import Location
-from sweep.store.lock import Lock
-from sweep.store.provenance import provenance
-from sweep.store.rows import Tables
-from sweep.store.store import Store
-from sweep.tables.stored_study import StoredStudy
-from sweep.trial.result import Result
-from sweep.workers.checkpoint_folder import Checkpoints
-from sweep.workers.executors import ExecutorFactory
-from sweep.workers.failures import Failures
 
-RANDOM_BLOCKS = 3
-"""Blocks of each candidate of a plain random search, as published searches took."""
+if TYPE_CHECKING:
+    from optuna.trial import Trial
+
+MOST_IDLE = 1000
+"""Candidates in a row that bring no new trial, after which a search ends."""
 
 
-def search(
-    study: Study,
-    results: Location,
-    executor: ExecutorFactory,
-    *,
-    repetitions: int = 0,
-    retry: bool = False,
-    report: Callable[[SearchProgress], None] = lambda _progress: None,
-) -> SearchProgress:
-    """Search, judge the best candidates on held-out seeds, and do the same for each
-    repetition.
+@dataclass(frozen=True, eq=False)
+class RunSetup:
+    """What tells one run of a search from another.
 
-    What is stored below `results` is not run again, with `retry` only if it is done, so
-    an interrupted search goes the same way. Damaged parts are set aside first, and
-    their trials run again. `report` is called before the first trial, whenever trials
-    have come back, and at the end. Raises SpecError for a search that cannot be,
-    StoreError where another process is at work on the study and where the store cannot
-    be read or written, FailedTrialsError where more trials have failed than the spec
-    allows, and KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all
-    finished trials stored.
+    `study` has the seed of the run. A candidate gets at most so many `blocks`. `level`
+    is that of the tests of a race; it is None where there are no races.
     """
-    whole = _Whole(study, results, executor, repetitions, report)
-    with custody(whole.ledger.store) as whole.lock:
-        whole.run(retry=retry)
-    return whole.progress
 
+    name: str
+    study: Study
+    sampler: str
+    blocks: int
+    level: float | None
 
-class _Whole:
-    lock: Lock
-
-    def __init__(
-        self,
-        study: Study,
-        results: Location,
-        executor: ExecutorFactory,
-        repetitions: int,
-        report: Callable[[SearchProgress], None],
-    ) -> None:
-        self.study, self.results, self.report = study, results, report
-        self.section = section_of(study)
-        check_trials(study.document, self.section, repetitions)
-        self.courses = _courses(study, repetitions)
-        check_candidates(study)
-        self.judging = held_out(study)
-        self.references = references(self.judging)
-        origin, columns = provenance(study), self.section.columns
-        store = Store(results / study.name, results)
-        blocks = {course.name: course.blocks for course in self.courses}
-        self.sheet = Sheet(
-            study, store, origin, about_search(study, blocks, repetitions)
-        )
-        most = self.section.most_trials(repetitions)
-        self.progress = SearchProgress(trials=most)
-        failures = Failures(study, store, most)
-        tables = Tables(study, origin)
-        self.ledger = Ledger(
-            study, store, tables, executor, columns, {}, self._note, failures
-        )
-
-    def run(self, *, retry: bool) -> None:
-        """Everything, one run after the other, with the study's lock."""
-        self.ledger.known.update(
-            known_trials(self.ledger.store, self.section.columns, retry=retry)
-        )
-        self.ledger.failed = set() if retry else failed_trials(self.ledger.store)
-        checkpoints = Checkpoints.of(self.ledger.store.folder)
-        # What else the search will ask for is not known before it does.
-        checkpoints.keep_only(checkpoints.trials() - self.ledger.known.keys())
-        self.report(self.progress)
-        for course in self.courses:
-            self._judge(self._search(course))
-        checkpoints.keep_only(())
-        self.sheet.about["finished"] = True
-        self.sheet.write()
-        self.progress.trials = len(self.sheet.ids)
-        if self.progress.statuses:
-            self.ledger.store.compact()
-        self.report(self.progress)
-
-    def _search(self, course: Course) -> Run:
-        run = Run(course, self.ledger)
-        try:
-            for entrants, ran in run.batches():
-                self._add(course, entrants)
-                self._count(run)
-                if ran:
-                    self.sheet.write()
-        except FailedTrialsError:
-            # The failed trial must be in a plan, or it could not be replayed.
-            self._add(course, run.racing)
-            self.sheet.write()
-            raise
-        self._count(run)
-        self.sheet.write()
-        return run
-
-    def _add(self, course: Course, entrants: list[Entrant]) -> None:
-        for entrant in entrants:
-            self.sheet.add(
-                course.name, SEARCH, entrant.number, entrant.batch, entrant.trials
-            )
-
-    def _count(self, run: Run) -> None:
-        self.sheet.about["rejected"][run.course.name] = run.rejected
-        self.sheet.about["repeated"][run.course.name] = run.repeated
-        self.progress.found = f"{run.course.name}: {run.leading()}"
-
-    def _judge(self, run: Run) -> None:
-        """The held-out trials of what a run has chosen; with those of the main search
-        go the references'.
+    def rungs(self) -> list[int]:
+        """How many blocks candidates have after each rung: 1, 2, 4, ... and the last;
+        without races only the last.
         """
-        name = run.course.name
-        several = name == SEARCH or len(self.section.objectives) > 1
-        table = candidates(read_asked(StoredStudy(self.study.name, self.results)), name)
-        numbers = chosen(
-            table,
-            self.section.objectives,
-            self.section.held_out.candidates if several else 1,
-        )
-        values = {entrant.number: entrant.candidate.values for entrant in run.asked}
-        judged = [
-            (name, number, Candidate(self.judging, values[number]))
-            for number in numbers
+        if self.level is None:
+            return [self.blocks]
+        doubling = [
+            2**power
+            for power in range(self.blocks.bit_length())
+            if 2**power < self.blocks
         ]
-        if name == SEARCH:
-            judged += [
-                (REFERENCES, place, candidate)
-                for place, candidate in enumerate(self.references)
-            ]
-        trials = [
-            (whose, number, _all_trials(candidate))
-            for whose, number, candidate in judged
+        return [*doubling, self.blocks]
+
+
+@dataclass(eq=False)
+class AskedCandidate:
+    """A candidate, and the trials that it has got so far, by block and scenario.
+
+    `number` is its place among all that were proposed, and `batch` is -1 where there is
+    none. `samples` has the values of the trials by column, or None where one of them
+    has no result.
+    """
+
+    number: int
+    batch: int
+    candidate: Candidate
+    trials: list[list[Job]] = field(default_factory=list)
+    samples: dict[str, Floats] | None = None
+
+    def give(self, blocks: Iterable[int]) -> list[Job]:
+        """Give it the trials of some blocks more."""
+        scenarios = range(len(self.candidate.points))
+        more = [
+            [self.candidate.job(block, place) for place in scenarios]
+            for block in blocks
         ]
-        self.ledger.run(
-            job for _, _, blocks in trials for block in blocks for job in block
+        self.trials += more
+        return [job for block in more for job in block]
+
+    def ids(self) -> list[list[str]]:
+        """The trial ids by block and scenario."""
+        return [[job.trial_id for job in block] for block in self.trials]
+
+
+@dataclass(eq=False)
+class Run:
+    """A run on its way.
+
+    `asked` has its candidates so far, in the order asked. `rejected` counts proposals
+    that the spec does not allow, and `repeated` those that were made before. `found`
+    says in words what there is after the last batch.
+    """
+
+    setup: RunSetup
+    known: KnownValues
+    rejected: int = 0
+    repeated: int = 0
+    number: int = 0
+    idle: int = 0
+    asked: list[AskedCandidate] = field(default_factory=list)
+    spent: set[str] = field(default_factory=set)
+    seen: dict[tuple[str, ...], AskedCandidate] = field(default_factory=dict)
+    proposed: set[tuple[Value, ...]] = field(default_factory=set)
+    refusal: SpecError | None = None
+    found: str = ""
+
+    def rounds(self) -> Iterator[list[Job]]:
+        """The trials of one rung after the other.
+
+        Whoever takes the next ones has entered the values of the last ones in `known`.
+        Raises SpecError where MOST_IDLE candidates in a row are rejected, or all.
+        """
+        search = section_of(self.setup.study)
+        self.optuna = new_study(
+            self.setup.sampler, search, sampler_seed(self.setup.study)
         )
-        for whose, number, blocks in trials:
-            self.sheet.add(whose, HELD_OUT, number, -1, blocks)
-        self.sheet.write()
-
-    def _note(self, results: list[Result]) -> None:
-        self.progress.statuses.update(result.status for result in results)
-        self.progress.stored = len(self.ledger.reused)
-        self.lock.check()
-        self.report(self.progress)
-
-
-def _courses(study: Study, repetitions: int) -> list[Course]:
-    """The search, its repetitions, and as many plain random searches."""
-    section, blocks = section_of(study), study.trials_per_point
-    if repetitions and study.seeds is not None:
-        message = (
-            "repetitions of a search need seeds of their own:"
-            ' give "replicates" instead of "seeds"'
-        )
-        raise study.document.error(("seeds",), message)
-    courses = [Course(SEARCH, study, section.sampler, blocks, section.level)]
-    for number in range(1, repetitions + 1):
-        again = repeated(study, REPETITION, number)
-        courses.append(
-            Course(
-                f"repetition {number}", again, section.sampler, blocks, section.level
+        self.ranges = distributions(search.parameters)
+        batch = 0
+        while self._left() >= 1 and not self._exhausted():
+            affordable = max(1, self._left() // self.setup.rungs()[0])
+            proposed = [self._ask(batch) for _ in range(min(search.batch, affordable))]
+            fresh = list(
+                {
+                    id(asked): asked
+                    for _, asked in proposed
+                    if asked and not asked.trials
+                }.values()
             )
-        )
-    for number in range(1, repetitions + 1):
-        again = repeated(study, RANDOM, number)
-        courses.append(
-            Course(
-                f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None
+            yield from self._race(fresh)
+            self._tell(proposed)
+            self.found = self.leading()
+            batch += 1
+
+    def leading(self) -> str:
+        """The best so far, in words."""
+        search = section_of(self.setup.study)
+        race = Race(search.objectives, search.constraints, 0.0, self.setup.blocks)
+        leaders = race.leaders([one.samples for one in self.asked if one.samples])
+        if not leaders:
+            return "none complete yet"
+        if len(search.objectives) > 1:
+            return f"{len(leaders)} on the front"
+        (best,) = search.objectives
+        return f"best {best.column} {best.value(leaders[0][best.column]):.5g}"
+
+    def _left(self) -> int:
+        """For how many blocks the budget still suffices."""
+        search = section_of(self.setup.study)
+        return (search.budget - len(self.spent)) // search.scenarios
+
+    def _exhausted(self) -> bool:
+        size = size_of(section_of(self.setup.study).parameters)
+        ended = self.idle >= MOST_IDLE or len(self.proposed) >= size
+        if ended and self.refusal and not self.asked:
+            raise SpecError(
+                f"{self.refusal} ({self.idle:,} candidates in a row are rejected)"
             )
+        return ended
+
+    def _ask(self, batch: int) -> "tuple[Trial, AskedCandidate | None]":
+        """What the sampler proposes next, and the candidate: an earlier one where it is
+        the same, None if rejected.
+        """
+        with quiet():
+            trial = self.optuna.ask(self.ranges)
+        number, self.number = self.number, self.number + 1
+        study = self.setup.study
+        values: dict[str, Value] = {
+            name: study.settings[name].coerce(value)
+            for name, value in trial.params.items()
+        }
+        self.proposed.add(tuple(values.values()))
+        self.idle += 1
+        try:
+            candidate = Candidate(study, values)
+        except SpecError as error:
+            self.rejected, self.refusal = self.rejected + 1, error
+            return trial, None
+        if candidate.points in self.seen:
+            self.repeated += 1
+        else:
+            self.idle = 0
+            self.seen[candidate.points] = AskedCandidate(number, batch, candidate)
+        return trial, self.seen[candidate.points]
+
+    def _race(self, fresh: list[AskedCandidate]) -> Iterator[list[Job]]:
+        """The trials of a batch's candidates, rung by rung."""
+        search, setup = section_of(self.setup.study), self.setup
+        race = (
+            Race(search.objectives, search.constraints, setup.level, setup.blocks)
+            if setup.level
+            else None
         )
-    return courses
+        earlier = [asked.samples for asked in self.asked if asked.samples]
+        self.asked += fresh
+        running, had = fresh, 0
+        for rung in setup.rungs():
+            jobs, allowed = self._allot(running, had, rung)
+            yield jobs
+            for asked in running:
+                asked.samples = self.known.of(asked.ids()) if asked.trials else None
+            running, had = [asked for asked in running if asked.samples], rung
+            if not allowed:
+                break
+            if race and rung < setup.blocks:
+                dropped = race.dropped(
+                    earlier, [asked.samples for asked in running if asked.samples]
+                )
+                running = [
+                    asked
+                    for asked, out in zip(running, dropped, strict=True)
+                    if not out
+                ]
 
+    def _allot(
+        self, running: list[AskedCandidate], had: int, rung: int
+    ) -> tuple[list[Job], bool]:
+        """Give each candidate its blocks from `had` to `rung`, block after block: their
+        trials, and whether the budget was enough.
+        """
+        jobs: list[Job] = []
+        for block in range(had, rung):
+            for asked in running:
+                if self._left() < 1:
+                    return jobs, False
+                given = asked.give([block])
+                self.spent.update(job.trial_id for job in given)
+                jobs += given
+        return jobs, True
 
-def _all_trials(candidate: Candidate) -> list[list[Job]]:
-    blocks = candidate.jobs.study.trials_per_point
-    return [
-        [candidate.job(block, place) for place in range(len(candidate.points))]
-        for block in range(blocks)
-    ]
+    def _tell(self, proposed: "list[tuple[Trial, AskedCandidate | None]]") -> None:
+        """What became of the batch, in the order asked; what has no value is worse than
+        all that has.
+        """
+        from optuna.trial import TrialState
+
+        search = section_of(self.setup.study)
+        with quiet():
+            for trial, asked in proposed:
+                if asked is None or asked.samples is None:
+                    self.optuna.tell(trial, state=TrialState.PRUNED)
+                    continue
+                for place, constraint in enumerate(search.constraints):
+                    trial.set_constraint(
+                        str(place),
+                        constraint.violation(asked.samples[constraint.column]),
+                    )
+                self.optuna.tell(
+                    trial,
+                    [one.value(asked.samples[one.column]) for one in search.objectives],
+                )

@@ -26,8 +26,8 @@ import pandas as pd
 
 from sweep.analysis import CONFIDENCE
 from sweep.errors import ChoiceError
-from sweep.spec.blocks import INSTALL, OPTIONS
 from sweep.spec.sampling import SAMPLERS
+from sweep.spec.whole_samples import INSTALL, OPTIONS
 from sweep.tables.sensitivity.sampled import (
     Analysis,
     Floats,

@@ -1,5 +1,4 @@
-// What opens on demand: the copied spec, files to take away, the keys, and which
-// metrics are plotted.
+// Dialogs: the copied spec, the menu of files, the keys, and the choice of metrics.
 
 import { button, make, spaced } from "./dom.js";
 import { KEYS } from "./keys.js";
@@ -132,7 +131,7 @@ export class MetricsDialog {
     return inputs.filter((input) => input.checked).map((input) => input.value);
   }
 
-  // What came of a choice, which may have been refused.
+  // Shows which metrics are plotted now: a choice may have been refused.
   /** @param {string[]} plots */
   follow(plots) {
     for (const input of this.list.querySelectorAll("input")) {

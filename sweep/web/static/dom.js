@@ -1,4 +1,4 @@
-// Elements, icons and numbers: what all parts of the page are made of. Text is set as
+// Elements, icons and numbers, of which all parts of the page are made. Text is set as
 // text, never as HTML.
 
 /** @import { Value } from "./protocol.d.ts" */
@@ -104,8 +104,8 @@ export function setIcon(element, name, label) {
   element.setAttribute("aria-label", label);
 }
 
-// randomUUID is only there for pages from this machine or by https, which a notebook
-// need not be.
+// A page has randomUUID only if it comes from this machine or by https. A notebook may
+// come by http.
 export const randomName = () =>
   Array.from(crypto.getRandomValues(new Uint32Array(4)), (part) => part.toString(36))
     .join("-");
@@ -166,7 +166,7 @@ export function paced(act, wait) {
 export const partsOf = (colour) =>
   Array.from(colour.matchAll(/[\d.]+/g), ([part]) => Number(part));
 
-// What draws in a canvas.
+// The context with which a script draws in a canvas.
 /**
  * @param {HTMLCanvasElement} canvas
  * @param {CanvasRenderingContext2DSettings} [settings]
@@ -177,7 +177,7 @@ export function contextOf(canvas, settings) {
   return context;
 }
 
-// Sets a text only where it is another one: most messages change little.
+// Sets the text of an element only if it changes: most messages change little.
 /** @param {Element} element @param {string} text */
 export function write(element, text) {
   if (element.textContent !== text) element.textContent = text;

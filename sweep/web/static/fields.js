@@ -1,5 +1,5 @@
-// The settings as controls, generated from what the server says of each: so a new model
-// has its page for nothing.
+// The settings as controls. They are made from what the server says of each setting, so
+// a new model needs no script.
 
 import { asNumber, button, make, paced, short, spaced, unitText } from "./dom.js";
 
@@ -189,7 +189,7 @@ export class Field {
     this.ask({ type: "set", name: this.about.name, value });
   }
 
-  // Whatever comes of it is to be shown.
+  // The answer must be shown, whether the value was taken or refused.
   /** @param {Message} message */
   ask(message) {
     this.known = "";
@@ -250,7 +250,7 @@ export class Field {
     this.step(up ? 1 : -1);
   }
 
-  // The next value up or down, where there is one; returns the value.
+  // Changes to the next value up or down, if there is one. Returns the value.
   /** @param {number} direction @returns {Value} */
   step(direction) {
     if (!this.slide) return this.value;
@@ -268,7 +268,7 @@ export class Field {
     if (input instanceof HTMLSelectElement) return this.set(input.value);
     if (input.type === "checkbox") return this.set(input.checked);
     const text = input.value.trim().toLowerCase();
-    // What is no number is refused in words.
+    // The server refuses what is no number, and says why.
     const value = text === "" || Number.isNaN(Number(text)) ? text : Number(text);
     if (value !== this.value) this.set(value);
   }
@@ -316,7 +316,7 @@ export class Field {
   }
 }
 
-// What a setting is, beside the one under the pointer or in focus.
+// The explanation of a setting, beside the one under the pointer or in focus.
 export class Tip {
   /** @param {HTMLElement} root @param {HTMLElement} floor */
   constructor(root, floor) {
@@ -357,7 +357,7 @@ export class Tip {
       this.root.getBoundingClientRect(),
       this.element.getBoundingClientRect(),
     ];
-    // What is said there may be read too.
+    // The pointer may also stay on the explanation.
     const floor = this.floor.getBoundingClientRect().top;
     const left = beside.left - own.width - 10 > space.left
       ? beside.left - own.width - 10

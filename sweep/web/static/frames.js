@@ -1,4 +1,4 @@
-// Frames as the server packs them, and colours that stay with a flock while it lives.
+// Unpacks frames of the server, and gives each flock a colour for as long as it lives.
 
 /** @import { Bytes } from "./protocol.d.ts" */
 
@@ -86,8 +86,8 @@ export const placeX = (frame, i) =>
 export const placeY = (frame, i) =>
   frame.box[1] + (frame.y[i] / 65535) * (frame.box[3] - frame.box[1]);
 
-// A flock takes the colour that most of its boids had, the larger flocks first; a boid
-// alone has none (-1).
+// A flock gets the colour that most of its boids had before. Larger flocks choose
+// first. A boid that is alone has no colour (-1).
 export class FlockColours {
   /** @param {number} colours */
   constructor(colours) {

@@ -1,5 +1,5 @@
-// What lies still: the world, its visits and obstacles, the goal, the handles of what
-// is selected, and the scale.
+// Draws what does not move: the world, its visits and obstacles, the goal, the handles
+// of the selection, and the scale.
 
 import { OBSTACLE_PIXEL } from "./frames.js";
 import { contextOf, partsOf, short } from "./dom.js";
@@ -89,7 +89,7 @@ export function drawObstacles(stage) {
 export function drawGoal(stage, scene) {
   const { context } = stage;
   const [x, y, radius] = scene.goal ?? [0, 0, 0];
-  if (x === 0 && y === 0) return; // where no model wants anybody to go
+  if (x === 0 && y === 0) return; // (0, 0) stands for no goal
   const at = stage.toScreen({ x, y });
   context.strokeStyle = context.fillStyle = stage.colours.goal;
   context.lineWidth = 1.5;

@@ -1,4 +1,4 @@
-// What may be done by keyboard, and what is said of it.
+// The shortcuts of the keyboard, and their list.
 
 import { short, spaced } from "./dom.js";
 
@@ -56,7 +56,7 @@ export class Keys {
     if ((event.ctrlKey || event.metaKey || event.altKey) && !undoing) return;
     if (event.key === " " && target?.closest("button, summary, [type=checkbox]")) {
       if (!view.pointed) return;
-      // It was clicked, not reached by the keyboard: the key is meant for the run.
+      // The button was clicked, not reached by Tab: the key is meant for the run.
       target.blur();
     }
     if (!undoing && !this.shortcut(event.key)) return;
@@ -97,7 +97,7 @@ export class Keys {
   /** @param {number} direction @param {number} index */
   weigh(direction, index = this.weight) {
     const { view } = this;
-    const field = view.weights[index];
+    const field = view.groups.weights[index];
     if (!field || view.hand.frozen) return;
     this.weight = index;
     const value = direction ? field.step(direction) : field.value;

@@ -1,5 +1,4 @@
-// What there is to choose from beside the picture: its obstacles, and the boid that is
-// looked at.
+// The lists beside the picture: obstacles, the selected boid, and overlays.
 
 import { button, make, short, spaced } from "./dom.js";
 import { ARROW } from "./swarm.js";
@@ -162,7 +161,7 @@ export class BoidCard {
     this.stage = stage;
     this.send = send;
     /** @type {number | null} */
-    this.chosen = null; // which may not be on the screen yet
+    this.chosen = null; // its selection may not have come yet
     this.input = make("input", {
       type: "text",
       inputMode: "numeric",

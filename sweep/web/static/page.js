@@ -21,7 +21,7 @@ function pageId() {
 }
 
 class Socket {
-  // By these the view listens.
+  // The view sets these, to listen.
   /** @type {Listener["onopen"]} */
   onopen = () => {};
   /** @type {Listener["onmessage"]} */

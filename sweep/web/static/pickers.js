@@ -1,5 +1,5 @@
-// What a run is of: its model, preset and map; and of a stored trial, what it is
-// compared with.
+// The choice of model, preset and map; and for a stored trial, how it compares with
+// what is stored.
 
 import { make, short, spaced } from "./dom.js";
 
@@ -14,7 +14,7 @@ export class Pickers {
     this.shown = "";
   }
 
-  // What is shown may be other than what holds.
+  // A refused choice may still be shown: the next state must be shown again.
   forget() {
     this.shown = "";
   }

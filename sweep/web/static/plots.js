@@ -43,7 +43,7 @@ export class Series {
     [this.steps, this.values] = [this.steps.filter(kept), this.values.filter(kept)];
   }
 
-  // The value at `step`, which in a replay is not the last one.
+  // The value at `step`. In a replay there may be later ones.
   /** @param {number} step */
   at(step) {
     let i = this.steps.length - 1;
@@ -88,8 +88,8 @@ export class Plot {
     this.publish(settings);
   }
 
-  // What a document says for the very settings on the screen: of a whole run, or of one
-  // of its frames.
+  // The published numbers for exactly the settings on the screen. They are of a whole
+  // run, or of one of its frames.
   /** @param {Record<string, Value>} settings */
   publish(settings) {
     /** @param {Published} one */

@@ -1,5 +1,5 @@
-// The hand: obstacles are placed, moved and resized, the goal set and boids chosen, by
-// pointer or keyboard.
+// The hand: with pointer or keyboard it places, moves and resizes obstacles, sets the
+// goal, and selects boids.
 
 import { paced } from "./dom.js";
 
@@ -110,7 +110,7 @@ export class Hand {
     this.changed();
   }
 
-  // The scene has come: what was edited here is forgotten once the world is like it.
+  // A scene has come. Once the world is as it was edited here, the edit is forgotten.
   /** @param {Scene} scene */
   settle(scene) {
     const { stage } = this;
@@ -136,8 +136,7 @@ export class Hand {
     this.changed();
   }
 
-  // The whole list of obstacles anew; `lasting` says that undo comes back to what was
-  // before.
+  // Sends the whole list of obstacles. If `lasting`, undo returns to the list before.
   /** @param {Obstacle[]} obstacles @param {boolean} lasting */
   replace(obstacles, lasting = true) {
     const { stage } = this;
@@ -149,7 +148,7 @@ export class Hand {
     this.changed();
   }
 
-  // A paced one may be due when the next drag has begun and has changed nothing yet.
+  // The paced call may come when the next drag has begun and has changed nothing yet.
   sendShapes() {
     const { edited } = this.stage;
     if (!edited) return;
@@ -185,7 +184,7 @@ export class Hand {
     this.replace(this.stage.obstacles.map((one, i) => (i === index ? row : one)));
   }
 
-  // Lengths as fine as the screen shows them, so that a spec is readable.
+  // Rounds lengths to what the screen can show, so that a spec is readable.
   /** @param {number} length */
   tidy(length) {
     const grain = 10 ** Math.floor(Math.log10(1 / this.stage.camera.scale));
@@ -217,8 +216,7 @@ export class Hand {
     if (grip.kind === "shape" && grip.boid === null) this.mark(grip.index);
   }
 
-  // What the pointer has taken hold of: it is dragged. A boid there is what a click
-  // means.
+  // The thing under the pointer, which a drag moves. A click selects a boid there.
   /** @param {Place} place @param {number} near @returns {Grip} */
   grip(place, near) {
     const { stage, tool } = this;

@@ -1,5 +1,5 @@
-// A recorded run as a transport: it answers the page as a server would, from what
-// stands in the file.
+// A recorded run as a transport. It answers the page as a server does, from the data in
+// the file.
 
 import { bytesOf } from "./dialogs.js";
 import { mount } from "./view.js";
@@ -7,7 +7,7 @@ import { mount } from "./view.js";
 /** @import { Heard, Message, Recording, Transport } from "./protocol.d.ts" */
 
 const FIXED = "this is a recording: it can be played, and nothing in it changed";
-const LOOK = 16; // ms between two looks at the clock
+const TICK = 16; // ms between two checks of the clock
 
 // `recording` has the messages controls, state and scene, the steps of its frames and
 // the metrics in them, the spec, and the frames: as many bytes each, one after the
@@ -18,7 +18,7 @@ function recorded(recording) {
   const bytes = bytesOf(recording.frames);
   const size = bytes.length / steps.length;
   const last = steps.length - 1;
-  let place = 0; // among the frames
+  let place = 0; // index of the frame on the screen
   let sent = -1;
   let ready = true;
   let clock = 0; // steps, a fraction of one included
@@ -115,7 +115,7 @@ function recorded(recording) {
         return say({ type: "error", message: FIXED });
     }
   };
-  const timer = setInterval(look, LOOK);
+  const timer = setInterval(look, TICK);
   /** @type {Transport} */
   const transport = {
     send(message) {

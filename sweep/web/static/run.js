@@ -1,5 +1,5 @@
-// The bar below the picture: it runs and pauses, takes single steps, resets, scrubs
-// through a stored trial.
+// The bar below the picture. It runs and pauses, takes single steps, resets, and goes
+// to any step of a stored trial.
 
 import { button, make, setIcon, short, write } from "./dom.js";
 
@@ -97,7 +97,7 @@ export class RunBar {
     this.showStep(step);
   }
 
-  // A speed from elsewhere becomes one that can be chosen.
+  // Adds the speed to the choices if it is none of them: another page may have set it.
   /** @param {number} speed */
   offer(speed) {
     if ([...this.speed.options].some((option) => Number(option.value) === speed)) {

@@ -47,7 +47,7 @@ const COLOURS = /** @type {const} */ ([
 const TRAIL_FRAMES = 60;
 const TRAIL_SEGMENTS = 12000;
 
-// What the style sheet says: the colours by name, and those of the rules.
+// The colours of the style sheet by name, and those of the rules.
 /**
  * @param {HTMLElement} element
  * @returns {[Colours, string[]]}
@@ -145,7 +145,7 @@ export class Stage {
     [this.colours, this.rules] = coloursBeside(this.canvas);
     paintHeat(this);
     this.redraw();
-    // JupyterLab hides all while it changes its theme.
+    // JupyterLab hides everything while it changes its theme.
     requestAnimationFrame(() => this.renewed());
   }
 

@@ -1,6 +1,6 @@
-// Many boids: a triangle is a mask of pixels, made once for each heading, and written
-// straight into an image. Without a graphics card ten thousand of them take a few ms
-// so, and as paths a quarter of a second.
+// Draws many boids. A triangle is a mask of pixels. It is made once for each heading,
+// and written straight into an image. Without a graphics card ten thousand boids take a
+// few ms in this way; as paths they take a quarter of a second.
 
 import { contextOf } from "./dom.js";
 

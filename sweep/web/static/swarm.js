@@ -1,5 +1,5 @@
-// What moves: boids with their trails, whom one of them sees, and the accelerations by
-// rule.
+// Draws what moves: boids with their trails, the neighbours of one boid, and the
+// accelerations by rule.
 
 import { partsOf } from "./dom.js";
 import { CORNERS } from "./stamps.js";
@@ -9,7 +9,8 @@ import { CORNERS } from "./stamps.js";
 /** @import { Camera, Stage } from "./stage.js" */
 
 export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
-// Steps between two frames, from which on a straight line says nothing.
+// Two frames that are so many steps apart are not joined: a straight line would
+// mislead.
 const TRAIL_GAP = 10;
 const MANY = 300; // boids, from which on they are stamps
 export const ARROW = 26; // CSS pixels, a usual acceleration

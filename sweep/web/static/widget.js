@@ -13,8 +13,8 @@ const WAITED = 1500; // ms
 const WAITING = "Waiting for the kernel, which is busy or gone.";
 const GONE = "This run is gone with its kernel. Run the cell again for another one.";
 
-// JupyterLab's theme is its own, whatever the system prefers, and may change at any
-// time. Returns what ends it.
+// JupyterLab has a theme of its own, whatever the system prefers. It may change at any
+// time. Returns a function that ends the following.
 /** @param {View} view */
 function followTheme({ root, stage }) {
   const follow = () => {
@@ -56,7 +56,7 @@ function render({ model, el }) {
   const transport = {
     start() {
       model.on("msg:custom", receive);
-      // JupyterLab's word for a kernel that begins anew.
+      // JupyterLab says this when its kernel has begun anew.
       model.on("comm_live_update", lose);
       waiting = setTimeout(() => transport.onclose?.(WAITING), WAITED);
       transport.onopen?.();

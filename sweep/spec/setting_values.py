@@ -59,7 +59,9 @@ def read_axes(
 def read_derive(
     entry: Entry | None, known: dict[str, Setting]
 ) -> dict[str, Expression]:
-    """The expressions under `derive` by setting, each after those it needs."""
+    """The expressions under `derive` by setting. Each stands after those that it
+    needs.
+    """
     unsorted: dict[str, Expression] = {}
     for name, child in entry.mapping() if entry else ():
         if name not in known:
@@ -126,7 +128,9 @@ def check_conditions(
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError where a condition could split a sample that counts only whole."""
+    """Raise SpecError where a condition could reject a part of a sample that counts
+    only whole.
+    """
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
         message = (

@@ -1,5 +1,5 @@
-"""Run a batch of trials in workers and store their results. Trials that fail are tried
-again if the spec says so.
+"""Runs trials in workers and stores their results. Trials that fail are tried again if
+the spec says so.
 
 Long trials go on from their checkpoints, if there are any. A checkpoint is deleted here
 when its trial is stored, and when its trial took too long and is tried again.
@@ -16,7 +16,7 @@ from sweep.store.rows import Tables
 from sweep.store.store import Store
 from sweep.store.writer import Writer
 from sweep.trial.result import Result, after, failed, overdue, result_bytes
-from sweep.trial.simulation import run, warm
+from sweep.trial.simulation import is_brief, run, warm
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
@@ -41,28 +41,35 @@ def run_jobs(
     failures: Failures,
     noted: Callable[[list[Result]], None] = lambda _results: None,
 ) -> None:
-    """Run `jobs`, trials of `study`, and store their results; `noted` is told of each
-    batch as it is stored.
+    """Run `jobs` and store their results.
+
+        study     the study of the jobs: its time limit, retries and checkpoints
+        jobs      the trials to run
+        store     the store of the study
+        tables    makes the tables of a part from results
+        executor  runs the jobs
+        failures  the failed trials that the launch knows of already
+        noted     is told of results, once they are handed to the store
 
     Trials that fail run again after all others, if the spec says so; only their last
     outcome is stored. Raises FailedTrialsError as soon as more trials of the study have
-    failed than are allowed, counting those that `failures` knows from before, and
-    KeyboardInterrupt after Ctrl-C. In both cases all finished trials are stored.
+    failed than are allowed, and KeyboardInterrupt after Ctrl-C. In both cases all
+    finished trials are stored.
     """
     failures.check()
-    # Compiled here once, or four cold workers would each compile the same.
+    # Compile here once. Otherwise each worker would compile the same.
     warm(jobs[0])
     checkpoints = Checkpoints.of(store.folder)
 
     def stored(results: list[Result]) -> None:
-        checkpoints.discard({result.job.trial_id for result in results})
+        _discard(checkpoints, results)
 
     outcomes = closing(_outcomes(study, jobs, executor, checkpoints, failures))
     with (
         Writer[Result](store, tables, size=result_bytes, stored=stored) as writer,
-        outcomes as batches,
+        outcomes as arriving,
     ):
-        for results in batches:
+        for results in arriving:
             writer.add(results)
             noted(results)
             failures.note(results)
@@ -76,8 +83,8 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """The last outcome of every job, batch by batch. In each further round the failed
-    jobs are tried again.
+    """The last outcome of every job, as the outcomes come back. In each further round
+    the failed jobs are tried again.
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
@@ -85,7 +92,7 @@ def _outcomes(
         for results in _driven(study, jobs, executor, checkpoints):
             again += [result.job for result in results if result.has_failed]
             late = [result for result in results if result.status == "timeout"]
-            checkpoints.discard({result.job.trial_id for result in late})
+            _discard(checkpoints, late)
             yield [result for result in results if not result.has_failed]
         if not again:
             return
@@ -96,6 +103,12 @@ def _outcomes(
         jobs = again
     for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
+
+
+def _discard(checkpoints: Checkpoints, results: list[Result]) -> None:
+    """Delete the checkpoints of these results. A brief trial never wrote one."""
+    if long := [one.job.trial_id for one in results if not is_brief(one.job)]:
+        checkpoints.discard(long)
 
 
 def _driven(

@@ -11,8 +11,8 @@ from scipy.stats import norm
 from sweep.design.plan import make_plan
 from sweep.errors import SpecError
 from sweep.spec.axes import Axis
-from sweep.spec.blocks import TAIL
 from sweep.spec.study import parse_spec
+from sweep.spec.whole_samples import TAIL
 from tests.sampled import SETTINGS, axis
 from tests.specs import short, short_study
 

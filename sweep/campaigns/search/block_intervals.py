@@ -1,82 +1,16 @@
-"""The trials of a run's candidates by block and scenario, and intervals over blocks.
+"""Estimates of objectives from blocks of trials, with intervals.
 
-The trials of a block share their seed, so blocks are what is independent, and what is
-resampled.
+The trials of a block share their seed. So whole blocks are independent of each other,
+and whole blocks are resampled.
 """
 
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, Interval, mean_interval
 from sweep.analysis.resampling import resampled_interval
 from sweep.spec.objectives import Floats, Objective
-
-
-class Blocks(NamedTuple):
-    """The trials of k candidates, each with up to n blocks in s scenarios.
-
-    `candidates` are their numbers (k,) in ascending order. `stored` and `done` (k, n,
-    s) say which trials have run and which of them have a result that is finite in all
-    columns asked for. `values` (k, n, s) are these columns, NaN where there is none.
-    """
-
-    candidates: NDArray[np.int64]
-    stored: NDArray[np.bool_]
-    done: NDArray[np.bool_]
-    values: dict[str, Floats]
-
-    def counts(self) -> NDArray[np.int64]:
-        """How many blocks of each candidate have run in every scenario, up to the first
-        that has not; (k,).
-        """
-        return np.asarray(
-            np.logical_and.accumulate(self.stored.all(axis=2), axis=1).sum(axis=1),
-            np.int64,
-        )
-
-    def of(self, place: int, column: str) -> Floats:
-        """The values of a column in the blocks that count of the candidate at `place`:
-        shape (blocks, scenarios).
-        """
-        return self.values[column][place, : self.counts()[place]]
-
-    def find(self, candidate: int) -> int:
-        """The place of a candidate. Raises KeyError where it has no trials."""
-        (places,) = np.nonzero(self.candidates == candidate)
-        if not len(places):
-            raise KeyError(candidate)
-        return int(places[0])
-
-
-def blocks_of(rows: pd.DataFrame, columns: list[str]) -> Blocks:
-    """The blocks of `rows` of a search's table, all of one run and one phase."""
-    candidates, places = np.unique(
-        rows["candidate"].to_numpy(np.int64), return_inverse=True
-    )
-    block, scenario = (
-        rows["block"].to_numpy(np.int64),
-        rows["scenario"].to_numpy(np.int64),
-    )
-    shape = (
-        len(candidates),
-        int(block.max(initial=-1)) + 1,
-        int(scenario.max(initial=-1)) + 1,
-    )
-    status = rows["status"].to_numpy()
-    stored, done = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
-    stored[places, block, scenario] = status != "missing"
-    done[places, block, scenario] = status == "done"
-    values = {column: np.full(shape, np.nan) for column in columns}
-    for column, array in values.items():
-        array[places, block, scenario] = rows[column].to_numpy(np.float64)
-        done &= np.isfinite(array)
-    for array in values.values():
-        array[~done] = np.nan
-    return Blocks(candidates, stored, done, values)
 
 
 def block_interval(

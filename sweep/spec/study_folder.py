@@ -1,7 +1,7 @@
 """What lies in the folder of a study, and so what no study may be called.
 
-A study may lie in the folder of another, as `a/b` in that of `a`. That is safe as long
-as no name of the one is a name that the other uses for what it stores.
+A study may lie in the folder of another: study `a/b` lies in the folder of `a`. That is
+safe as long as no part of a study's name is a name that results use.
 """
 
 import re
@@ -15,13 +15,16 @@ STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
 OWN = (*STORED, FIGURES, *SCORECARD)
 
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
-"""When it was stored, in ns, whose first digit is 0 until the year 2286, and a token.
+"""The time at which the part was stored, in ns, and a token. The first digit is 0 until
+the year 2286.
 """
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
-"""What folders can be called. A study of an older version may have a name of OWN."""
+"""What a folder can be called. A study of an older version may have a name of OWN."""
 
 
 def taken_name(study: str) -> str | None:
-    """The first name in that of a study which is one of OWN, in whatever letters."""
+    """The first part of a study's name that is one of OWN, in small or capital
+    letters.
+    """
     return next((name for name in study.split("/") if name.lower() in OWN), None)

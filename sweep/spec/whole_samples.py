@@ -1,5 +1,5 @@
-"""Samples whose points count only together: Saltelli's blocks for Sobol indices,
-Morris's trajectories.
+"""Samples whose points count only together: the blocks of Saltelli, for Sobol indices,
+and the trajectories of Morris.
 
 SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an
 optional extra. Both are samples of the unit cube; every distribution of
@@ -15,24 +15,46 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
+from sweep.spec.contents import Content, Whole
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.sampling import Unit, generator
+from sweep.spec.schema_parts import Schema
 
 Problem = dict[str, Any]
 """The settings as SALib has them: `num_vars`, `names` and `bounds`."""
 
 OPTIONS = {"saltelli": "second_order", "morris": "levels"}
-"""The samplers of this kind, and the key that only they know."""
+"""The samplers of this kind, each with the key that only it knows."""
 
 LEVELS = 4
 MOST_LEVELS = 1000
 TAIL = 0.005
-"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
-and the 99.5 % quantile.
+"""A normal distribution has no ends. So the outermost levels of Morris's grid are its
+quantiles of 0.5 % and 99.5 %.
 """
 
 INSTALL = 'pip install ".[sensitivity]"'
+
+
+@dataclass(frozen=True)
+class Levels(Content[int]):
+    """An even number of levels."""
+
+    @property
+    def words(self) -> str:
+        return f"an even number from 2 to {MOST_LEVELS:,}"
+
+    def read(self, entry: Entry) -> int:
+        levels = entry.whole(2, MOST_LEVELS)
+        if levels % 2:
+            raise entry.expected(
+                "an even number, so that all levels are equally likely"
+            )
+        return levels
+
+    def schema(self) -> Schema:
+        return Whole(2, MOST_LEVELS).schema() | {"multipleOf": 2}
 
 
 @dataclass(frozen=True)
@@ -57,8 +79,8 @@ class SampleBlocks:
 
 
 def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
-    """The blocks that an axis over so many `settings` asks for: `points` is their
-    number, the base sample.
+    """The blocks that an axis over so many `settings` asks for. The key `points` has
+    their number.
 
     Raises SpecError where `points`, `second_order` or `levels` is not allowed, where
     there are too many points, and where SALib is not installed.
@@ -72,7 +94,8 @@ def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
         second = entry.get("second_order")
         formula = "D + 2" if second and not second.truth() else "2 D + 2"
     else:
-        levels = _levels(entry.get("levels"))
+        given = entry.get("levels")
+        levels = Levels().read(given) if given else LEVELS
     size = {"D + 1": settings + 1, "D + 2": settings + 2, "2 D + 2": 2 * settings + 2}[
         formula
     ]
@@ -84,15 +107,6 @@ def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
     check_cells(entry.child("points"), count * size, settings)
     _check_installed(entry.child("sample"), sampler)
     return SampleBlocks(sampler, count, size, levels)
-
-
-def _levels(entry: Entry | None) -> int:
-    if entry is None:
-        return LEVELS
-    levels = entry.whole(2, MOST_LEVELS)
-    if levels % 2:
-        raise entry.expected("an even number, so that all levels are equally likely")
-    return levels
 
 
 def _check_installed(entry: Entry, sampler: str) -> None:
@@ -109,7 +123,7 @@ def sample_blocks(
     """The sample of the settings with these distributions, block after block: an array
     for each setting.
 
-    More blocks continue it, another setting makes it another.
+    More blocks continue it. Another number of settings changes all points.
     """
     settings = len(distributions)
     problem = {
@@ -127,14 +141,15 @@ def sample_blocks(
 
 
 def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Unit]:
-    """A block is A, A with one setting of B each, for pairs B with one setting of A
-    each, and B.
+    """A block consists of point A; A with one setting taken from B, for each setting;
+    for indices of pairs also B with one setting taken from A, for each setting; and
+    point B.
 
-    A and B are halves of a point of the scrambled Sobol sequence.
+    A and B are the two halves of a point of the scrambled Sobol sequence.
     """
     from SALib.sample import sobol
 
-    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    # scipy warns where the number is no power of two: take the next power, and cut.
     power = 2 ** math.ceil(math.log2(blocks.count))
     second_order = blocks.size == 2 * problem["num_vars"] + 2
     sample = sobol.sample(problem, power, calc_second_order=second_order, seed=rng)
@@ -148,5 +163,5 @@ def _morris(
     from SALib.sample import morris
 
     sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)
-    # The same level is reached by different sums: rounding makes equal points equal.
+    # Different sums reach the same level. Rounding makes these points equal.
     return list(np.rint(sample.T * (levels - 1)) / (levels - 1))

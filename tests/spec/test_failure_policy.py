@@ -15,14 +15,14 @@ from typing import Any
 import pandas as pd
 import pytest
 
-import sweep.workers.batch as batch_module
+import sweep.workers.attempts as attempts_module
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.plan import make_search_plan
-from sweep.campaigns.search.stored import read_asked
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.plan import make_plan
 from sweep.errors import FailedTrialsError, SpecError
-from sweep.spec.policy import Policy
+from sweep.spec.failure_policy import Policy
 from sweep.spec.study import parse_spec
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
@@ -259,8 +259,8 @@ class Trials:
         self.attempts: Counter[str] = Counter()
         self.order: list[str] = []
         self.fate = fate
-        patch.setattr(batch_module, "run", self)
-        patch.setattr(batch_module, "warm", lambda _job: None)
+        patch.setattr(attempts_module, "run", self)
+        patch.setattr(attempts_module, "warm", lambda _job: None)
 
     def __call__(self, job: Job) -> Result:
         self.attempts[job.trial_id] += 1

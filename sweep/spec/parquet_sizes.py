@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MOST_FOOTER = 10_000_000
-"""Bytes: read, each byte may take a few hundred."""
+"""Bytes. A byte of the footer may take a few hundred in memory once it is read."""
 MOST_HEAD = 100_000
 """Bytes of the head of a page, whose statistics may hold two long texts."""
 MOST_PAGES = 1_000_000
 MAGIC = b"PAR1"
 DELTA_BYTE_ARRAY = 7
-"""The encoding of texts by what they share with the one before: a few bytes give any
-number of long texts."""
+"""This encoding stores of each text only how it differs from the one before, so that a
+few bytes unpack to any number of long texts.
+"""
 
 Head = dict[int, Any]
 """The values of a Thrift struct by the numbers of their fields."""
@@ -28,7 +29,7 @@ class PagesError(ValueError):
 
 
 class Unpacked(NamedTuple):
-    """Bytes that pages unpack to, and values in them: those of equal ones are one."""
+    """The bytes that pages unpack to, and how many values are in them."""
 
     size: int
     values: int
@@ -69,9 +70,7 @@ def unpacked(path: Path, about: Any, columns: Collection[str]) -> Unpacked:
 
 
 def _extent(chunk: Any) -> tuple[int, int]:
-    """Where the pages of a column in a row group begin and
-    end, as pyarrow finds them.
-    """
+    """Where the pages of a column begin and end in the file, as pyarrow computes it."""
     first = chunk.data_page_offset
     if chunk.has_dictionary_page and 0 < chunk.dictionary_page_offset < first:
         first = chunk.dictionary_page_offset
@@ -93,9 +92,7 @@ def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
 
 
 def _values(head: Head) -> int:
-    """The values of a page of data, of a dictionary, or of
-    data in the second format.
-    """
+    """How many values a page holds: of data in either format, or of a dictionary."""
     found = 0
     for kind, encoding in ((5, 2), (7, 2), (8, 4)):
         about = head.get(kind)

@@ -1,0 +1,154 @@
+"""The driver of every campaign: ask, run, look, and ask again.
+
+A strategy asks for trials, round after round. Those of a round that are not stored yet
+are run; then it looks at what came of them, and asks for the next round, until it asks
+for no more.
+
+The plan that lists the trials of a round is stored before they run. So each trial that
+a launch has stored is in its plan, whenever the launch ends.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
+
+import numpy as np
+import pyarrow as pa
+
+from sweep.campaigns.progress import Progress
+from sweep.campaigns.stored_trials import StoredTrials, among
+from sweep.campaigns.strategy import Origin, PlanTables, Round, Strategy
+from sweep.design.jobs import Job
+from sweep.store.custody import custody
+from sweep.store.locations import Location
+from sweep.store.lock import Lock
+from sweep.store.provenance import provenance
+from sweep.store.rows import Tables
+from sweep.store.shares import Share
+from sweep.store.store import Store
+from sweep.trial.result import Result
+from sweep.workers.attempts import run_jobs
+from sweep.workers.checkpoint_folder import Checkpoints
+from sweep.workers.executors import ExecutorFactory
+from sweep.workers.failures import Failures, failed_among
+
+P = TypeVar("P", bound=Progress)
+
+
+def run_campaign(
+    strategy: Strategy[P],
+    results: Location,
+    executor: ExecutorFactory,
+    *,
+    share: Share | None = None,
+    retry: bool = False,
+    report: Callable[[P], None],
+) -> P:
+    """Run the trials that the strategy asks for and that are not stored yet.
+
+    The store of the study lies below `results`. With `retry`, trials run again that are
+    stored but not done; with a `share`, only the trials in it run. Damaged parts are
+    set aside first, so that their trials run again. `report` is called before trials
+    run, whenever results have come back, and at the end. It is also called at the
+    beginning, if it is known then how many trials there can be. Raises StoreError where
+    another process is launching the study and where the store cannot be read or
+    written; FailedTrialsError where more trials have failed than the spec allows, and
+    KeyboardInterrupt after Ctrl-C, SIGTERM or SIGHUP, both with all finished trials
+    stored.
+    """
+    store = Store(results / strategy.study.name, results)
+    with custody(store, share) as lock:
+        campaign = _Campaign(strategy, store, executor, lock, report, share)
+        campaign.run(retry=retry)
+    return strategy.progress
+
+
+class _Campaign(Generic[P]):
+    """A campaign in the store of its study, which is in custody."""
+
+    def __init__(
+        self,
+        strategy: Strategy[P],
+        store: Store,
+        executor: ExecutorFactory,
+        lock: Lock,
+        report: Callable[[P], None],
+        share: Share | None,
+    ) -> None:
+        self.strategy, self.study, self.store = strategy, strategy.study, store
+        self.executor, self.lock, self.report = executor, lock, report
+        self.share, self.progress = share, strategy.progress
+        self.origin = provenance(self.study)
+        self.tables = Tables(self.study, self.origin)
+        self.failures = Failures(self.study, store, self.progress.most)
+        self.checkpoints = Checkpoints.of(store.folder, share)
+        self.spec_is_written = False
+
+    def run(self, *, retry: bool) -> None:
+        """Run round after round, then merge the parts."""
+        self.stored = StoredTrials(self.store, self.strategy.looks_at, retry=retry)
+        self.progress.apart = len(self.stored.table)
+        if self.strategy.grows:
+            there = self.checkpoints.trials()
+            idle = among(there, self.stored.final_ids())
+            self.checkpoints.keep_only(there - idle)
+        if self.progress.trials:
+            self.report(self.progress)
+        unpublished: Callable[[Origin], PlanTables] | None = None
+        for asked in self.strategy.rounds(self.stored.look):
+            unpublished = asked.plan
+            if jobs := self._missing(asked, retry=retry):
+                self._publish(asked.plan)
+                # The ids and the plan of a million trials are a hundred megabytes.
+                unpublished = None
+                del asked
+                pa.default_memory_pool().release_unused()
+                self._run(jobs)
+        if unpublished:
+            self._publish(unpublished)
+        self.checkpoints.keep_only(())
+        self.store.compact()
+        self.report(self.progress)
+
+    def _missing(self, asked: Round, *, retry: bool) -> Sequence[Job]:
+        """The jobs of a round that run now; all its trials are counted."""
+        stored, final = self.stored.ask(asked.ids)
+        ours = np.ones(len(final), np.bool_)
+        if self.share:
+            ours = asked.in_share(self.share)
+        missing = np.flatnonzero(ours & ~final)
+        self.progress.apart -= int(stored.sum())
+        self.progress.count(int(ours.sum()), int((ours & final).sum()))
+        if not retry:
+            failed = failed_among(self.stored.table, asked.ids)
+            self.failures.note_stored(failed)
+        if not self.strategy.grows:
+            self.stored.forget()
+            if there := self.checkpoints.trials():
+                running = asked.ids.take(pa.array(missing))
+                self.checkpoints.keep_only(among(there, running))
+        return asked.jobs_at(missing)
+
+    def _publish(self, plan: Callable[[Origin], PlanTables]) -> None:
+        self.store.write_plan(*plan(self.origin))
+        if not self.spec_is_written:
+            self.store.write_spec(self.study.text)
+            self.spec_is_written = True
+
+    def _run(self, jobs: Sequence[Job]) -> None:
+        self.report(self.progress)
+        run_jobs(
+            self.study,
+            jobs,
+            self.store,
+            self.tables,
+            self.executor,
+            self.failures,
+            self._note,
+        )
+
+    def _note(self, results: list[Result]) -> None:
+        if self.strategy.grows:
+            self.stored.note(results)
+        self.progress.statuses.update(result.status for result in results)
+        self.lock.check()
+        self.report(self.progress)

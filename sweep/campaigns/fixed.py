@@ -1,0 +1,35 @@
+"""Every point of a design gets the same number of trials."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from sweep.campaigns.design_plan import plan_tables
+from sweep.campaigns.progress import Progress
+from sweep.campaigns.strategy import Look, Round
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs, SomeJobs
+from sweep.spec.study import Study
+
+
+class FixedStrategy:
+    """Asks once, for all trials of the design of `study`.
+
+    Raises SpecError for a design that cannot be.
+    """
+
+    grows = False
+    looks_at = ()
+
+    def __init__(self, study: Study) -> None:
+        self.study, self.design = study, expand(study)
+        points = self.design.n_points
+        self.progress = Progress(points, points * study.trials_per_point)
+
+    def rounds(self, _look: Look) -> Iterator[Round]:
+        """One round."""
+        yield self._round(Jobs(self.study, self.design))
+
+    def _round(self, jobs: Jobs) -> Round:
+        trials = jobs.table()
+        plan = partial(plan_tables, trials, jobs)
+        return Round(trials["trial_id"], partial(SomeJobs, jobs), plan)

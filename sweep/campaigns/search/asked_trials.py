@@ -1,0 +1,86 @@
+"""The table of what a search has asked for, `asked.parquet`, beside its trials. If it
+is lost, the same search writes it again.
+
+It has one row for each block and scenario of a candidate:
+
+    run        "search", "repetition 1", "random 1" and so on, or "references"
+    phase      "search" or "held_out"; a held-out row has the run that it judges
+    candidate  its number in the order asked in the run; the place of a reference
+    batch      -1 where there is none
+    block
+    scenario
+    trial_id
+
+What the search was is in the metadata.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+
+from sweep.errors import ChoiceError
+from sweep.spec.recorded import columns_of
+from sweep.store.origin import metadata
+from sweep.tables.stored_study import StoredStudy
+
+ABOUT = b"search"
+"""The key, in the metadata of asked.parquet, of what the search was, as JSON."""
+
+SHAPE = {
+    "parameters": [str],
+    "ranges": {str: {str: list}},
+    "objectives": [{}],
+    "constraints": [{}],
+    "blocks": {str: int},
+    "rejected": {str: int},
+    "repeated": {str: int},
+}
+SEARCH_AGAIN = "delete it and search again"
+
+COLUMNS = pa.schema(
+    [
+        ("run", pa.string()),
+        ("phase", pa.string()),
+        ("candidate", pa.int64()),
+        ("batch", pa.int64()),
+        ("block", pa.int64()),
+        ("scenario", pa.int64()),
+        ("trial_id", pa.string()),
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class AskedTrials:
+    """`table` has the rows of asked.parquet, each with its trial's `status`, parameters
+    and metric columns.
+
+    The status is "missing" where the trial is not stored. `about` says what the search
+    was: "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
+    has them, "references", "budget", "sampler" and "options", "batch", "level",
+    "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
+    that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
+    """
+
+    table: pd.DataFrame
+    about: dict[str, Any]
+
+
+def read_asked(study: StoredStudy) -> AskedTrials:
+    """What a stored search has asked for. Raises ChoiceError where it is no search."""
+    asked = study.store.read_asked()
+    if asked is None:
+        raise ChoiceError(f"study {study.name}: not a search (it has no asked.parquet)")
+    about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
+    metrics = columns_of(study.metrics)
+    stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
+    known = stored.reindex(columns=["trial_id", "status", *metrics])
+    planned = study.plan.select(["trial_id", *about["parameters"]]).to_pandas()
+    table = (
+        asked.to_pandas()
+        .merge(planned, on="trial_id", how="left")
+        .merge(known, on="trial_id", how="left")
+    )
+    return AskedTrials(table.assign(status=table["status"].fillna("missing")), about)

@@ -1,0 +1,105 @@
+"""Which trials are stored when a launch begins, and what came of those that it runs.
+
+So the store is read once, however many rounds a campaign has.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from sweep.design.jobs import Counts
+from sweep.store.rows import trial_metrics
+from sweep.store.store import Store
+from sweep.tables.stored_tables import checked_numbers
+from sweep.trial.result import Result
+
+LOOKED_UP = 100_000
+"""How many known ids are searched at once: a hash table of a million would be large."""
+
+
+class StoredTrials:
+    """The stored trials of a study: of each its id, its status, and some `columns`.
+
+    `table` has those that were stored when the launch began. `final` says which of them
+    do not run again: all, or with `retry` those that are done. Raises StoreError where
+    they cannot be read, or are not what a launch writes.
+    """
+
+    def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
+        texts = {"trial_id": pa.string(), "status": pa.string()}
+        self.schema = pa.schema(texts | dict.fromkeys(columns, pa.float64()))
+        found = store.read("trials", columns=list(texts), optional=columns)
+        checked_numbers(store.folder, found, columns)
+        for name in columns:
+            if name not in found.column_names:
+                found = found.append_column(name, pa.nulls(len(found)))
+        self.table = found.select(self.schema.names).cast(self.schema)
+        del found
+        pa.default_memory_pool().release_unused()
+        self.final = np.ones(len(self.table), np.bool_)
+        if retry:
+            self.final = pc.equal(self.table["status"], "done").to_numpy()
+        self._asked = pa.chunked_array([], pa.string())
+        self._noted = self.schema.empty_table()
+
+    def ask(self, ids: pa.ChunkedArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Begin a round of the trials `ids`, shape (n,).
+
+        Returns which of them were stored when the launch began, and which of these do
+        not run again; shapes (n,).
+        """
+        self._asked, self._noted = ids, self.schema.empty_table()
+        places = _places(ids, self.table["trial_id"])
+        stored = places >= 0
+        final = stored.copy()
+        final[stored] = self.final[places[stored]]
+        return stored, final
+
+    def final_ids(self) -> pa.ChunkedArray:
+        """The ids of the trials of `table` that do not run again."""
+        return self.table["trial_id"].filter(pa.array(self.final))
+
+    def note(self, results: Sequence[Result]) -> None:
+        """Enter trials of this round that are stored now."""
+        rows = [
+            {"trial_id": result.job.trial_id, "status": result.status}
+            | trial_metrics(result)
+            for result in results
+        ]
+        table = pa.Table.from_pylist(rows, self.schema)
+        self._noted = pa.concat_tables([self._noted, table])
+
+    def look(self) -> pa.Table:
+        """What is stored of the trials of the round: see `sweep.campaigns.strategy`."""
+        known = pa.concat_tables([self.table, self._noted])
+        before = _places(self._asked, self.table["trial_id"])
+        new = _places(self._asked, self._noted["trial_id"])
+        places = np.where(new >= 0, new + len(self.table), before)
+        rows = pa.array(places, mask=places < 0)
+        return known.drop_columns("trial_id").take(rows)
+
+    def forget(self) -> None:
+        """Give the memory back: there is no further round."""
+        self.table = self._noted = self.schema.empty_table()
+        self._asked = pa.chunked_array([], pa.string())
+        pa.default_memory_pool().release_unused()
+
+
+def among(trials: Iterable[str], ids: pa.ChunkedArray) -> set[str]:
+    """Those of some trials that are among `ids`."""
+    named = pa.chunked_array([sorted(trials)], pa.string())
+    return set(named.filter(pa.array(_places(named, ids) >= 0)).to_pylist())
+
+
+def _places(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> Counts:
+    """The place of each id among the `known` ones, -1 where it is none of them."""
+    places = np.full(len(ids), -1, np.int64)
+    for first in range(0, len(known), LOOKED_UP):
+        some = known.slice(first, LOOKED_UP).combine_chunks()
+        found = pc.index_in(ids, value_set=some)
+        here = pc.is_valid(found).to_numpy()
+        places[here] = first + found.filter(pa.array(here)).to_numpy()
+    return places

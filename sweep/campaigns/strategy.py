@@ -1,0 +1,87 @@
+"""What a campaign needs of a strategy, which says which trials of a study are asked
+for.
+
+A strategy asks in rounds. What it asks for follows only from the spec and from what is
+stored. So the number of workers, the order in which results come back, and
+interruptions change nothing. These are the strategies:
+
+    FixedStrategy    one round: all trials of the design
+    UntilStrategy    a round a look: more trials for points whose interval is wide
+    SearchStrategy   a round a rung of a race, and one for the held-out trials
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from sweep.campaigns.progress import Progress
+from sweep.design.jobs import Counts, Job
+from sweep.spec.study import Study
+from sweep.store.shares import Share
+
+Origin = Mapping[str, object]
+"""Where results come from, as `sweep.store.provenance` says it."""
+
+PlanTables = tuple[pa.Table, pa.Table | None]
+"""What becomes plan.parquet and, of a search, asked.parquet."""
+
+Look = Callable[[], pa.Table]
+"""Returns what is stored of the trials of the last round: a row each, in their order.
+
+The columns are `status` and those that the strategy looks at. A cell is null where the
+trial is not stored, and where it has no such value.
+"""
+
+P_co = TypeVar("P_co", bound=Progress, covariant=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """Trials that are asked for together, none of which was asked for before.
+
+    `ids` are their ids. `jobs_at` makes the jobs at some places among them. `plan`
+    makes the tables of all trials that have been asked for so far. The campaign calls
+    it before it runs what is missing of this round, and at the end if nothing is
+    missing of the last round.
+    """
+
+    ids: pa.ChunkedArray
+    jobs_at: Callable[[Counts], Sequence[Job]]
+    plan: Callable[[Origin], PlanTables]
+
+    def in_share(self, share: Share) -> NDArray[np.bool_]:
+        """Which of the trials a launch of this share runs, shape (len(ids),)."""
+        chunks = [share.has(chunk.to_pylist()) for chunk in self.ids.chunks]
+        return np.concatenate([np.empty(0, np.bool_), *chunks])
+
+
+class Strategy(Protocol[P_co]):
+    """Says which trials of `study` are asked for.
+
+    `grows` says whether there may be a second round. Such a strategy may look;
+    `looks_at` names the columns of trials that it then sees. The campaign counts trials
+    in `progress`, and the strategy enters there what it alone knows.
+    """
+
+    @property
+    def study(self) -> Study: ...
+
+    @property
+    def progress(self) -> P_co: ...
+
+    @property
+    def grows(self) -> bool: ...
+
+    @property
+    def looks_at(self) -> Sequence[str]: ...
+
+    def rounds(self, look: Look) -> Iterator[Round]:
+        """One round after the other.
+
+        The next one is asked for when all trials of the last one are stored. In a
+        launch of a share, trials of other shares may be missing.
+        """

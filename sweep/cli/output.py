@@ -1,0 +1,64 @@
+"""Standard output that fails with an error for the user, and in no other way.
+
+A full disk behind `sweep table STUDY > FILE` is found when Python empties the buffer of
+the stream: while something is printed, or at the very end. Both happen before `main` is
+over, because it flushes the stream itself.
+"""
+
+import os
+import sys
+from contextlib import suppress
+from typing import Any, NoReturn, TextIO
+
+from sweep.errors import OutputError
+
+
+class Output:
+    """A text stream that writes to `stream`. Raises OutputError where that fails, and
+    BrokenPipeError where the reader of a pipe has gone.
+
+    After the first failure the descriptor of the stream leads to nowhere: what is left
+    in the buffer would fail again when the interpreter ends.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write `text`; the number of its characters."""
+        try:
+            return self._stream.write(text)
+        except OSError as error:
+            self._fail(error)
+
+    def flush(self) -> None:
+        """Write what is still in the buffer."""
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> NoReturn:
+        with suppress(OSError):  # a stream of a test has no descriptor
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise error
+        raise OutputError(
+            f"standard output cannot be written ({error.strerror or error});"
+            " send it to another file or disk"
+        ) from error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def check_output_stream() -> None:
+    """From now on what is printed to standard output fails as `Output` says."""
+    if sys.stdout is not None:  # it is None where it is closed
+        sys.stdout = Output(sys.stdout)
+
+
+def flush_output() -> None:
+    """Write what is still in the buffer of standard output. Raises as `Output`."""
+    if sys.stdout is not None:
+        sys.stdout.flush()

@@ -1,0 +1,116 @@
+"""The keys of an axis that are the same for all settings.
+
+An axis has other keys too: names of settings, of grids and of distributions, which have
+registries of their own. So what may stand beside what is checked by the code that reads
+an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
+"""
+
+from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
+from sweep.spec.keys import Key
+from sweep.spec.limits import MOST_POINTS
+from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
+from sweep.spec.whole_samples import LEVELS, OPTIONS, Levels
+
+TABLE = "table"
+"""The sampler that reads points from a file."""
+
+VALUES = Key(
+    ReadLater("a list, none twice"),
+    "the values, as in a list without a mapping",
+    name="values",
+    otherwise="",
+    example="[0.5, 1]",
+)
+LINSPACE = Key(
+    ReadLater("[first, last, number of values]"),
+    "values at equal distances",
+    name="linspace",
+    otherwise="",
+    example="[100, 400, 4]",
+)
+LOGSPACE = Key(
+    ReadLater("[first, last, number of values]"),
+    "values at equal ratios",
+    name="logspace",
+    otherwise="",
+    example="[0.01, 1, 5]",
+)
+POINTS = Key(
+    Whole(1, MOST_POINTS),
+    "number of points where they are drawn; of blocks of them for saltelli and morris",
+    name="points",
+    example="500",
+)
+SAMPLE = Key(
+    OneOf("sampler", [*SAMPLERS, *OPTIONS, TABLE]),
+    "what draws the points of several settings, each of which stands beside it with its"
+    " distribution; table reads them from a file",
+    name="sample",
+    otherwise="",
+    example="sobol",
+)
+SECOND_ORDER = Key(
+    Truth(),
+    "of saltelli; false: blocks of D + 2 points for D settings, not 2 D + 2, and no"
+    " indices of pairs",
+    name="second_order",
+    otherwise="true",
+    example="false",
+)
+GRID_LEVELS = Key(
+    Levels(),
+    "of morris: number of values of a setting",
+    name="levels",
+    otherwise=f"{LEVELS}",
+    example="6",
+)
+FILE = Key(
+    Text("the path of a .csv or .parquet file"),
+    "of table: where the points stand, a row each",
+    name="file",
+    example="gains.csv",
+)
+COLUMNS = Key(
+    ReadLater("a list of settings, or settings with names of columns"),
+    "of table: the columns to read",
+    name="columns",
+    otherwise="all",
+    example="{n: boids}",
+)
+ZIP = Key(
+    ReadLater("settings, each with a list, linspace or logspace"),
+    "settings that vary together, row by row",
+    name="zip",
+    otherwise="",
+    example="{n: [50, 100], steps: [1000, 500]}",
+)
+ABLATE = Key(
+    Text("a preset of the model"),
+    "another preset: each setting in which it differs is changed alone, and last all of"
+    " them",
+    name="ablate",
+    otherwise="",
+    example="as_written",
+)
+WHEN = Key(
+    Text("a condition"),
+    "condition under which the axis applies; elsewhere its settings are not varied",
+    name="when",
+    otherwise="everywhere",
+    example="n > 50",
+)
+
+
+def axis_keys() -> tuple[Key, ...]:
+    """All of these, and the distributions, in the order of the guide."""
+    drawn = [
+        Key(
+            ReadLater("a list"),
+            " ".join((function.__doc__ or "").split()),
+            name=name,
+            otherwise="",
+        )
+        for name, function in DISTRIBUTIONS.items()
+    ]
+    samples = (SAMPLE, SECOND_ORDER, GRID_LEVELS, FILE, COLUMNS)
+    return (VALUES, LINSPACE, LOGSPACE, *drawn, POINTS, WHEN, ZIP, *samples, ABLATE)

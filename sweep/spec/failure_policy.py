@@ -1,0 +1,225 @@
+"""What a spec says about trials that fail: whether they are tried again, how many may,
+what memory a worker has.
+"""
+
+import math
+import re
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Annotated, Any, Literal, get_args
+
+from sweep.errors import SpecError
+from sweep.spec.contents import Content, OneOf, Whole
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key, read_values
+from sweep.spec.schema_parts import Schema
+from sweep.text import unknown
+
+OnError = Literal["record", "retry", "stop"]
+
+RETRIES = 2
+UNITS = {
+    "B": 1,
+    "kB": 10**3,
+    "MB": 10**6,
+    "GB": 10**9,
+    "KiB": 2**10,
+    "MiB": 2**20,
+    "GiB": 2**30,
+}
+LEAST_MEMORY = 400 * 2**20
+"""What a worker may always hold: the interpreter, its libraries and the compiled
+kernels take about half of it.
+"""
+MOST_MEMORY = 2**50
+NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
+SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
+SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
+
+
+@dataclass(frozen=True)
+class FailureBudget(Content[int | Fraction]):
+    """A number of trials, or a share of all, read as a Fraction."""
+
+    @property
+    def words(self) -> str:
+        return "a number of trials from 0, or a share of them from 0% to 100%"
+
+    def read(self, entry: Entry) -> int | Fraction:
+        if isinstance(entry.value, int) and not isinstance(entry.value, bool):
+            return entry.whole(0)
+        found = SHARE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+        if found:
+            return Fraction(found[1]) / 100
+        wrong = entry.expected(self.words)
+        if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
+            raise SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
+        raise wrong
+
+    def schema(self) -> Schema:
+        share = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
+        return {"anyOf": [Whole(0).schema(), share]}
+
+    def write(self, value: int | Fraction) -> Any:
+        if not isinstance(value, Fraction):
+            return value
+        return f"{float(100 * value):.9f}".rstrip("0").rstrip(".") + "%"
+
+
+@dataclass(frozen=True)
+class MemorySize(Content[int]):
+    """A size with its unit, read as a number of bytes."""
+
+    @property
+    def words(self) -> str:
+        return 'a size with its unit, as "2 GiB" or "1500 MB"'
+
+    def read(self, entry: Entry) -> int:
+        found = SIZE.fullmatch(entry.value) if isinstance(entry.value, str) else None
+        if found is None:
+            raise entry.expected(self.words)
+        number, unit = found.groups()
+        if unit not in UNITS:
+            raise entry.error(_unknown_unit(unit))
+        size = math.floor(Fraction(number) * UNITS[unit])
+        if size < LEAST_MEMORY:
+            raise entry.error(
+                f'"{entry.name}" is {entry.value}, and must be at least'
+                f" {LEAST_MEMORY // 2**20} MiB:"
+                " a worker holds about half of that before its first trial"
+            )
+        if size > MOST_MEMORY:
+            raise entry.error(
+                f'"{entry.name}" is {entry.value}, more than any machine has'
+            )
+        return size
+
+    def schema(self) -> Schema:
+        return {"type": "string", "pattern": rf"^{NUMBER} ?({'|'.join(UNITS)})$"}
+
+    def write(self, value: int) -> Any:
+        return f"{value} B"
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What becomes of trials that fail, by an exception, a dead worker, too much time
+    or memory; not by divergence.
+
+    A failed trial is tried `retries` times more. The launch ends when more have failed
+    than `budget` says: that many trials, or a Fraction of all trials of the study; None
+    for no end. `memory` is what a worker may hold, in bytes.
+    """
+
+    on_error: Annotated[
+        OnError,
+        Key(
+            OneOf("on_error", get_args(OnError)),
+            "record: a failed trial is a row that says so; retry: it is tried again"
+            " first; stop: the launch ends at the first",
+            example="retry",
+        ),
+    ] = "record"
+    retries: Annotated[
+        int,
+        Key(
+            Whole(1),
+            "how often more a failed trial is tried; only with on_error: retry",
+            otherwise=f"{RETRIES}",
+            example="3",
+        ),
+    ] = 0
+    budget: Annotated[
+        int | Fraction | None,
+        Key(
+            FailureBudget(),
+            "the launch ends when more trials have failed: a number, or a share of all;"
+            " not with on_error: stop",
+            name="failure_budget",
+            otherwise="no end",
+            example="5%",
+        ),
+    ] = None
+    memory: Annotated[
+        int | None,
+        Key(
+            MemorySize(),
+            f"what a worker may hold; at least {LEAST_MEMORY // 2**20} MiB",
+            name="memory_limit",
+            otherwise="no limit",
+            example="2 GiB",
+        ),
+    ] = None
+
+    def allowed(self, trials: int) -> int | None:
+        """How many of so many trials may fail before the launch ends; None for all of
+        them.
+        """
+        if self.on_error == "stop":
+            return 0
+        return (
+            math.floor(self.budget * trials)
+            if isinstance(self.budget, Fraction)
+            else self.budget
+        )
+
+    def in_words(self, trials: int) -> str:
+        """What holds for a study of so many trials, in words; nothing by default."""
+        allowed, words = self.allowed(trials), []
+        if self.retries:
+            words.append(
+                f"tried again, at most {self.retries:,}"
+                f" {'time' if self.retries == 1 else 'times'}"
+            )
+        if self.on_error == "stop":
+            words.append("the launch ends at the first")
+        elif allowed is not None:
+            words.append(
+                f"the launch ends when more than {allowed:,} of {trials:,} trials have"
+                " failed"
+            )
+        if self.memory is not None:
+            words.append(
+                "a trial fails whose worker holds more than"
+                f" {self.memory / 2**20:,.0f} MiB"
+            )
+        return "; ".join(words)
+
+
+def read_policy(root: Entry) -> Policy:
+    """What the spec says about trials that fail. Raises SpecError."""
+    policy = Policy(**read_values(Policy, root))
+    retries, budget = root.get("retries"), root.get("failure_budget")
+    if retries and policy.on_error != "retry":
+        raise retries.error(
+            f'"retries" is for "on_error: retry", and on_error is {policy.on_error}:'
+            " change it or leave it out"
+        )
+    if budget and policy.on_error == "stop":
+        raise budget.error(
+            '"failure_budget" is for "on_error: record" or "retry": with "on_error:'
+            ' stop" a launch ends at the first failed trial anyway'
+        )
+    if policy.on_error == "retry" and not retries:
+        return replace(policy, retries=RETRIES)
+    return policy
+
+
+def policy_rules() -> Schema:
+    """What `read_policy` checks of several keys, as JSON Schema."""
+    retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
+    not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
+    return {"dependencies": {"retries": retried, "failure_budget": not_stopped}}
+
+
+def _unknown_unit(unit: str) -> str:
+    """Upper and lower case are what is most often wrong, and what no comparison of
+    letters finds.
+    """
+    close = next((known for known in UNITS if known.lower() == unit.lower()), None)
+    if close is None:
+        return unknown("unit of memory", unit, UNITS)
+    return (
+        f'unknown unit of memory "{unit}"; did you mean "{close}"? Allowed:'
+        f" {', '.join(UNITS)}"
+    )

@@ -1,0 +1,65 @@
+"""The table of all keys of a spec, docs/keys.md: `make documents` writes it.
+
+It is made of the descriptions that the reader reads by, so it lacks no key.
+"""
+
+from collections.abc import Iterable, Iterator
+
+from sweep.spec.axis_keys import axis_keys
+from sweep.spec.keys import Key, keys_of
+from sweep.spec.study import SPEC
+
+HEAD = """\
+# The keys of a spec
+
+`make documents` writes this page from the descriptions in `sweep/spec`.
+[GUIDE.md](../GUIDE.md#writing-a-spec) shows how to use them, and `sweep models MODEL`
+lists the settings of a model. A dot leads to a key of a mapping, NAME stands for a
+name of yours, and [] for each part of a list. What stands under an axis, as
+`sweep.NAME` and `search.over.NAME` are, has a table of its own. What must be given must
+be so wherever the mapping stands that has the key.
+
+| key | what it is | allowed | without it | example |
+|---|---|---|---|---|
+"""
+AXES = """
+## The keys of an axis
+
+An axis of one setting stands under its name, and is a list or a mapping with one of the
+first keys. An axis of several settings has a name of yours, and `zip`, `sample` or
+`ablate`.
+
+| key | what it is | allowed | without it | example |
+|---|---|---|---|---|
+"""
+
+
+def key_table() -> str:
+    """The page, in Markdown."""
+    keys = _rows(described(*SPEC))
+    return HEAD + keys + AXES + _rows((key.name, key) for key in axis_keys())
+
+
+def described(*parts: type, path: str = "") -> Iterator[tuple[str, Key]]:
+    """Each key of these parts, and of what stands below it, with its whole path."""
+    for key in keys_of(*parts):
+        whole = path + key.name
+        yield whole, key
+        yield from described(
+            *key.content.sections, path=f"{whole}{key.content.inside}."
+        )
+
+
+def _rows(keys: Iterable[tuple[str, Key]]) -> str:
+    rows = (_row(path, key) for path, key in keys)
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _row(path: str, key: Key) -> tuple[str, ...]:
+    fallback = "must be given" if key.required else key.fallback
+    example = f"`{key.name}: {key.example}`" if key.example else ""
+    return f"`{path}`", key.text, key.content.words, fallback, example
+
+
+if __name__ == "__main__":
+    print(key_table(), end="")

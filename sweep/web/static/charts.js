@@ -1,0 +1,122 @@
+// The metrics that the user has chosen, a plot each, and what has been measured so far.
+
+import { button, make } from "./dom.js";
+import { MetricsDialog } from "./dialogs.js";
+import { Plot, Series } from "./plots.js";
+
+/** @import { Controls, Message, Metric, Metrics, State } from "./protocol.d.ts" */
+/** @import { Stage } from "./stage.js" */
+
+const APART = 60; // ms between two drawings of a run
+
+export class Charts {
+  /** @type {Map<string, Plot>} */
+  plots = new Map();
+  // A metric that is chosen again has its earlier values.
+  /** @type {Map<string, Series>} */
+  series = new Map();
+  /** @type {Metric[]} */
+  metrics = [];
+  /** @type {State | null} */
+  state = null;
+  drawn = 0; // when
+
+  /**
+   * @param {HTMLElement} root
+   * @param {Stage} stage
+   * @param {(message: Message) => void} send
+   */
+  constructor(root, stage, send) {
+    this.stage = stage;
+    this.send = send;
+    this.choice = new MetricsDialog(root, (names) => this.choose(names));
+    this.rows = make("div", { className: "plots" });
+    const open = button("chart", "Choose metrics", () => this.open(), "choose", {
+      className: "quiet",
+    });
+    const heading = make("h2", { textContent: "Metrics" });
+    this.element = make(
+      "section",
+      { "aria-label": "metrics" },
+      make("div", { className: "row" }, heading, open),
+      this.rows,
+    );
+  }
+
+  open() {
+    if (this.state) this.choice.show(this.metrics, this.state.plots);
+  }
+
+  /** @param {string[]} names */
+  choose(names) {
+    if (this.state) this.state.plots = names;
+    this.send({ type: "metrics", names });
+  }
+
+  // Another model has other metrics.
+  /** @param {Controls} controls */
+  offer({ metrics }) {
+    this.metrics = metrics;
+    for (const plot of this.plots.values()) plot.element.remove();
+    this.plots.clear();
+  }
+
+  /** @param {State} state */
+  show(state) {
+    this.state = state;
+    this.choice.follow(state.plots);
+    for (const [name, plot] of this.plots) {
+      if (state.plots.includes(name)) plot.publish(state.settings);
+      else this.remove(name, plot);
+    }
+    const shown = state.plots.map((name) => this.plot(name, state).element);
+    if (shown.some((one, i) => one !== this.rows.children[i])) {
+      this.rows.append(...shown);
+    }
+  }
+
+  /** @param {string} name @param {Plot} plot */
+  remove(name, plot) {
+    plot.element.remove();
+    this.plots.delete(name);
+  }
+
+  /** @param {string} name @param {State} state */
+  plot(name, { settings }) {
+    const there = this.plots.get(name);
+    if (there) return there;
+    const known = this.metrics.find((one) => one.name === name);
+    const metric = known ?? { name, text: "", unit: "", published: [] };
+    const remove = () =>
+      this.choose((this.state?.plots ?? []).filter((one) => one !== name));
+    const plot = new Plot(metric, this.seriesOf(name), settings, remove);
+    this.plots.set(name, plot);
+    return plot;
+  }
+
+  /** @param {string} name */
+  seriesOf(name) {
+    const series = this.series.get(name) ?? new Series();
+    this.series.set(name, series);
+    return series;
+  }
+
+  /** @param {Metrics} metrics */
+  add({ steps, values, reset }) {
+    if (reset) {
+      for (const series of this.series.values()) series.clear();
+    }
+    for (const [name, row] of Object.entries(values)) {
+      this.seriesOf(name).add(steps, row);
+    }
+  }
+
+  // Draws all plots at `step`; those of a run only now and then.
+  /** @param {number} step */
+  draw(step) {
+    const now = performance.now();
+    if (now - this.drawn < APART && this.state?.running) return;
+    this.drawn = now;
+    for (const plot of this.plots.values()) plot.draw(step, this.stage.colours);
+  }
+}
