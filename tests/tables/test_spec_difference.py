@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-import sweep.tables.difference as difference_module
+import sweep.tables.spec_difference as difference_module
 from sweep.errors import SpecError
 from sweep.spec.study import Study, parse_spec
-from sweep.tables.difference import Change, Overlap, compare
+from sweep.tables.spec_difference import Change, Overlap, compare
 from tests.commands import sweep
 from tests.searches import TINY
 from tests.studies import SMALL, launched, relaunch

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sweep.analysis import replicates
 from sweep.errors import ChoiceError
 from sweep.spec.settings import settings_of
-from sweep.tables.sides import Side
+from sweep.tables.comparison_sides import Side
 
 DIGITS = 9
 """Numbers that agree in so many figures are the same, so that 0.3 finds 3 * 0.1."""
