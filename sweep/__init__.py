@@ -31,13 +31,13 @@ from sweep.text import harmless, make_harmless
 from sweep.trial.compiled import BeforeKernels
 
 if TYPE_CHECKING:
+    from sweep.campaigns.loaded import LoadedStudy
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
     from sweep.spec.settings import Value
     from sweep.spec.study import Study
     from sweep.store.locations import Location
     from sweep.tables.comparison import Comparison, Method
-    from sweep.tables.stored_study import StoredStudy
     from sweep.web.widget import View
 
 __all__ = [
@@ -76,22 +76,22 @@ sys.meta_path.insert(0, BeforeKernels())
 logging.getLogger(__name__).addFilter(make_harmless)
 
 
-def load(study: str, results: "str | Location" = "results") -> "StoredStudy":
+def load(study: str, results: "str | Location" = "results") -> "LoadedStudy":
     """The stored results of `study`, e.g. `load("nguyen2024/separation").trials`.
 
     `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of
     it is stored there.
     """
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.campaigns.loaded import LoadedStudy
 
-    return StoredStudy(study, results)
+    return LoadedStudy(study, results)
 
 
 def run(
     spec: str | Path | Mapping[str, Any],
     results: "str | Location" = "results",
     workers: int = 0,
-) -> "StoredStudy":
+) -> "LoadedStudy":
     """Run what is missing of a study, as `sweep launch` and `sweep search` do, and
     return what is stored of it.
 
@@ -167,7 +167,7 @@ def compare(
     """
     from sweep.store.locations import location
     from sweep.tables.comparison import compare_sides
-    from sweep.tables.sides import read_side
+    from sweep.tables.comparison_sides import read_side
 
     place = location(results)
     first, second = read_side(one, place), read_side(other, place)
@@ -193,7 +193,7 @@ def view(
     return live(model, preset, seed, settings)
 
 
-def replay(study: "StoredStudy", trial: str) -> "View":
+def replay(study: "LoadedStudy", trial: str) -> "View":
     """A stored trial run again, as a widget of a notebook in which it is played and
     scrubbed through.
 

@@ -19,9 +19,18 @@ from typing import Any
 
 
 class UserError(Exception):
-    """What a user can mend: one sentence with what was given and what is allowed."""
+    """What a user can mend: one sentence with what was given and what is allowed.
+
+    `reason` is that sentence, less the name of the `study` and the `kind` of figure
+    that it is about, where it is about any. Who lists several reasons says these once.
+    """
 
     exit_code = 2
+
+    def __init__(self, reason: str, study: str = "", kind: str = "") -> None:
+        about = f"study {study}: " if study else ""
+        super().__init__(f"{about}{kind} {reason}" if kind else f"{about}{reason}")
+        self.reason, self.study, self.kind = reason, study, kind
 
 
 class SpecError(UserError):
@@ -42,11 +51,12 @@ class UnreadableError(StoreError):
     """
 
     def __init__(self, file: Any, wrong: str, remedy: str) -> None:
-        super().__init__(file, wrong, remedy)
+        super().__init__(f"{file}: {wrong}; {remedy}")
+        self.args = (file, wrong, remedy)
         self.file, self.wrong, self.remedy = file, wrong, remedy
 
     def __str__(self) -> str:
-        return f"{self.file}: {self.wrong}; {self.remedy}"
+        return self.reason
 
 
 class UnreachableError(StoreError):

@@ -19,7 +19,7 @@ from kernels.recording import Frames
 from kernels.settings import Demand, Observation
 from kernels.worlds import MAPS, Map
 from sweep.design.cost import trial_seconds
-from sweep.figures.aims import aim
+from sweep.figures.directions import direction
 from sweep.spec.schema import json_schema
 from sweep.spec.settings import preset_settings, settings_of
 from sweep.spec.study import RecordSpec
@@ -205,7 +205,7 @@ def test_every_command_knows_them(tmp_path: Path) -> None:
     study = StoredStudy("new", tmp_path / "results")
     assert study.statuses() == {"done": 4}
     assert study.units["eastward"] == "m/s"
-    assert not aim(study, "eastward").high
+    assert not direction(study, "eastward").high
 
 
 @pytest.mark.usefixtures("entered")

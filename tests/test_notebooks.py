@@ -1,5 +1,6 @@
 """The notebooks run from nothing, and what is written in them is what comes out."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -115,6 +116,29 @@ def test_every_cell_has_run_in_order_and_put_something_out(path: Path) -> None:
         for cell in cells
         for output in cell.outputs
     )
+
+
+def test_it_uses_what_is_public(path: Path) -> None:
+    source = "\n".join(
+        line
+        for cell in code(committed(path))
+        if not cell.source.startswith("%%")
+        for line in cell.source.splitlines()
+        if not line.startswith("%")
+    )
+    found = {
+        name
+        for node in ast.walk(ast.parse(source))
+        for name in (
+            [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else []
+        )
+        if name.partition(".")[0] in ("sweep", "kernels", "experiments")
+    }
+    assert found <= {"sweep", "sweep.analysis", "sweep.figures"}
 
 
 def test_no_cell_warns_or_fails(path: Path) -> None:

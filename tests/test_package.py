@@ -1,5 +1,6 @@
 """The package as installed: versions, the guard on its sibling, provenance."""
 
+import pickle
 import tomllib
 from pathlib import Path
 
@@ -9,7 +10,13 @@ from ruamel.yaml import YAML
 
 import sweep
 from sweep.campaigns.search.asked_trials import read_asked
-from sweep.errors import SpecError
+from sweep.errors import (
+    ChoiceError,
+    SpecError,
+    StoreError,
+    UnreadableError,
+    UserError,
+)
 from sweep.store.provenance import git_state
 from sweep.workers.executors import Serial
 from tests import ROOT
@@ -59,6 +66,24 @@ def test_the_public_functions_are_on_one_screen() -> None:
     public = {name for name in own if not name.startswith("_")} - {"check_sibling"}
     assert public | {"errors", "__version__"} == set(sweep.__all__)
     assert isinstance(sweep.errors.StoreError("gone"), sweep.errors.UserError)
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (ChoiceError("needs two", "gains", "pareto"), "study gains: pareto needs two"),
+        (StoreError("no trial is stored", "gains"), "study gains: no trial is stored"),
+        (UnreadableError("part", "no column n", "run it"), "part: no column n; run it"),
+        (SpecError("spec.yaml:3: what is it?"), "spec.yaml:3: what is it?"),
+    ],
+)
+def test_an_error_says_the_same_wherever_it_was_raised(
+    error: UserError, text: str
+) -> None:
+    """Workers send theirs to the coordinator."""
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(error), str(again)) == (text, text)
+    assert vars(again) == vars(error)
 
 
 @pytest.fixture

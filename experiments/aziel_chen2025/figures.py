@@ -14,7 +14,7 @@ from experiments.aziel_chen2025.search import (  # noqa: F401 (for published.yam
     SIZES,
     Studies,
     Values,
-    chosen,
+    done,
     gain_spread_dense_cafeteria,
     gain_spread_narrow_corridor,
     loss_to_alignment_beyond_and_before,
@@ -195,7 +195,7 @@ def figure5(studies: Studies) -> Figure:
     seed.
     """
     study = studies["wall_clock"]
-    trials = chosen(study.trials, dict(BEST))
+    trials = done(study, **dict(BEST))
     series = study.series
     with style.context(STYLE):
         figure = Figure(figsize=(4.2, 3.0))
@@ -226,7 +226,7 @@ def figure5(studies: Studies) -> Figure:
 def figure6(studies: Studies) -> Figure:
     """How often each pixel was visited, for the three seeds of figure 5."""
     study = studies["wall_clock"]
-    trials = chosen(study.trials, dict(BEST))
+    trials = done(study, **dict(BEST))
     visits = study.heatmaps.set_index("trial_id")["visits"]
     most = max(
         float(np.quantile(visits[trial][visits[trial] > 0], 0.99))
@@ -394,18 +394,16 @@ FIGURES = {
 def _interval(
     study: StoredStudy, settings: Mapping[str, object], column: str
 ) -> tuple[float, float, float, int]:
-    return mean_interval(chosen(study.trials, settings)[column].to_numpy(np.float64))
+    return mean_interval(done(study, **settings)[column].to_numpy(np.float64))
 
 
 def _trials(study: StoredStudy) -> int:
-    return len(chosen(study.trials, dict(BEST)))
+    return len(done(study, **dict(BEST)))
 
 
 def _doubling(study: StoredStudy, name: str, column: str) -> Values:
     """The change from 50 to 100 boids, one value a replicate."""
-    by_size = chosen(study.trials, {"map": name}).pivot(
-        index="replicate", columns="n", values=column
-    )
+    by_size = done(study, map=name).pivot(index="replicate", columns="n", values=column)
     return np.asarray(by_size[100] - by_size[50], np.float64)
 
 
@@ -414,7 +412,7 @@ def _points(study: StoredStudy, settings: Mapping[str, object]) -> pd.DataFrame:
     the order of the sample.
     """
     columns = [*GAINS, "coverage", "coverage_total"]
-    return chosen(study.trials, settings).groupby("point", sort=False)[columns].mean()
+    return done(study, **settings).groupby("point", sort=False)[columns].mean()
 
 
 def _rank(points: pd.DataFrame, gain: str) -> str:

@@ -22,21 +22,19 @@ GAINS = {
 WALL_WEIGHT = 10.0
 
 
-def chosen(trials: pd.DataFrame, settings: Mapping[str, object]) -> pd.DataFrame:
+def done(study: StoredStudy, **settings: object) -> pd.DataFrame:
     """The trials with these settings that are done, the corridor only with the usual
     wall gain.
     """
-    mask = (trials["status"] == "done") & (trials["wall_weight"] == WALL_WEIGHT)
-    for name, value in settings.items():
-        mask &= trials[name] == value
-    return trials[mask]
+    trials = study.where(wall_weight=WALL_WEIGHT, **settings).trials
+    return trials[trials["status"] == "done"]
 
 
 def _by_gain(study: StoredStudy, settings: Mapping[str, object]) -> "pd.Series[float]":
     """Coverage of the traversable pixels by gain vector, a mean over seeds and whatever
     `settings` leaves open.
     """
-    return chosen(study.trials, settings).groupby(list(GAINS))["coverage"].mean()
+    return done(study, **settings).groupby(list(GAINS))["coverage"].mean()
 
 
 def _losses(coverage: "pd.Series[float]") -> Values:
@@ -88,9 +86,7 @@ def near_maximal_in_the_empty_map(studies: Studies) -> Values:
 
 
 def _spread_over_seeds(study: StoredStudy, name: str) -> Values:
-    by_point = (
-        chosen(study.trials, {"map": name}).groupby([*GAINS, "n"])["coverage"].std()
-    )
+    by_point = done(study, map=name).groupby([*GAINS, "n"])["coverage"].std()
     return by_point.groupby(list(GAINS)).mean().to_numpy(np.float64)
 
 

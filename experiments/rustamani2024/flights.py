@@ -45,10 +45,8 @@ def first_flight(
 
 def chosen(study: StoredStudy, settings: Settings) -> pd.DataFrame:
     """The trials with these settings that are done, in the order of the spec."""
-    trials = study.trials[study.trials["status"] == "done"]
-    for name, value in settings.items():
-        trials = trials[trials[name] == value]
-    return trials
+    trials = study.where(**settings).trials
+    return trials[trials["status"] == "done"]
 
 
 @lru_cache(maxsize=8)

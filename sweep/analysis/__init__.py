@@ -4,6 +4,7 @@ Every result says on how many values it rests; trials that are not done take no 
 are counted.
 
     estimate      a number with its interval
+    notation      the same as text
     intervals     Student, Wilson, bootstrap
     resampling    bootstrap draws
     pairing       values that share randomness

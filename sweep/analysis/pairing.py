@@ -19,6 +19,8 @@ UNITS: Mapping[str, Sequence[str]] = {
     "point": ["point"],
 }
 SAME_NUMBER = 1e-9
+OF_KIND: Mapping[str, type] = {"b": bool, "U": str}
+"""What the values of an array of these kinds are."""
 
 
 class Units(NamedTuple):
@@ -40,15 +42,18 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Which of `values` are `value`; numbers about, so that 0.3 finds 3 * 0.1."""
+    """Which of `values` are `value`; numbers about, so that 0.3 finds 3 * 0.1.
+
+    True is not the number 1, and no text is a number.
+    """
     array = np.asarray(values)
-    if (
-        isinstance(value, int | float)
-        and not isinstance(value, bool)
-        and array.dtype.kind in "iuf"
-    ):
+    value = value.item() if isinstance(value, np.generic) else value
+    kind = array.dtype.kind
+    if kind in "iuf" and isinstance(value, int | float) and not isinstance(value, bool):
         return np.isclose(array.astype(np.float64), value, rtol=SAME_NUMBER, atol=0.0)
-    return np.asarray(array == value, np.bool_)
+    if kind == "O" or isinstance(value, OF_KIND.get(kind, ())):
+        return np.asarray(array == value, np.bool_)
+    return np.zeros(array.shape, np.bool_)
 
 
 def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:

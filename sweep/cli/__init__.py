@@ -8,15 +8,15 @@ themselves, so that `sweep --help` answers at once.
     engines          the options that say where trials run
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
-    keeping          replay, verify, diff, gc, export
+    maintenance      replay, verify, diff, gc, export
     viewing          view: the live simulator
     catalogue        models, maps, metrics, schema
     listing          tables of what exists and of what is stored
     progress         the progress of a launch, on stderr
     search_progress  the progress of a search, on stderr
-    counting         the progress of other work, on stderr
+    progress_line    the progress of other work, on stderr
     search_report    the report of a search
-    showing          the files that a replay writes
+    replay_files     the files that a replay writes
     comparison_text  a comparison as text and as JSON
     output           errors of standard output
     terminal         tables and lines, by rich
@@ -26,7 +26,7 @@ themselves, so that `sweep --help` answers at once.
 # The modules enter their commands in the order of the help.
 from sweep.cli import running as running
 from sweep.cli import reading as reading
-from sweep.cli import keeping as keeping
+from sweep.cli import maintenance as maintenance
 from sweep.cli import viewing as viewing
 from sweep.cli import catalogue as catalogue
 

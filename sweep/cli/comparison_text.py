@@ -10,11 +10,12 @@ import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from sweep.analysis.notation import number, plus_minus
 from sweep.cli.listing import MOST_ROWS, brief
 from sweep.cli.terminal import console
 from sweep.tables.comparison import Comparison
-from sweep.tables.matching import telling
-from sweep.tables.sides import Side
+from sweep.tables.comparison_sides import Side
+from sweep.tables.matched_points import telling
 
 MOST_VALUES = 4
 MOST_ALONE = 6
@@ -241,24 +242,11 @@ def _table(comparison: Comparison) -> Table:
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """A, B and their difference, rounded to the second significant digit of the half
-    width. "-" means unknown.
-    """
-    half = (row["high"] - row["low"]) / 2
-    if not half > 0.0 or math.isinf(half):
-        difference = (
-            "-" if math.isnan(row["difference"]) else f"{row['difference']:+.5g}"
-        )
-        a, b = (
-            "-" if math.isnan(row[side]) else brief(row[side]) for side in ("a", "b")
-        )
-        return a, b, difference + (" ± 0" if half == 0.0 else "")
-    places = max(0, 1 - math.floor(math.log10(half)))
-    return (
-        f"{row['a']:.{places}f}",
-        f"{row['b']:.{places}f}",
-        f"{row['difference']:+.{places}f} ± {half:.{places}f}",
-    )
+    """A, B and their difference, all to the place that its interval allows."""
+    a, b, low, high = (float(row[name]) for name in ("a", "b", "low", "high"))
+    half, scale = (high - low) / 2, max(abs(a), abs(b))
+    difference = plus_minus(float(row["difference"]), half, scale, sign=True)
+    return number(a, half), number(b, half), difference
 
 
 def _chance(p: float) -> str:

@@ -1,7 +1,6 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
-import math
 from typing import Any, Literal
 
 import pandas as pd
@@ -11,11 +10,13 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
+from sweep.analysis.notation import plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
+from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
-from sweep.tables.stored_study import StoredStudy, details
+from sweep.tables.stored_study import StoredStudy
 from sweep.text import shortened, unknown
 from sweep.workers.failures import last_line
 
@@ -79,21 +80,22 @@ def point_table(
 
     The settings of an axis that ablates a preset become one column, `detail`, which
     says what is changed. The last column, `view`, is the command that shows a trial of
-    the point: the first one that is done, if there is one. Raises ValueError for a
+    the point: the first one that is done, if there is one. Raises ChoiceError for a
     metric that the study has not recorded.
     """
     for name in chosen:
         if name not in study.metrics:
-            raise ValueError(
-                f"study {study.name}: {unknown('metric', name, study.metrics)}"
-            )
+            raise ChoiceError(unknown("metric", name, study.metrics), study.name)
     names = [str(Column(name, half)) for name in chosen or study.metrics]
-    trials, varied = study.trials, study.varied
-    for preset, ablated in study.about.ablated.items():
-        trials = trials.assign(detail=details(study, preset).to_numpy())
-        switched = {name for group in ablated for name in group}
-        varied = [*(name for name in varied if name not in switched), "detail"]
-    rows = by_point(trials, varied, names, interval=interval, repeated=study.repeated)
+    details = {
+        name: study.trials["point"].map(study.points[name])
+        for name in study.headings
+        if name not in study.trials
+    }
+    trials = study.trials.assign(**details)
+    rows = by_point(
+        trials, study.headings, names, interval=interval, repeated=study.repeated
+    )
     return rows.assign(view=_views(study.name, trials)), names
 
 
@@ -139,9 +141,9 @@ def table_text(
         ]
         cells = [
             (
-                _with_error(mean, high - mean)
+                plus_minus(mean, high - mean)
                 if interval == "t" or name in study.repeated
-                else _within(mean, low, high)
+                else with_interval(mean, low, high)
             )
             for name, mean, low, high in found
         ]
@@ -178,29 +180,6 @@ def _caption(study: StoredStudy, interval: MeanKind) -> str:
 def _count(row: "pd.Series[Any]", names: list[str]) -> str:
     n = max((int(row[f"{name}_n"]) for name in names), default=0)
     return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
-
-
-def _with_error(mean: float, half: float) -> str:
-    """The mean, rounded to the second significant digit of the half width."""
-    if math.isnan(mean):
-        return "-"
-    if math.isnan(half):
-        return f"{mean:.5g}"
-    places = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 3
-    return f"{mean:.{places}f} ± {half:.{places}f}"
-
-
-def _within(mean: float, low: float, high: float) -> str:
-    """The mean and both bounds, rounded to the second significant digit of the smaller
-    distance between them.
-    """
-    if math.isnan(mean) or math.isnan(low):
-        return _with_error(mean, math.nan)
-    distances = [
-        distance for distance in (mean - low, high - mean) if 0.0 < distance < math.inf
-    ]
-    places = max(0, 1 - math.floor(math.log10(min(distances)))) if distances else 3
-    return f"{mean:.{places}f} [{low:.{places}f}, {high:.{places}f}]"
 
 
 def brief(value: Any) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, Results, StudyName, app, stop
+from sweep.cli.app import Json, Results, StudyName, app
 
 
 class Over(StrEnum):
@@ -69,16 +69,13 @@ def table(
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
     from sweep.cli.listing import point_table, table_text
-    from sweep.tables.formulas import as_csv
+    from sweep.tables.safe_csv import as_csv
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
-    try:
-        rows, names = point_table(
-            stored, metric or [], half=over is Over.half, interval=interval.value
-        )
-    except ValueError as error:
-        stop(str(error), 2)
+    rows, names = point_table(
+        stored, metric or [], half=over is Over.half, interval=interval.value
+    )
     if csv:
         print(as_csv(rows), end="")
     elif as_json:
@@ -147,14 +144,12 @@ def plot(
 ) -> None:
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import Choices, draw_figures, plan_figures
-    from sweep.figures.selection import where_of
     from sweep.spec.study_folder import FIGURES
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
-    choices = Choices(
-        tuple(metric or ()), by, x, y, where_of(stored, where or ()), over is Over.half
-    )
+    stored = stored.where(**stored.chooser.read(where or ()))
+    choices = Choices(tuple(metric or ()), by, x, y, over is Over.half)
     figures = plan_figures(stored, kinds or [], choices)
     for reason in figures.left_out:
         print(f"not drawn: {reason}", file=sys.stderr)
@@ -165,9 +160,7 @@ def plot(
         else below / FIGURES / study
     )
     kinds_of_file = [one.value for one in formats or [Format.png]]
-    for path in draw_figures(
-        stored, figures, out or home, kinds_of_file, choices, below
-    ):
+    for path in draw_figures(stored, figures, out or home, kinds_of_file, below):
         print(path, flush=True)
 
 
@@ -214,8 +207,8 @@ def compare(
     """
     from sweep.cli.comparison_text import comparison_json, comparison_text
     from sweep.tables.comparison import Method, compare_sides
-    from sweep.tables.formulas import as_csv
-    from sweep.tables.sides import read_side
+    from sweep.tables.comparison_sides import read_side
+    from sweep.tables.safe_csv import as_csv
 
     method = Method(confidence, together.value, margin)
     one, other = (read_side(text, results) for text in (a, b))

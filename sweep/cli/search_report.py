@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from rich.table import Table
 
+from sweep.analysis.notation import number, with_interval
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings, plain, warnings
 from sweep.campaigns.search.outcome import SEARCH, constraints
@@ -15,10 +16,8 @@ from sweep.campaigns.search.repetitions import AgainstRandom
 from sweep.campaigns.search.sentences import (
     constraint_words,
     counted,
-    number,
     objective_words,
     verdict,
-    with_interval,
 )
 from sweep.cli.terminal import Terminal
 from sweep.spec.objectives import Objective
@@ -191,7 +190,8 @@ def _interval(*numbers: float | None) -> str:
 
 
 def _known(*numbers: float | None) -> str:
-    return number(*(np.nan if value is None else value for value in numbers))
+    value, low, high = (np.nan if one is None else one for one in numbers)
+    return number(value, (high - low) / 2)
 
 
 def _front_text(found: Findings) -> str:
@@ -294,7 +294,8 @@ def _against_text(found: Findings) -> str:
     unit = found.units.get(against.quantity, "")
     difference = {"difference": against.estimate.value, "low": low, "high": high}
     said = verdict(quantity, difference, unit, "The search", "random search")
-    means = [number(sample.mean, low, high) for sample in against.estimate.samples]
+    half = (high - low) / 2
+    means = [number(sample.mean, half) for sample in against.estimate.samples]
     unit = f" {unit}" if unit else ""
     return (
         f"{head}\n{said}\n    (95 %, Welch; means {means[0]} and {means[1]}{unit})"

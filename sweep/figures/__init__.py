@@ -1,34 +1,30 @@
 """Figures from tables, in one house style, for the command line, notebooks and
 published studies.
 
-    kinds         which figures suit a study
-    selection     which trials a figure shows
-    style         what all figures share
-    pieces        maps, flocks, intervals
-    scales        axes of settings
-    aims          which way a metric is better
-    saving        files that say what they show
-    curves        metrics against time
-    heatmap       a metric over two settings
-    scatter       a metric against each setting
-    parallel      all settings of the best
-    pareto        two metrics, and their front
-    coverage      where boids were
-    trajectories  the ways of boids
-    details       what each detail does
-    sensitivity   which settings matter
-    search        history and front of a search
-    search_runs   its repetitions
+    kinds               which figures suit a study
+    selection           which trials a figure shows
+    style               what all figures share
+    drawing             maps, flocks, intervals
+    scales              axes of settings
+    directions          which way a metric is better
+    saving              files that say what they show
+    curves              metrics against time
+    heatmap             a metric over two settings
+    scatter             a metric against each setting
+    parallel            all settings of the best
+    pareto              two metrics, and their front
+    coverage            where boids were
+    trajectories        the ways of boids
+    ablation_effects    what each changed detail does
+    sensitivity         which settings matter
+    search              history and front of a search
+    search_repetitions  its repetitions
 """
 
+from sweep.figures.ablation_effects import effects_figure, paired_effects
 from sweep.figures.coverage import coverage_figure
 from sweep.figures.curves import metric_curves
-from sweep.figures.details import effects_figure, paired_effects
-from sweep.figures.heatmap import heatmap_figure
-from sweep.figures.kinds import KINDS, Choices, FigureKind, Planned
-from sweep.figures.parallel import parallel_figure
-from sweep.figures.pareto import pareto_figure
-from sweep.figures.pieces import (
+from sweep.figures.drawing import (
     draw_flock,
     draw_map,
     draw_values,
@@ -38,10 +34,14 @@ from sweep.figures.pieces import (
     note,
     quantity,
 )
+from sweep.figures.heatmap import heatmap_figure
+from sweep.figures.kinds import KINDS, Choices, FigureKind, Planned
+from sweep.figures.parallel import parallel_figure
+from sweep.figures.pareto import pareto_figure
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
 from sweep.figures.search import front_figure, history_figure
-from sweep.figures.search_runs import comparison_figure, hypervolume_figure
+from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.style import (
     BLUE,

@@ -1,6 +1,5 @@
 """Where boids were: the mean visits of each pixel of the map, a panel a point."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,13 +13,12 @@ from numpy.typing import NDArray
 from kernels.metrics import METRICS
 from sweep.analysis import CONFIDENCE, mean_interval
 from sweep.errors import ChoiceError, StoreError
-from sweep.figures.pieces import (
+from sweep.figures.drawing import (
     draw_visits,
     estimated,
     note,
     tidy_grid,
     title_panel,
-    units_of,
     without_trials,
 )
 from sweep.figures.selection import Facet, Selection, among, select
@@ -52,7 +50,7 @@ class Visits(NamedTuple):
 
 
 def coverage_figure(
-    study: StoredStudy, *, where: Mapping[str, object] | None = None
+    study: StoredStudy,
 ) -> Figure:
     """The mean visits of each pixel at every point, on a common scale, and above each
     its coverage and CV, if recorded.
@@ -61,14 +59,14 @@ def coverage_figure(
     whose trials is done says so. Raises ChoiceError if no heatmaps are stored, and for
     more than twelve points.
     """
-    return draw_coverage(coverage_layout(study, where=where))
+    return draw_coverage(coverage_layout(study))
 
 
 def coverage_layout(
-    study: StoredStudy, *, where: Mapping[str, object] | None
+    study: StoredStudy,
 ) -> CoverageLayout:
     """What `coverage_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     if (
         "visits"
         not in study.store.read(
@@ -76,7 +74,7 @@ def coverage_layout(
         ).column_names
     ):
         raise ChoiceError(
-            f"study {study.name} has no heatmaps; record: {{heatmaps: true}} keeps them"
+            "has no heatmaps; record: {heatmaps: true} keeps them", study.name
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     return CoverageLayout(selection, selection.panels(names, "coverage"))
@@ -132,7 +130,7 @@ def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> Axe
     world = selection.study.world(visits.trials[0])
     if not visits.same_obstacles:
         world = world._replace(obstacles=np.empty((0, 5)))
-    unit = units_of(selection.study).get("width", "")
+    unit = selection.study.units.get("width", "")
     return draw_visits(axes, visits.mean, world, most, unit, float(pixel))
 
 
@@ -149,8 +147,8 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     }
     if not set(wanted.to_pylist()) <= place.keys():
         raise StoreError(
-            f"study {selection.study.name}: a trial that is done has no heatmap;"
-            " choose with where"
+            "a trial that is done has no heatmap; choose with where",
+            selection.study.name,
         )
     return [
         _mean([_counts(stored, place[trial]) for trial in trials], trials)
@@ -181,7 +179,7 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
         value, low, high, _ = mean_interval(
             trials[metric].to_numpy(np.float64), confidence
         )
-        unit = units_of(selection.study).get(metric, "")
+        unit = selection.study.units.get(metric, "")
         lines.append(f"{short} {estimated(value, low, high)} {unit}".rstrip())
     return lines
 

@@ -1,6 +1,6 @@
 """Metrics against time: mean curves with bands."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from sweep.analysis import curves
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import note, quantity, title_panel, without_trials, words
+from sweep.figures.drawing import note, quantity, title_panel, without_trials, words
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import (
     MOST_COLOURS,
@@ -49,8 +49,6 @@ def metric_curves(
     study: StoredStudy,
     by: str | None = None,
     metrics: Sequence[str] = (),
-    *,
-    where: Mapping[str, object] | None = None,
 ) -> Figure:
     """Each series metric against frame, one panel each: mean over trials and pointwise
     95 % interval by value of `by`.
@@ -61,30 +59,27 @@ def metric_curves(
     is done says so. Raises ChoiceError where no series are stored, for names that the
     study does not have, for too many lines or panels.
     """
-    return draw_curves(curves_layout(study, by, metrics, where=where))
+    return draw_curves(curves_layout(study, by, metrics))
 
 
 def curves_layout(
     study: StoredStudy,
     by: str | None,
     metrics: Sequence[str],
-    *,
-    where: Mapping[str, object] | None,
 ) -> Curves:
     """What `metric_curves` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     recorded = series_metrics(study)
     for name in metrics:
         if name not in recorded:
-            raise ChoiceError(
-                f"study {study.name}: {unknown('series metric', name, recorded)}"
-            )
+            raise ChoiceError(unknown("series metric", name, recorded), study.name)
     chosen = _lines(selection, by)
     others = selection.apart([chosen] if chosen else [])
     if mixed := selection.mixed([*([chosen] if chosen else []), *others]):
         raise ChoiceError(
-            f"study {study.name}: a curve would be a mean over {', '.join(mixed)};"
-            f" allowed: up to {MOST_LINES} points; choose with by and where"
+            f"a curve would be a mean over {', '.join(mixed)};"
+            f" allowed: up to {MOST_LINES} points; choose with by and where",
+            study.name,
         )
     names = list(metrics) or recorded
     facets = selection.facets(others)
@@ -101,8 +96,8 @@ def series_metrics(study: StoredStudy) -> list[str]:
     recorded = [name for name in stored if name not in ("trial_id", "frame")]
     if not recorded:
         raise ChoiceError(
-            f"study {study.name} has no series; record: {{series:"
-            f" [{study.metrics[0]}]}} keeps them"
+            f"has no series; record: {{series: [{study.metrics[0]}]}} keeps them",
+            study.name,
         )
     return recorded
 
@@ -126,8 +121,10 @@ def _lines(selection: Selection, by: str | None) -> str | None:
             else f"with where, {selection.example([name])}"
         )
         raise ChoiceError(
-            f"study {selection.study.name}: curves by {name}, which has {number:,}"
-            f" values; allowed: up to {most}; choose {offer}"
+            f"by {name}, which has {number:,}"
+            f" values; allowed: up to {most}; choose {offer}",
+            selection.study.name,
+            "curves",
         )
     return name
 

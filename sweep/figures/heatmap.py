@@ -2,7 +2,6 @@
 and half their intervals.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.analysis import half_width
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel
+from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.scales import (
     Floats,
     bin_edges,
@@ -77,8 +76,6 @@ def heatmap_figure(
     metric: str,
     x: str | None = None,
     y: str | None = None,
-    *,
-    where: Mapping[str, object] | None = None,
 ) -> Figure:
     """The mean of `metric` over two settings, `x` and `y`, and beside it half the width
     of its 95 % interval.
@@ -90,7 +87,7 @@ def heatmap_figure(
     listed settings are panels. Raises ChoiceError for names that the study does not
     have, for fewer than two settings, and for more than twelve panels.
     """
-    return draw_heatmap(heatmap_layout(study, metric, x, y, where=where))
+    return draw_heatmap(heatmap_layout(study, metric, x, y))
 
 
 def heatmap_layout(
@@ -98,16 +95,14 @@ def heatmap_layout(
     metric: str,
     x: str | None,
     y: str | None,
-    *,
-    where: Mapping[str, object] | None,
 ) -> Heatmap:
     """What `heatmap_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     recorded(study, metric)
     given = [selection.setting(name) for name in (x, y) if name]
     if x and x == y:
         raise ChoiceError(
-            f"study {study.name}: heatmap with x and y both {x}; allowed: two settings"
+            f"with x and y both {x}; allowed: two settings", study.name, "heatmap"
         )
     listed = sorted(
         selection.apart(selection.sampled),
@@ -117,8 +112,9 @@ def heatmap_layout(
     chosen = [*given, *(name for name in free if name not in given)][:2]
     if len(chosen) < 2:
         raise ChoiceError(
-            f"study {study.name}: heatmap needs two settings that vary,"
-            f" and there is {len(chosen)}"
+            f"needs two settings that vary, and there is {len(chosen)}",
+            study.name,
+            "heatmap",
         )
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
     others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))

@@ -4,8 +4,7 @@ which figures it draws then.
 A new kind is a module of its own and one entry of KINDS.
 """
 
-import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -14,16 +13,16 @@ from matplotlib.figure import Figure
 
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.errors import ChoiceError, UserError
-from sweep.figures.aims import aim
 from sweep.figures.coverage import coverage_layout, draw_coverage
 from sweep.figures.curves import curves_layout, draw_curves, series_metrics
+from sweep.figures.directions import direction
 from sweep.figures.heatmap import draw_heatmap, heatmap_layout
 from sweep.figures.parallel import draw_parallel, parallel_layout
 from sweep.figures.pareto import draw_pareto, opposed_metrics, pareto_layout
 from sweep.figures.saving import about_study, save
 from sweep.figures.scatter import draw_scatter, scatter_layout
 from sweep.figures.search import front_figure, history_figure, with_front
-from sweep.figures.search_runs import (
+from sweep.figures.search_repetitions import (
     comparison_figure,
     hypervolume_figure,
     with_repetitions,
@@ -32,19 +31,15 @@ from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
 from sweep.spec.recorded import Column
-from sweep.spec.sampling import SAMPLERS
-from sweep.spec.whole_samples import OPTIONS
-from sweep.tables.sensitivity import morris, rank_correlations, sobol
+from sweep.tables.sensitivity import SAMPLED, sensitivity
 from sweep.tables.sensitivity.sampled import sampled_axis
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
-ANALYSES = {"saltelli": sobol, "morris": morris}
-
 
 class Choices(NamedTuple):
-    """What to draw: metrics as `coverage` or with their direction, `coverage+`;
-    settings; which points.
+    """What to draw: metrics as `coverage` or with their direction, `coverage+`, and
+    settings.
 
     Without metrics all recorded ones are drawn. `half` takes their means over the last
     half of a trial.
@@ -54,7 +49,6 @@ class Choices(NamedTuple):
     by: str | None = None
     x: str | None = None
     y: str | None = None
-    where: Mapping[str, object] | None = None
     half: bool = False
 
     def columns(self, study: StoredStudy) -> list[str]:
@@ -62,7 +56,7 @@ class Choices(NamedTuple):
         ChoiceError for unknown ones.
         """
         named = [
-            (aim(study, text).metric, text[len(text.rstrip("+-")) :])
+            (direction(study, text).metric, text[len(text.rstrip("+-")) :])
             for text in self.metrics or study.metrics
         ]
         return [
@@ -98,7 +92,7 @@ class FigureKind(NamedTuple):
         try:
             self.plan(study, choices)
         except UserError as error:
-            return str(error)
+            return error.reason
         return ""
 
 
@@ -109,11 +103,9 @@ def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
         if choices.metrics
         else series_metrics(study)
     )
-    first = curves_layout(study, choices.by, names[:1], where=choices.where)
+    first = curves_layout(study, choices.by, names[:1])
     groups = [names] if len(first.facets) == 1 else [[name] for name in names]
-    layouts = [
-        curves_layout(study, choices.by, group, where=choices.where) for group in groups
-    ]
+    layouts = [curves_layout(study, choices.by, group) for group in groups]
     labels = (
         [""]
         if len(groups) == 1 and not choices.metrics
@@ -127,10 +119,7 @@ def _curves(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 def _scatter(study: StoredStudy, choices: Choices) -> list[Planned]:
     names = choices.plain(study)
-    layouts = [
-        scatter_layout(study, name, choices.x, by=choices.by, where=choices.where)
-        for name in names
-    ]
+    layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
     return [
         Planned(name, partial(draw_scatter, layout))
         for name, layout in zip(names, layouts, strict=True)
@@ -139,10 +128,7 @@ def _scatter(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 def _heatmap(study: StoredStudy, choices: Choices) -> list[Planned]:
     names = choices.plain(study)
-    layouts = [
-        heatmap_layout(study, name, choices.x, choices.y, where=choices.where)
-        for name in names
-    ]
+    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
     return [
         Planned(name, partial(draw_heatmap, layout))
         for name, layout in zip(names, layouts, strict=True)
@@ -150,64 +136,56 @@ def _heatmap(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 
 def _parallel(study: StoredStudy, choices: Choices) -> list[Planned]:
-    layouts = [
-        parallel_layout(study, name, where=choices.where)
-        for name in choices.columns(study)
-    ]
+    layouts = [parallel_layout(study, name) for name in choices.columns(study)]
     return [
-        Planned(layout.aim.metric, partial(draw_parallel, layout)) for layout in layouts
+        Planned(layout.direction.metric, partial(draw_parallel, layout))
+        for layout in layouts
     ]
 
 
 def _pareto(study: StoredStudy, choices: Choices) -> list[Planned]:
-    aims = (
+    directions = (
         choices
         if choices.metrics
         else choices._replace(metrics=tuple(opposed_metrics(study)))
     )
-    metrics = aims.columns(study) if aims.metrics else []
-    layout = pareto_layout(study, metrics, by=choices.by, where=choices.where)
+    metrics = directions.columns(study) if directions.metrics else []
+    layout = pareto_layout(study, metrics, by=choices.by)
     return [
         Planned(
-            "-".join(one.metric for one in layout.aims), partial(draw_pareto, layout)
+            "-".join(one.metric for one in layout.directions),
+            partial(draw_pareto, layout),
         )
     ]
 
 
 def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
-    selection = select(study, choices.where)
+    selection = select(study)
     if not selection.sampled:
         raise ChoiceError(
-            f"study {study.name}: sensitivity needs an axis that samples settings, and"
-            " there is none"
+            "needs an axis that samples settings, and there is none",
+            study.name,
+            "sensitivity",
         )
-    axis = sampled_axis(study, None, (*SAMPLERS, *OPTIONS, "table"))
+    axis = sampled_axis(study, None, SAMPLED)
     about = study.axes[axis]
-    if fixed := [name for name in choices.where or {} if name in about.settings]:
-        raise ChoiceError(
-            f"study {study.name}: sensitivity with where {fixed[0]}, which {axis}"
-            " samples; allowed: others"
-        )
     selection.panels(selection.apart(about.settings), "sensitivity")
-    analyse = ANALYSES.get(about.sampler or "", rank_correlations)
 
     def draw(name: str) -> Figure:
-        return sensitivity_figure(analyse(selection.restricted, name, axis))
+        return sensitivity_figure(sensitivity(study, name, axis))
 
     return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
 
 
-def _coverage(study: StoredStudy, choices: Choices) -> list[Planned]:
-    return [
-        Planned("", partial(draw_coverage, coverage_layout(study, where=choices.where)))
-    ]
+def _coverage(study: StoredStudy, _: Choices) -> list[Planned]:
+    return [Planned("", partial(draw_coverage, coverage_layout(study)))]
 
 
-def _trajectories(study: StoredStudy, choices: Choices) -> list[Planned]:
+def _trajectories(study: StoredStudy, _: Choices) -> list[Planned]:
     return [
         Planned(
             "",
-            partial(draw_trajectories, trajectories_layout(study, where=choices.where)),
+            partial(draw_trajectories, trajectories_layout(study)),
         )
     ]
 
@@ -220,17 +198,15 @@ def _of_search(
     """The plan of a figure of a whole search."""
 
     def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-        check(study)
+        check(study.whole)
         choice = {
             "metric": choices.metrics,
-            "where": choices.where,
+            "where": study.chosen,
             "over half": choices.half,
         }
         if given := [name for name, value in choice.items() if value]:
             what = "is of the whole search and its objectives"
-            raise ChoiceError(
-                f"study {study.name}: {kind} {what}, and takes no {given[0]}"
-            )
+            raise ChoiceError(f"{what}, and takes no {given[0]}", study.name, kind)
         return [Planned("", partial(draw, study))]
 
     return plan
@@ -297,7 +273,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
     """
     for name in names:
         if name not in KINDS:
-            raise ChoiceError(f"study {study.name}: {unknown('kind', name, KINDS)}")
+            raise ChoiceError(unknown("kind", name, KINDS), study.name)
     _check(study, names, choices)
     if names:
         chosen = list(dict.fromkeys(names))
@@ -310,10 +286,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
             [],
         )
     why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
-    here = re.compile(rf"study {re.escape(study.name)}:? ({'|'.join(KINDS)})? ?")
-    reasons = {
-        name: here.sub("", reason, count=1) for name, reason in why.items() if reason
-    }
+    reasons = {name: reason for name, reason in why.items() if reason}
     names_of = {
         reason: [name for name in reasons if reasons[name] == reason]
         for reason in reasons.values()
@@ -321,7 +294,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
     left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
     if len(reasons) == len(KINDS):
         raise ChoiceError(
-            f"study {study.name}: no kind of figure suits it: {'; '.join(left_out)}"
+            f"no kind of figure suits it: {'; '.join(left_out)}", study.name
         )
     fitting = [name for name, reason in why.items() if not reason]
     return Plot(
@@ -336,7 +309,7 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
 
 def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
     choices.columns(study)
-    selection = select(study, choices.where)
+    selection = select(study)
     for choice in ("by", "x", "y"):
         value = getattr(choices, choice)
         taking = [name for name, kind in KINDS.items() if choice in kind.takes]
@@ -344,8 +317,8 @@ def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
             selection.setting(value)
             if names and not set(names) & set(taking):
                 raise ChoiceError(
-                    f"study {study.name}: {choice} is for {', '.join(taking)},"
-                    f" not for {', '.join(names)}"
+                    f"{choice} is for {', '.join(taking)}, not for {', '.join(names)}",
+                    study.name,
                 )
 
 
@@ -354,15 +327,10 @@ def draw_figures(
     plot: Plot,
     folder: Path,
     formats: Sequence[str],
-    choices: Choices,
     below: Path | None = None,
 ) -> Iterator[Path]:
     """Draw the figures of a plan, and `save` them; gives each file as it is there."""
     about = about_study(study)
-    if choices.where:
-        about["Where"] = ", ".join(
-            f"{name}={value}" for name, value in choices.where.items()
-        )
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind
         yield from save(

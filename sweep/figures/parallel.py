@@ -2,7 +2,6 @@
 point, the best in colour.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from sweep.errors import ChoiceError
-from sweep.figures.aims import Aim, aim
-from sweep.figures.pieces import note, quantity, span, title_panel, words
+from sweep.figures.directions import Direction, direction
+from sweep.figures.drawing import note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, is_number, select
 from sweep.figures.style import STYLE, VERMILION
@@ -32,7 +31,7 @@ class Parallel(NamedTuple):
     """What a figure of parallel coordinates shows: a panel a facet."""
 
     selection: Selection
-    aim: Aim
+    direction: Direction
     facets: list[Facet]
 
 
@@ -45,7 +44,8 @@ class Upright(NamedTuple):
 
 
 def parallel_figure(
-    study: StoredStudy, metric: str, *, where: Mapping[str, object] | None = None
+    study: StoredStudy,
+    metric: str,
 ) -> Figure:
     """Every sampled setting and the mean of `metric`, the last axis, as upright axes;
     each line is a point.
@@ -55,19 +55,21 @@ def parallel_figure(
     logarithmic axis. Listed settings are panels. Raises ChoiceError for names that the
     study does not have, where nothing is sampled, and for more than twelve panels.
     """
-    return draw_parallel(parallel_layout(study, metric, where=where))
+    return draw_parallel(parallel_layout(study, metric))
 
 
 def parallel_layout(
-    study: StoredStudy, metric: str, *, where: Mapping[str, object] | None
+    study: StoredStudy,
+    metric: str,
 ) -> Parallel:
     """What `parallel_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
-    chosen = aim(study, metric)
+    selection = select(study)
+    chosen = direction(study, metric)
     if not selection.sampled:
         raise ChoiceError(
-            f"study {study.name}: parallel needs an axis that samples settings, and"
-            " there is none"
+            "needs an axis that samples settings, and there is none",
+            study.name,
+            "parallel",
         )
     return Parallel(
         selection,

@@ -1,6 +1,5 @@
 """Two metrics against each other, and the points that no other beats in both."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
-from sweep.figures.aims import Aim, aim, more_is_better
-from sweep.figures.pieces import note, quantity, span, tidy_grid, title_panel, words
+from sweep.figures.directions import Direction, direction, more_is_better
+from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -22,12 +21,12 @@ MOST_INTERVALS = 60
 
 
 class Pareto(NamedTuple):
-    """What a Pareto figure shows: the aims on its axes, the setting whose values are
-    colours, and its panels.
+    """What a Pareto figure shows: the metrics on its axes with their directions, the
+    setting whose values are colours, and its panels.
     """
 
     selection: Selection
-    aims: tuple[Aim, Aim]
+    directions: tuple[Direction, Direction]
     by: str | None
     facets: list[Facet]
 
@@ -38,7 +37,6 @@ def pareto_figure(
     second: str | None = None,
     *,
     by: str | None = None,
-    where: Mapping[str, object] | None = None,
 ) -> Figure:
     """The means of two metrics at every point, with both 95 % intervals, and the front
     of those that none beats.
@@ -53,9 +51,7 @@ def pareto_figure(
     twelve panels.
     """
     return draw_pareto(
-        pareto_layout(
-            study, [name for name in (first, second) if name], by=by, where=where
-        )
+        pareto_layout(study, [name for name in (first, second) if name], by=by)
     )
 
 
@@ -64,27 +60,29 @@ def pareto_layout(
     metrics: list[str],
     *,
     by: str | None,
-    where: Mapping[str, object] | None,
 ) -> Pareto:
     """What `pareto_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     if not metrics:
         metrics = opposed_metrics(study)
     if len(metrics) != 2:
         raise ChoiceError(
-            f"study {study.name}: pareto needs two metrics and has {len(metrics)}; say"
+            f"needs two metrics and has {len(metrics)}; say"
             " which and which way is better, for example"
-            f" {' '.join(f'{name}+' for name in study.metrics[:2])}"
+            f" {' '.join(f'{name}+' for name in study.metrics[:2])}",
+            study.name,
+            "pareto",
         )
-    first, second = (aim(study, text) for text in metrics)
+    first, second = (direction(study, text) for text in metrics)
     if first.metric == second.metric:
         raise ChoiceError(
-            f"study {study.name}: pareto with {first.metric} twice;"
-            " allowed: two different metrics"
+            f"with {first.metric} twice; allowed: two different metrics",
+            study.name,
+            "pareto",
         )
     if len(selection.points) < 2:
         raise ChoiceError(
-            f"study {study.name}: pareto needs points to compare, and there is one"
+            "needs points to compare, and there is one", study.name, "pareto"
         )
     others = selection.apart(selection.sampled) if selection.sampled else []
     colour = selection.colour(by, others, []) if by or others else None
@@ -124,7 +122,7 @@ def draw_pareto(layout: Pareto) -> Figure:
 
 
 def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
-    (first, second), by = layout.aims, layout.by
+    (first, second), by = layout.directions, layout.by
     for place, value in enumerate(layout.selection.values(by) if by else [None]):
         part = table[table[by] == value] if by else table
         colour, marker = COLOURS[place], MARKERS[place]
@@ -133,7 +131,7 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
             first.metric
         )
         few = len(part) <= MOST_INTERVALS
-        _intervals(axes, part if few else best, layout.aims, colour)
+        _intervals(axes, part if few else best, layout.directions, colour)
         axes.plot(
             part[first.metric],
             part[second.metric],
@@ -160,11 +158,14 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
 
 
 def _intervals(
-    axes: Axes, table: pd.DataFrame, aims: tuple[Aim, Aim], colour: str
+    axes: Axes,
+    table: pd.DataFrame,
+    directions: tuple[Direction, Direction],
+    colour: str,
 ) -> None:
     (x, x_low, x_high), (y, y_low, y_high) = (
         [table[one.metric + end].to_numpy(np.float64) for end in ("", "_low", "_high")]
-        for one in aims
+        for one in directions
     )
     axes.hlines(y, x_low, x_high, color=colour, linewidth=0.8, alpha=0.5)
     axes.vlines(x, y_low, y_high, color=colour, linewidth=0.8, alpha=0.5)
@@ -191,7 +192,7 @@ def _legend(figure: Figure, layout: Pareto) -> None:
     )
 
 
-def _label(selection: Selection, one: Aim) -> str:
+def _label(selection: Selection, one: Direction) -> str:
     return (
         f"{quantity(selection.study, one.metric)},"
         f" {'more' if one.high else 'less'} is better"
@@ -199,7 +200,7 @@ def _label(selection: Selection, one: Aim) -> str:
 
 
 def _note(layout: Pareto, table: pd.DataFrame) -> str:
-    metrics = [one.metric for one in layout.aims]
+    metrics = [one.metric for one in layout.directions]
     sizes = [len(facet.points) for facet in layout.facets]
     drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
     text = f"{span(sizes)} points a panel, {{n}} trials a point"

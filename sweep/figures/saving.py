@@ -9,7 +9,7 @@ from matplotlib import style
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from sweep.figures.pieces import as_text
+from sweep.figures.drawing import as_text
 from sweep.figures.style import STYLE
 from sweep.store.regular import open_regular
 from sweep.tables.outputs import unfinished
@@ -51,14 +51,16 @@ def save(
 
 def about_study(study: StoredStudy) -> dict[str, str]:
     """What a file says of the study that it shows: its name, hashes of its spec and
-    kernels, and the trials done.
+    kernels, the trials done, and by which settings `where` has chosen among them.
     """
-    return {
+    about = {
         "Study": study.name,
         "Spec hash": sha256(study.spec.encode(errors="replace")).hexdigest()[:16],
         "kernels_sha": str(study.provenance["kernels_sha"]),
-        "Trials": str(study.statuses()["done"]),
+        "Trials": str(study.whole.statuses()["done"]),
     }
+    where = ", ".join(f"{name}={value}" for name, value in study.chosen.items())
+    return about | ({"Where": where} if where else {})
 
 
 def saved_about(path: Path) -> dict[str, str]:

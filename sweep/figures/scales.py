@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from sweep.figures.pieces import quantity, words
+from sweep.figures.drawing import quantity, words
 from sweep.figures.selection import Selection, is_number
 from sweep.spec.strict_yaml import parse_document
 

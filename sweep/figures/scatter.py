@@ -1,6 +1,5 @@
 """A metric against each varied or sampled setting: point means, few with intervals."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from sweep.analysis.estimate import rank_estimate
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import estimated, note, quantity, span, title_panel, words
+from sweep.figures.drawing import estimated, note, quantity, span, title_panel, words
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import COLOURS, MARKERS, STYLE
@@ -47,7 +46,6 @@ def scatter_figure(
     x: str | None = None,
     *,
     by: str | None = None,
-    where: Mapping[str, object] | None = None,
 ) -> Figure:
     """The mean of `metric` at every point against `x`, or against each setting that is
     sampled, or else listed.
@@ -57,7 +55,7 @@ def scatter_figure(
     colours (`by`, or the one with two or three values) and panels. Raises ChoiceError
     for names that the study does not have and for more than twelve panels.
     """
-    return draw_scatter(scatter_layout(study, metric, x, by=by, where=where))
+    return draw_scatter(scatter_layout(study, metric, x, by=by))
 
 
 def scatter_layout(
@@ -66,10 +64,9 @@ def scatter_layout(
     x: str | None,
     *,
     by: str | None,
-    where: Mapping[str, object] | None,
 ) -> Scatter:
     """What `scatter_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     recorded(study, metric)
     if selection.setting(x) in selection.sampled if x else selection.sampled:
         names = [x] if x else [name for name in selection.sampled if name != by]
@@ -92,7 +89,7 @@ def scatter_layout(
         ]
     if not rows:
         raise ChoiceError(
-            f"study {study.name}: scatter needs a setting that varies, and none does"
+            "needs a setting that varies, and none does", study.name, "scatter"
         )
     free = [name for name in (*others, x) if name not in (None, colour)]
     selection.allow(

@@ -15,7 +15,7 @@ from sweep.campaigns.search.held_out import front, references, winners
 from sweep.campaigns.search.outcome import FAILED, candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import legend, note, quantity
+from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
@@ -84,8 +84,7 @@ def with_front(study: StoredStudy, kind: str) -> AskedTrials:
     asked = read_asked(study)
     if len(objectives(asked)) < 2:
         raise ChoiceError(
-            f"study {study.name}: {kind} needs two objectives and there is one;"
-            " allowed: history"
+            "needs two objectives and there is one; allowed: history", study.name, kind
         )
     return asked
 

@@ -5,31 +5,25 @@ A figure averages over replicates only. What else varies is an axis, a colour, a
 or a reason to ask for less.
 """
 
-import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.compute as pc
-from numpy.typing import NDArray
 
-from sweep.analysis import agrees, by_point
+from sweep.analysis import by_point
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import named, span, words
+from sweep.figures.drawing import named, span
 from sweep.spec.recorded import Column
-from sweep.tables.sides import BOOLEANS
-from sweep.tables.stored_study import StoredStudy, details
+from sweep.tables.choosing import spelled
+from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
 MOST_PANELS = 12
 MOST_COLOURS = 7
 MOST_BY_DEFAULT = 3
 """So many values become colours of one panel unless asked for; more become panels."""
-FEW_LISTED = 8
 
 
 class Facet(NamedTuple):
@@ -43,43 +37,31 @@ class Facet(NamedTuple):
 class Selection:
     """The trials of a study that a figure shows.
 
-    `points` has one row a point, by its id, and as columns the settings that differ
-    between them; `trials` are those stored, `planned` is the number of those of the
-    spec. `sampled` are the settings that an axis samples, `listed` those that are
-    listed, the ones with the fewest values first; what follows from them, like the
-    width of a map, is in neither.
+    `study` has these trials only. `points` has one row a point, by its id, and as
+    columns the settings that differ between them. `sampled` are the settings that an
+    axis samples, `listed` those that are listed, the ones with the fewest values first;
+    what follows from them, like the width of a map, is in neither.
     """
 
     study: StoredStudy
-    where: Mapping[str, object]
     points: pd.DataFrame
-    trials: pd.DataFrame
-    planned: int
     sampled: list[str]
     listed: list[str]
+
+    @property
+    def trials(self) -> pd.DataFrame:
+        """The stored ones."""
+        return self.study.trials
+
+    @property
+    def planned(self) -> int:
+        """How many there are in the spec."""
+        return int(self.study.plan.num_rows)
 
     @property
     def not_done(self) -> int:
         """How many trials have no result: not run, failed, diverged or out of time."""
         return self.planned - int((self.trials["status"] == "done").sum())
-
-    @cached_property
-    def restricted(self) -> StoredStudy:
-        """The study as if its spec had these trials only."""
-        part = copy.copy(self.study)
-        part.__dict__ = {
-            name: value
-            for name, value in part.__dict__.items()
-            if name not in ("series", "trajectories")
-        }
-        part.plan = self.study.plan.filter(
-            pc.is_in(
-                self.study.plan["point"],
-                value_set=pa.array(self.points.index, pa.string()),
-            )
-        )
-        part.trials = self.trials
-        return part
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
         """The settings of every point, by its id, and of each metric mean, _low, _high
@@ -102,8 +84,8 @@ class Selection:
         """`name`, if it differs between points. Raises ChoiceError."""
         if name not in self.points:
             raise ChoiceError(
-                f"study {self.study.name}:"
-                f" {unknown('varied setting', name, self.points.columns)}"
+                unknown("varied setting", name, self.points.columns),
+                self.study.name,
             )
         return name
 
@@ -172,13 +154,14 @@ class Selection:
             return few[0] if few else None
         if self.setting(by) in shown:
             raise ChoiceError(
-                f"study {self.study.name}: by {by}, which is on an axis"
-                f" already{self._offer(others)}"
+                f"by {by}, which is on an axis already{self._offer(others)}",
+                self.study.name,
             )
         if (number := len(self.values(by))) > MOST_COLOURS:
             raise ChoiceError(
-                f"study {self.study.name}: by {by}, which has {number:,} values;"
-                f" allowed: up to {MOST_COLOURS}{self._offer(others)}"
+                f"by {by}, which has {number:,} values;"
+                f" allowed: up to {MOST_COLOURS}{self._offer(others)}",
+                self.study.name,
             )
         return by
 
@@ -199,16 +182,18 @@ class Selection:
                 f"{name} ({len(self.values(name)):,} values)" for name in names
             )
             raise ChoiceError(
-                f"study {self.study.name}: {what} has {panels:,}"
+                f"has {panels:,}"
                 f" panels{f', by {numbers}' if names else ''}; allowed: up to"
                 f" {MOST_PANELS};"
-                f" {remedy or f'choose with where, {self.example(names)}'}"
+                f" {remedy or f'choose with where, {self.example(names)}'}",
+                self.study.name,
+                what,
             )
 
     def example(self, names: Sequence[str]) -> str:
         """How to say which points to show, for one of these settings."""
         listed = [
-            f"{name}={_spelled(value)}"
+            f"{name}={spelled(value)}"
             for name in names[:1]
             for value in self.values(name)[:1]
         ]
@@ -243,7 +228,8 @@ class Selection:
                 f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
-        place = f", {named(self.where.items())}" if self.where else ""
+        where = named(self.study.chosen.items())
+        place = f", {where}" if where else ""
         missing = (
             f"; {self.not_done:,} of {self.planned:,} trials not done"
             if self.not_done
@@ -259,34 +245,18 @@ class Selection:
         return f"; choose one of {', '.join(few)}" if few else ""
 
 
-def select(study: StoredStudy, where: Mapping[str, object] | None = None) -> Selection:
-    """The trials of `study` whose settings are those of `where`; all that were ablated
-    together are one, `detail`.
-
-    Raises ChoiceError for a setting that does not vary, for a value that no point has,
-    and where no trial is done.
+def select(study: StoredStudy) -> Selection:
+    """The points of `study` that a figure shows, and what differs between them. Raises
+    ChoiceError where no trial is done.
     """
-    plan = study.plan.to_pandas()
-    trials, varied = study.trials, list(study.varied)
-    for preset, ablated in study.about.ablated.items():
-        name = "detail" if len(study.about.ablated) == 1 else f"detail_{preset}"
-        label = dict(zip(trials["point"], details(study, preset), strict=True))
-        plan[name] = plan["point"].map(label)
-        switched = {one for group in ablated for one in group}
-        varied = [*(one for one in varied if one not in switched), name]
-    points = plan.drop_duplicates("point").set_index("point")[varied]
-    for name, value in (where or {}).items():
-        points = points[_having(study, points, name, value)]
-    planned = len(among(plan, points.index))
-    trials = among(trials, points.index)
-    if not (trials["status"] == "done").any():
+    if not (study.trials["status"] == "done").any():
+        there = " there" if study.chosen else ""
         raise ChoiceError(
-            f"study {study.name}: no trial is done{' there' if where else ''},"
-            " so there is nothing to draw"
+            f"no trial is done{there}, so there is nothing to draw", study.name
         )
+    points = study.points[study.headings]
     points = points.loc[:, points.nunique(dropna=False) > 1]
-    sampled, listed = _kinds(study, points)
-    return Selection(study, where or {}, points, trials, planned, sampled, listed)
+    return Selection(study, points, *_kinds(study, points))
 
 
 def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:
@@ -304,82 +274,14 @@ def recorded(study: StoredStudy, metric: str) -> str:
     Raises ChoiceError.
     """
     if Column.read(metric).metric not in study.metrics:
-        raise ChoiceError(
-            f"study {study.name}: {unknown('metric', metric, study.metrics)}"
-        )
+        raise ChoiceError(unknown("metric", metric, study.metrics), study.name)
     return metric
-
-
-def where_of(study: StoredStudy, texts: Sequence[str]) -> dict[str, object]:
-    """What `select` wants from texts such as n=50 and map=cafeteria,fov=90. Raises
-    ChoiceError for another form.
-    """
-    found: dict[str, object] = {}
-    for text in ",".join(texts).split(",") if texts else []:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise ChoiceError(
-                f'study {study.name}: where "{text}"; allowed: SETTING=VALUE,'
-                " for example n=50"
-            )
-        if name in found:
-            raise ChoiceError(
-                f"study {study.name}: where has {name} twice;"
-                " allowed: one value of a setting"
-            )
-        found[name] = _value(value)
-    return found
 
 
 def is_number(column: "pd.Series[float]") -> bool:
     """Whether a setting is a number and not a text or a truth value."""
     return pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(
         column
-    )
-
-
-def _value(text: str) -> object:
-    try:
-        return float(text)
-    except ValueError:
-        return BOOLEANS.get(text.lower(), text)
-
-
-def _having(
-    study: StoredStudy, points: pd.DataFrame, name: str, value: object
-) -> NDArray[np.bool_]:
-    """Which points have that value of a setting. Raises ChoiceError if none has."""
-    if name not in points:
-        raise ChoiceError(
-            f"study {study.name}: where {name}:"
-            f" {unknown('varied setting', name, points.columns)}"
-        )
-    column = points[name]
-    found = agrees(column.to_numpy(), value)
-    if not found.any():
-        values = [_spelled(one) for one in dict.fromkeys(column)]
-        if isinstance(value, str):
-            raise ChoiceError(
-                f"study {study.name}: where {name}: {unknown('value', value, values)}"
-            )
-        allowed = (
-            ", ".join(values)
-            if len(values) <= FEW_LISTED
-            else f"{len(values):,} values"
-        )
-        raise ChoiceError(
-            f"study {study.name}: where {name}:"
-            f" no point has {_spelled(value)}; allowed: {allowed}"
-        )
-    return found
-
-
-def _spelled(value: object) -> str:
-    """A value as `--where` takes it."""
-    return (
-        str(value)
-        if isinstance(value, str)
-        else words(value).replace("unlimited", "inf")
     )
 
 

@@ -11,7 +11,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.figures.pieces import draw_values, legend, name_rows, note, span
+from sweep.figures.drawing import draw_values, legend, name_rows, note, span
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))

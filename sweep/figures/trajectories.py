@@ -1,6 +1,5 @@
 """Flights: the ways of boids, paler the longer ago, and the last flock, by trial."""
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import draw_flock, draw_map, note, span, title_panel, units_of
+from sweep.figures.drawing import draw_flock, draw_map, note, span, title_panel
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
 from sweep.tables.stored_study import StoredStudy
@@ -36,7 +35,7 @@ class Flights(NamedTuple):
 
 
 def trajectories_figure(
-    study: StoredStudy, *, where: Mapping[str, object] | None = None
+    study: StoredStudy,
 ) -> Figure:
     """The flights of up to four trials: the first of each point, or the first few of
     one or two points.
@@ -45,14 +44,14 @@ def trajectories_figure(
     in the last one. Obstacles are grey, and a goal that some force seeks is a cross.
     Raises ChoiceError where no trajectories are stored and for more than four points.
     """
-    return draw_trajectories(trajectories_layout(study, where=where))
+    return draw_trajectories(trajectories_layout(study))
 
 
 def trajectories_layout(
-    study: StoredStudy, *, where: Mapping[str, object] | None
+    study: StoredStudy,
 ) -> Flights:
     """What `trajectories_figure` will show. Raises ChoiceError as it does."""
-    selection = select(study, where)
+    selection = select(study)
     if (
         "vx"
         not in study.store.read(
@@ -60,16 +59,17 @@ def trajectories_layout(
         ).column_names
     ):
         raise ChoiceError(
-            f"study {study.name} has no trajectories; record: {{trajectories: true}}"
-            " keeps them"
+            "has no trajectories; record: {trajectories: true} keeps them", study.name
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     facets = selection.facets(names)
     if len(facets) > MOST_TRIALS:
         raise ChoiceError(
-            f"study {study.name}: trajectories of {len(facets):,} points, by"
+            f"of {len(facets):,} points, by"
             f" {', '.join(names)}; allowed: up to {MOST_TRIALS}; choose with where,"
-            f" {selection.example(names)}"
+            f" {selection.example(names)}",
+            study.name,
+            "trajectories",
         )
     done = selection.trials[selection.trials["status"] == "done"]
     chosen = [
@@ -85,7 +85,7 @@ def trajectories_layout(
 def draw_trajectories(layout: Flights) -> Figure:
     """The figure of a layout."""
     selection, trials = layout
-    unit = units_of(selection.study).get("width", "")
+    unit = selection.study.units.get("width", "")
     with style.context(STYLE):
         across = min(2, len(trials))
         down = -(-len(trials) // across)

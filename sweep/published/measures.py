@@ -12,13 +12,14 @@ from typing import cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import Unit, agrees
+from sweep.analysis import Unit
 from sweep.design.design import Design
+from sweep.errors import ChoiceError
 from sweep.spec.document import Entry
 from sweep.spec.recorded import columns_of
-from sweep.spec.settings import NotAllowedError, Value, Values
+from sweep.spec.settings import NotAllowedError, Value
 from sweep.spec.study import Study
-from sweep.text import SHORT_LIST, unknown
+from sweep.tables.choosing import Chooser
 
 KINDS = ("mean", "difference", "rank_correlation", "call")
 
@@ -126,9 +127,11 @@ class MeasureReader:
 
     def _mean(self, entry: Entry, spec: str) -> Mean:
         study, design = self.designs[spec]
-        settings = self._settings(entry.get("for"), study, design)
-        chosen = _chosen(design, settings)
-        frames, metric = self._frames(entry, study, design, chosen), entry.child("mean")
+        chooser = _chooser(design)
+        settings = _settings(entry.get("for"), study, chooser)
+        chosen = chooser.having(settings)
+        steps = np.unique(chooser.values("steps")[chosen])
+        frames, metric = self._frames(entry, study, steps), entry.child("mean")
         name = self._series(metric, study) if frames else self._column(metric, study)
         return Mean(spec, name, frames, settings, self._unit(entry, int(chosen.sum())))
 
@@ -140,7 +143,7 @@ class MeasureReader:
             name for name, values in design.columns.items() if values.dtype.kind in "if"
         ]
         name = setting.one_of("varied number", numbers)
-        settings = self._settings(entry.get("for"), study, design)
+        settings = _settings(entry.get("for"), study, _chooser(design))
         return RankCorrelation(spec, name, self._column(column, study), settings)
 
     def _column(self, entry: Entry, study: Study) -> str:
@@ -155,7 +158,7 @@ class MeasureReader:
         return entry.one_of("recorded series", study.record.series)
 
     def _frames(
-        self, entry: Entry, study: Study, design: Design, chosen: NDArray[np.bool_]
+        self, entry: Entry, study: Study, steps_taken: NDArray[np.int64]
     ) -> tuple[int, int] | None:
         frame, frames = entry.get("frame"), entry.get("frames")
         if frame and frames:
@@ -166,7 +169,7 @@ class MeasureReader:
             first, last = (child.whole(0) for child in self._two(frames))
         else:
             return None
-        for steps in np.unique(_values(design, "steps")[chosen]):
+        for steps in steps_taken:
             if not _recorded(first, last, int(steps), study.record.every):
                 where = cast(Entry, frame or frames)
                 raise where.error(
@@ -174,31 +177,6 @@ class MeasureReader:
                     f" ... and the last, {steps}"
                 )
         return first, last
-
-    def _settings(
-        self, entry: Entry | None, study: Study, design: Design
-    ) -> dict[str, Value]:
-        """The settings under `for`. If no point has them, raises a SpecError that names
-        the values that exist.
-        """
-        if entry is None:
-            return {}
-        settings: dict[str, Value] = {}
-        for name, child in entry.mapping():
-            if name not in study.settings:
-                raise child.error(unknown("setting", name, study.settings))
-            try:
-                settings[name] = study.settings[name].coerce(child.value)
-            except NotAllowedError as error:
-                raise child.error(str(error)) from None
-            values = _values(design, name)
-            if not agrees(values, settings[name]).any():
-                raise child.error(
-                    f"no point has {name} = {child.value}; {_listed(name, values)}"
-                )
-        if not _chosen(design, settings).any():
-            raise entry.error("no point has all of these settings")
-        return settings
 
     def _unit(self, entry: Entry, points: int) -> Unit:
         unit = entry.get("unit")
@@ -220,21 +198,23 @@ def _recorded(first: int, last: int, steps: int, every: int) -> bool:
     return first <= last and (next_frame <= min(last, steps) or first <= steps <= last)
 
 
-def _values(design: Design, name: str) -> Values:
-    column = design.columns.get(name)
-    return np.full(design.n_points, design.base[name]) if column is None else column
+def _chooser(design: Design) -> Chooser:
+    """Chooses among the points of a design, by any setting."""
+    return Chooser(design.base | design.columns, design.n_points)
 
 
-def _chosen(design: Design, settings: Mapping[str, Value]) -> NDArray[np.bool_]:
-    chosen = np.ones(design.n_points, np.bool_)
-    for name, value in settings.items():
-        chosen &= agrees(_values(design, name), value)
-    return chosen
-
-
-def _listed(name: str, values: Values) -> str:
-    distinct = list(dict.fromkeys(values.tolist()))
-    listed = ", ".join(f"{value}" for value in distinct[:SHORT_LIST])
-    return f"values of {name}: {listed}" + (
-        ", ..." if len(distinct) > SHORT_LIST else ""
-    )
+def _settings(entry: Entry | None, study: Study, chooser: Chooser) -> dict[str, Value]:
+    """The settings under `for`. Raises SpecError where no point has them, naming the
+    values that exist.
+    """
+    settings: dict[str, Value] = {}
+    for name, child in entry.mapping() if entry else ():
+        try:
+            chooser.values(name)
+            settings[name] = study.settings[name].coerce(child.value)
+            chooser.having(settings)
+        except ChoiceError as error:
+            raise child.error(error.reason) from None
+        except NotAllowedError as error:
+            raise child.error(str(error)) from None
+    return settings

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from sweep.analysis.notation import number, with_interval
 from sweep.published.claims import Claim, Publication
 from sweep.published.estimates import Measured
 from sweep.published.verdicts import (
@@ -202,13 +203,7 @@ def ours_text(row: Row) -> str:
     if row.measured is None or math.isnan(row.measured.estimate.value):
         return ""
     value, interval = row.measured.estimate.value, row.verdict.interval
-    if interval is None:
-        return brief(value)
-    half = (interval[1] - interval[0]) / 2.0
-    places = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 4
-    if places > 9:
-        return f"{value:.4g} ({interval[0]:.4g} to {interval[1]:.4g})"
-    return f"{value:.{places}f} ({interval[0]:.{places}f} to {interval[1]:.{places}f})"
+    return number(value) if interval is None else with_interval(value, *interval)
 
 
 def trials_text(row: Row) -> str:

@@ -1,19 +1,20 @@
 """What is stored, as tables: read, chosen, compared, exported and cleaned.
 
-stored_study   a study by name
-stored_trials  trials with all their rows
-stored_plan    a plan, checked
-stored_tables  tables, checked
-stored_spec    a row read as a spec
-stored_jobs    the job and world of a row
-sides          trials as a command names them
-matching       points that belong together
-comparison     what differs between sides
-difference     what a change of a spec does
-cleaning       room given back
-exporting      a table for other programs
-netcdf         the same as arrays
-formulas       CSV that starts no formula
-outputs        files for the user, whole or not
-sensitivity/   which settings a metric depends on
+stored_study      a study by name
+stored_trials     trials with all their rows
+stored_plan       a plan, checked
+stored_tables     tables, checked
+stored_spec       a row read as a spec
+stored_jobs       the job and world of a row
+choosing          points by their settings
+comparison_sides  trials as a command names them
+matched_points    points that belong together
+comparison        what differs between sides
+spec_difference   what a change of a spec does
+cleaning          room given back
+exporting         a table for other programs
+netcdf            the same as arrays
+safe_csv          CSV that starts no formula
+outputs           files for the user, whole or not
+sensitivity/      which settings a metric depends on
 """

@@ -34,8 +34,8 @@ from sweep.analysis import (
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.spec.settings import spelled
-from sweep.tables.matching import Matching, match
-from sweep.tables.sides import Side
+from sweep.tables.comparison_sides import Side
+from sweep.tables.matched_points import Matching, match
 from sweep.text import unknown
 
 Together = Literal["holm", "bonferroni", "max_t"]
@@ -175,8 +175,7 @@ def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
         for side in (one, other):
             if name not in side.study.metrics:
                 raise ChoiceError(
-                    f"study {side.study.name}:"
-                    f" {unknown('metric', name, side.study.metrics)}"
+                    unknown("metric", name, side.study.metrics), side.study.name
                 )
         if _unit(one, name) != _unit(other, name):
             units = (

@@ -15,9 +15,9 @@ import pyarrow.compute as pc
 from sweep.errors import ChoiceError
 from sweep.store.origin import PROVENANCE
 from sweep.store.parquet import table_writer
-from sweep.tables.formulas import without_formulas
 from sweep.tables.netcdf import check_netcdf, write_netcdf
 from sweep.tables.outputs import check_output, unfinished, write_checksum
+from sweep.tables.safe_csv import without_formulas
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import origins
 from sweep.text import unknown
@@ -51,7 +51,7 @@ def export(
     is nothing to export.
     """
     if table not in TABLES:
-        raise ChoiceError(f"study {study.name}: {unknown('table', table, TABLES)}")
+        raise ChoiceError(unknown("table", table, TABLES), study.name)
     check_output(path, WRITERS, force=force)
     beside = [path.with_name(path.name + ending) for ending in (BESIDE, ".sha256")]
     beside = beside if path.suffix == ".csv" else beside[1:]
@@ -80,7 +80,7 @@ def _rows(study: StoredStudy, name: str) -> pa.Table:
             if name == "trials"
             else f"; record: {{{name}: ...}} in the spec keeps some"
         )
-        raise ChoiceError(f"study {study.name}: no {name} of it are stored{asked}")
+        raise ChoiceError(f"no {name} of it are stored{asked}", study.name)
     order = np.argsort(
         pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable"
     )

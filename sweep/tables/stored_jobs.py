@@ -44,6 +44,5 @@ def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> J
 
 def _without_map(study: str, name: object) -> StoreError:
     return StoreError(
-        f"study {study}: the spec as last launched does not have the map {name} of this"
-        " trial"
+        f"the spec as last launched does not have the map {name} of this trial", study
     )

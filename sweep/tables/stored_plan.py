@@ -27,7 +27,7 @@ def check_plan(study: str, about: dict[str, Any]) -> None:
         _check(about)
     except ValueError as error:
         raise StoreError(
-            f"study {study}: its plan is not what a launch writes: {error}"
+            f"its plan is not what a launch writes: {error}", study
         ) from None
 
 
@@ -42,7 +42,8 @@ def _check(about: dict[str, Any]) -> None:
             raise ValueError(f'there is no preset "{preset}"')
         if not groups or not all(groups):
             raise ValueError(f'"{preset}" ablates nothing')
-        _check_names("setting", [name for group in groups for name in group], known)
+        names = [name for group in groups for name in group]
+        _check_names("setting", names, about["varied"])
     for name, axis in about.get("axes", {}).items():
         _check_names("setting", axis["fields"], known)
         if not axis["fields"]:

@@ -43,7 +43,7 @@ def accepted(
     except SpecError as error:
         trial = stored.row["trial_id"]
         message = "cannot be run again, as no launch accepts what is stored of it"
-        raise StoreError(f"study {study}: trial {trial} {message}: {error}") from None
+        raise StoreError(f"trial {trial} {message}: {error}", study) from None
 
 
 def _accepted(

@@ -1,14 +1,17 @@
 """A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
 
+import copy
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
+import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.identity import Code
@@ -16,11 +19,13 @@ from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.maps import OwnMap, maps_from_json
+from sweep.spec.settings import settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance
 from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.store import Store
+from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, stored_trials
@@ -31,13 +36,20 @@ if TYPE_CHECKING:
     from sweep.trial.world import TrialWorld
 
 
+DETAIL = "detail"
+
+
 class StoredStudy:
     """The results of a study's spec as last launched; each table is read when first
     asked for.
 
     `name` is the study's and `results` the folder or object store that holds it. Raises
     StoreError where there is none, and ChoiceError for what is no name.
+
+    `chosen` are the settings by which `where` has restricted it, none at first.
     """
+
+    chosen: Mapping[str, Choice] = MappingProxyType({})
 
     def __init__(self, name: str, results: Location | str = "results") -> None:
         if not STUDY_NAME.fullmatch(name):
@@ -58,7 +70,122 @@ class StoredStudy:
         check_plan(name, self.provenance)
 
     def __repr__(self) -> str:
-        return f"<StoredStudy {self.name}: {self.plan.num_rows} trials>"
+        chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
+        where = f" where {', '.join(chosen)}" if chosen else ""
+        about = f"{self.name}{where}: {self.plan.num_rows} trials"
+        return f"<StoredStudy {about}>"
+
+    def where(self, **settings: object) -> Self:
+        """The same study, as if its spec had only the trials with these settings.
+
+        `study.where(n=50, map=["empty", "cafeteria"])` has the tables, units and all
+        else of those trials. A list means one of its values. `detail` is what an axis
+        that ablates has changed, as in `sweep table`. Numbers are equal if they agree
+        in nine digits. Analyses and figures take the result as any study, and `where`
+        restricts it further. Raises ChoiceError for an unknown setting, and for a value
+        that no point has.
+        """
+        if not settings:
+            return self
+        wanted = self.points.index[self.chooser.having(settings)]
+        part = copy.copy(self)
+        for name in vars(self):
+            # A table that was read is of more trials.
+            if isinstance(getattr(type(self), name, None), cached_property):
+                delattr(part, name)
+        part.whole = self.whole
+        part.chosen = {**self.chosen, **as_choices(settings)}
+        part.plan = self.plan.filter(
+            pc.is_in(self.plan["point"], value_set=pa.array(wanted, pa.string()))
+        )
+        part.trials = self.trials[self.trials["point"].isin(wanted)].reset_index(
+            drop=True
+        )
+        return part
+
+    @cached_property
+    def whole(self) -> Self:
+        """The study before any `where`."""
+        return self
+
+    @cached_property
+    def points(self) -> pd.DataFrame:
+        """One row a point, by its id: every setting that differs between the points of
+        the spec, and `detail` where an axis ablates a preset.
+
+        Where several presets are ablated it is `detail_<preset>` of each.
+        """
+        varied = list(self.about.varied)
+        plan: pd.DataFrame = self.plan.select(["point", *varied]).to_pandas()
+        points = plan.drop_duplicates("point").set_index("point")
+        for preset in self.about.ablated:
+            points[self.detail(preset)] = self._details(preset, points)
+        return points
+
+    @property
+    def headings(self) -> list[str]:
+        """What tells points apart, as tables and figures show it: the settings that
+        differ, with `detail` in place of those that an axis ablates.
+        """
+        ablated = self.about.ablated
+        switched = {
+            name for groups in ablated.values() for one in groups for name in one
+        }
+        varied = [name for name in self.varied if name not in switched]
+        return [*varied, *(self.detail(preset) for preset in ablated)]
+
+    @cached_property
+    def chooser(self) -> Chooser:
+        """What `where` and commands choose points by: every setting, and `detail`."""
+        points = self.points
+        columns: dict[str, Any] = {
+            str(name): column.to_numpy() for name, column in points.items()
+        }
+        if len(self.trials) and "model" in self.trials:
+            same = self.trials.iloc[0]
+            known = settings_of(str(same["model"]))
+            columns |= {
+                name: same[name]
+                for name in known
+                if name in same.index and name not in columns
+            }
+        return Chooser(columns, len(points), self.name)
+
+    def details(self, preset: str) -> "pd.Series[str]":
+        """What the axis that ablates `preset` has changed in each trial, in the order
+        of `trials`, by trial_id.
+
+        It is "" where no setting of the axis differs from the study's preset, the name
+        of the setting where one detail does ("map" where the world does), "all" where
+        all do, and else the names of all that do, joined by " + ". Raises ChoiceError
+        where no axis of the study ablates that preset.
+        """
+        ablated = self.about.ablated
+        if preset not in ablated:
+            raise ChoiceError(unknown("ablated preset", preset, ablated), self.name)
+        labels = self.trials["point"].map(self.points[self.detail(preset)])
+        return pd.Series(
+            labels.to_numpy(),
+            index=self.trials["trial_id"],
+            name="detail",
+            dtype=object,
+        )
+
+    def detail(self, preset: str) -> str:
+        """The name of the column of `points` that has the details of a preset."""
+        return DETAIL if len(self.about.ablated) == 1 else f"{DETAIL}_{preset}"
+
+    def _details(self, preset: str, points: pd.DataFrame) -> list[str]:
+        """What is changed at each of `points`, as `details` has it."""
+        before = fitted_preset(self.provenance["model"], self.provenance["preset"])
+        groups = self.about.ablated[preset]
+        changed = np.column_stack(
+            [
+                (points[names] != [before[name] for name in names]).any(axis=1)
+                for names in groups
+            ]
+        )
+        return [_label(row, [names[0] for names in groups]) for row in changed]
 
     @property
     def spec(self) -> str:
@@ -74,13 +201,17 @@ class StoredStudy:
             return maps_from_json(self.about.maps)
         except ValueError as error:
             raise StoreError(
-                f"study {self.name}: the stored maps are not allowed: {error}"
+                f"the stored maps are not allowed: {error}", self.name
             ) from None
 
     @property
     def varied(self) -> list[str]:
         """The settings that differ between points."""
-        return list(self.about.varied)
+        varied = list(self.about.varied)
+        if not self.chosen:
+            return varied
+        differ = self.points[varied].nunique() > 1
+        return [name for name in varied if differ[name]]
 
     @property
     def metrics(self) -> list[str]:
@@ -108,8 +239,8 @@ class StoredStudy:
         axes = self.about.axes
         if axes is None:
             raise StoreError(
-                f"study {self.name}: its plan does not say what its axes sample; launch"
-                " it once more"
+                "its plan does not say what its axes sample; launch it once more",
+                self.name,
             )
         return axes
 
@@ -119,8 +250,7 @@ class StoredStudy:
         rule = self.about.until
         if rule is None:
             raise ChoiceError(
-                f'study {self.name}: its number of trials is fixed; "replicates" has no'
-                ' "until"'
+                'its number of trials is fixed; "replicates" has no "until"', self.name
             )
         return rule
 
@@ -228,12 +358,11 @@ class StoredStudy:
         if table.num_rows == 0:
             stored = self.store.trial_ids()
             if trial not in stored:
-                raise ChoiceError(
-                    f"study {self.name}: {unknown('trial', trial, stored)}"
-                )
+                raise ChoiceError(unknown("trial", trial, stored), self.name)
             raise ChoiceError(
-                f"study {self.name}: no trajectory of trial {trial} is stored; record:"
-                " {trajectories: true} does that"
+                f"no trajectory of trial {trial} is stored; record:"
+                " {trajectories: true} does that",
+                self.name,
             )
         frame = table.to_pandas()
         bodies = [np.stack(frame[name].tolist()) for name in ("x", "y", "vx", "vy")]
@@ -244,7 +373,7 @@ class StoredStudy:
         found = stored_trials(self.store, [trial])
         if not found:
             known = self.plan["trial_id"].to_pylist()
-            raise ChoiceError(f"study {self.name}: {unknown('trial', trial, known)}")
+            raise ChoiceError(unknown("trial", trial, known), self.name)
         return found[0]
 
     def job(self, stored: StoredTrial) -> "Job":
@@ -263,9 +392,11 @@ class StoredStudy:
 
         return world_of(self.job(self.trial(trial)))
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """The unit of every column of `trials` and `series` that has one."""
+        if self.chosen:
+            return self.whole.units
         tables = [self._table("trials").schema, self._table("series").schema]
         metadata = {
             column.name: column.metadata or {} for schema in tables for column in schema
@@ -285,9 +416,8 @@ class StoredStudy:
 
     def apart(self) -> int:
         """How many stored trials do not belong to the spec as last launched."""
-        return len(
-            self.store.trial_ids().keys() - set(self.plan["trial_id"].to_pylist())
-        )
+        spec = set(self.whole.plan["trial_id"].to_pylist())
+        return len(self.store.trial_ids().keys() - spec)
 
     def read(
         self, name: str, trial_ids: pa.Array, columns: Iterable[str] = ()
@@ -311,32 +441,6 @@ class StoredStudy:
         frame: pd.DataFrame = table.to_pandas()
         order = np.argsort(place.loc[frame["trial_id"]].to_numpy(), kind="stable")
         return frame.iloc[order].reset_index(drop=True)
-
-
-def details(study: StoredStudy, preset: str) -> "pd.Series[str]":
-    """What the axis that ablates `preset` has changed in each trial, in the order of
-    `study.trials`, by trial_id.
-
-    It is "" where no setting of the axis differs from the study's preset, the name of
-    the setting where one detail does ("map" where the world does), "all" where all do,
-    and else the names of all that do, joined by " + ". Raises ChoiceError where no axis
-    of the study ablates that preset.
-    """
-    ablated = study.about.ablated
-    if preset not in ablated:
-        raise ChoiceError(
-            f"study {study.name}: {unknown('ablated preset', preset, ablated)}"
-        )
-    trials = study.trials
-    before = fitted_preset(study.provenance["model"], study.provenance["preset"])
-    changed = pd.DataFrame(
-        {
-            names[0]: (trials[names] != [before[name] for name in names]).any(axis=1)
-            for names in ablated[preset]
-        }
-    )
-    labels = [_label(row, list(changed.columns)) for row in changed.to_numpy()]
-    return pd.Series(labels, index=trials["trial_id"], name="detail", dtype=object)
 
 
 def _launched(results: Path) -> list[str]:

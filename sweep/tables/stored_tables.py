@@ -46,8 +46,7 @@ def checked(
     for column in (*FULL[name], *columns):
         if column not in table.column_names:
             raise StoreError(
-                f"study {study}: its stored {name} have no column {column};"
-                " launch it again"
+                f"its stored {name} have no column {column}; launch it again", study
             )
     try:
         _check_names(table)
@@ -55,7 +54,7 @@ def checked(
         CHECKS[name](table)
     except ValueError as error:
         raise StoreError(
-            f"study {study}: the stored {name} are not what a launch writes: {error}"
+            f"the stored {name} are not what a launch writes: {error}", study
         ) from None
     return table
 

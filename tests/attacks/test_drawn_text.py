@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from sweep.errors import SpecError
-from sweep.figures.pieces import as_text, words
+from sweep.figures.drawing import as_text, words
 from sweep.figures.saving import save
 from sweep.figures.scales import _document
 from sweep.published.scorecard_markdown import _text

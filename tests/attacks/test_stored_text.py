@@ -17,12 +17,12 @@ import pytest
 
 import sweep as package
 from sweep.campaigns.progress import Progress
-from sweep.cli.counting import Counter
 from sweep.cli.listing import command
 from sweep.cli.progress import ProgressBar
+from sweep.cli.progress_line import ProgressLine
 from sweep.cli.terminal import Terminal
 from sweep.tables.exporting import export
-from sweep.tables.formulas import as_csv, without_formulas
+from sweep.tables.safe_csv import as_csv, without_formulas
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import Harmless, guard_streams, harmless
 from sweep.workers.checkpoint import LOG
@@ -221,7 +221,7 @@ def test_a_bar_moves_and_what_is_printed_beside_it_does_not_steer(
     with ProgressBar("small") as bar:
         bar.show(Progress(points=1, most=4, trials=4))
         print(STEERING["link"], file=sys.stderr)
-        Counter("small", "trials").show(1, 1)
+        ProgressLine("small", "trials").show(1, 1)
     assert (sys.stdout, sys.stderr) == guarded
     shown = out.getvalue() + errors.getvalue()
     assert "\x1b[2K" in shown

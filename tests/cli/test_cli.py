@@ -193,7 +193,7 @@ def test_a_table_with_another_interval(folder: Path) -> None:
         folder, "table", "small", "--metric", "speed", "--interval", "bootstrap"
     ).stdout
     assert "mean and 95 % interval by the BCa bootstrap" in text
-    assert re.search(r"\d\.\d+ \[\d\.\d+, \d\.\d+\]", text)
+    assert re.search(r"\d\.\d+ \(\d\.\d+ to \d\.\d+\)", text)
 
 
 def test_a_comparison_of_two_values(folder: Path) -> None:

@@ -10,12 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sweep.analysis.notation import with_interval
 from sweep.campaigns.search.sentences import (
     edges,
-    number,
     thin_tail,
     verdict,
-    with_interval,
 )
 from sweep.cli import search_report as report
 from sweep.spec.objectives import Constraint, Objective, Statistic
@@ -268,7 +267,7 @@ def test_constraints_that_held_out_seeds_violate_are_said(said) -> None:
         candidate(0, 5.0, hits=2.0).query("phase == 'held_out'"),
     )
     text, _ = said(searched(*parts, constraints=(hits,)))
-    assert "Candidate 0 violates a constraint on held-out seeds, by 2.0000." in text
+    assert "Candidate 0 violates a constraint on held-out seeds, by 2." in text
 
 
 def test_a_winner_at_the_edge_of_a_range_is_a_warning(said) -> None:
@@ -371,14 +370,3 @@ def test_repetitions_are_compared_with_random_search(said) -> None:
         )
     )
     assert "too few to compare" in few
-
-
-def test_numbers_are_written_to_the_place_that_their_interval_allows() -> None:
-    assert number(86.21234, 85.9, 86.5) == "86.21"
-    assert number(123456.7) == "123457"
-    assert number(0.00012345678) == "0.00012346"
-    assert number(np.nan) == "-"
-    assert number(5.0, 5.0, 5.0) == "5.0000"
-    assert number(0.0) == "0"
-    assert with_interval(86.21234, np.nan, np.nan) == "86.212"
-    assert with_interval(1234.5, 1000.0, 1400.0) == "1234 (1000 to 1400)"

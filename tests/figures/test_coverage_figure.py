@@ -1,5 +1,6 @@
 """Figures of visits: the mean of the trials of a point, with coverage and CV."""
 
+from copy import copy
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,7 @@ import pytest
 from sweep.analysis import mean_interval
 from sweep.errors import ChoiceError
 from sweep.figures import coverage_figure
-from sweep.figures.pieces import estimated
-from sweep.figures.selection import select
+from sweep.figures.drawing import estimated
 from tests.plotted import shown, study, titles
 from tests.studies import SMALL, launched
 
@@ -49,7 +49,7 @@ def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
         ChoiceError,
-        match=r"study small has no heatmaps; record: \{heatmaps: true\} keeps them",
+        match=r"study small: has no heatmaps; record: \{heatmaps: true\} keeps them",
     ):
         coverage_figure(study("small"))
 
@@ -63,7 +63,7 @@ def test_obstacles_that_differ_between_trials_are_not_outlined_and_count_for_no_
     varying = launched(
         spec.replace("n: 12,", "n: 12, n_obstacles: 3, obstacle_radius: 60,"), tmp_path
     )
-    figure = coverage_figure(varying, where={"separation_weight": 1})
+    figure = coverage_figure(varying.where(separation_weight=1))
     visits = np.stack(
         varying.heatmaps["visits"][varying.trials["separation_weight"] == 1].tolist()
     )
@@ -78,7 +78,7 @@ def test_obstacles_that_differ_between_trials_are_not_outlined_and_count_for_no_
 
 
 def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
-    part = select(study("covering")).restricted
+    part = copy(study("covering"))
     lost = part.trials["cohesion_weight"] == 0.2
     part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "timeout"))
     figure = coverage_figure(part)
@@ -90,7 +90,7 @@ def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
 
 
 def test_coverage_that_chose_the_number_of_trials_has_its_repeated_interval() -> None:
-    part = select(study("covering")).restricted
+    part = copy(study("covering"))
     part.provenance = part.provenance | {
         "until": {"metric": "coverage", "confidence": 0.9, "nominal_confidence": 0.97}
     }

@@ -1,5 +1,6 @@
 """Figures: what they say, and that a repeat gives the same bytes."""
 
+from copy import copy
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from sweep.analysis import curves
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves, save, saved_about
 from sweep.figures.saving import FORMATS, about_study
-from sweep.figures.selection import select
 from sweep.tables.stored_study import StoredStudy
 from tests import plotted
 from tests.studies import SMALL, launched
@@ -76,7 +76,7 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
     study: StoredStudy,
 ) -> None:
     lost = study.trials["trial_id"].iloc[0]
-    part = select(study).restricted
+    part = copy(study)
     part.trials = study.trials.assign(
         status=study.trials["status"].where(study.trials["trial_id"] != lost, "failed")
     )
@@ -101,12 +101,10 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
 
 
 def test_a_panel_without_done_trials_says_so_and_has_no_part_in_the_scale() -> None:
-    part = select(plotted.study("grid")).restricted
+    part = copy(plotted.study("grid"))
     lost = part.trials["alignment_weight"] == 1
     part.trials = part.trials.assign(status=part.trials["status"].mask(lost, "failed"))
-    figure = metric_curves(
-        part, "separation_weight", ["speed"], where={"borders": "torus"}
-    )
+    figure = metric_curves(part.where(borders="torus"), "separation_weight", ["speed"])
     empty = [axes for axes in figure.axes if not axes.lines]
     assert [text.get_text() for axes in empty for text in axes.texts] == [
         "no trial done"
@@ -137,7 +135,7 @@ def test_more_than_seven_numbers_are_a_bar_of_colours(tmp_path: Path) -> None:
 
 
 def test_a_metric_below_zero_is_not_cut_off(study: StoredStudy) -> None:
-    part = select(study).restricted
+    part = copy(study)
     part.series = study.series.assign(speed=-study.series["speed"])
     low, _ = metric_curves(part, metrics=["speed"]).axes[0].get_ylim()
     assert low <= part.series["speed"].min()
@@ -154,7 +152,7 @@ def test_a_metric_below_zero_is_not_cut_off(study: StoredStudy) -> None:
         (
             "drawn",
             {},
-            "study drawn has no series; record: {series: [speed]} keeps them",
+            "study drawn: has no series; record: {series: [speed]} keeps them",
         ),
         (
             "grid",

@@ -57,11 +57,10 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
 
 def test_axes_and_colour_bars_are_labelled() -> None:
     figure = heatmap_figure(
-        study("grid"),
+        study("grid").where(borders="torus"),
         "speed",
         "alignment_weight",
         "separation_weight",
-        where={"borders": "torus"},
     )
     left, right = figure.subfigs
     assert (left.get_supxlabel(), left.get_supylabel()) == (

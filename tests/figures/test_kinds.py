@@ -2,8 +2,10 @@
 files, and what is refused.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
@@ -33,7 +35,6 @@ def files(
             plan_figures(study(name), kinds, chosen),
             folder,
             formats,
-            chosen,
         )
     )
 
@@ -43,20 +44,20 @@ def blank(
     folder: Path,
     *kinds: str,
     formats: tuple[str, ...] = ("png",),
+    where: Mapping[str, object] | None = None,
     **choices: object,
 ) -> list[Path]:
     """As `files`, with an empty figure in place of each: where it is about the files
     and not about what is in them.
     """
     chosen = Choices(**choices)  # type: ignore[arg-type]
-    plot = plan_figures(study(name), kinds, chosen)
+    part = study(name).where(**(where or {}))
+    plot = plan_figures(part, kinds, chosen)
     empty = [
         (kind, planned._replace(draw=partial(Figure, (1, 1))))
         for kind, planned in plot.figures
     ]
-    return list(
-        draw_figures(study(name), plot._replace(figures=empty), folder, formats, chosen)
-    )
+    return list(draw_figures(part, plot._replace(figures=empty), folder, formats))
 
 
 def names(paths: list[Path]) -> list[str]:
@@ -189,20 +190,18 @@ def test_curves_that_need_panels_are_a_figure_a_metric() -> None:
     plot = plan_figures(study("grid"), ["curves"], Choices())
     assert [planned.metric for _, planned in plot.figures] == ["speed", "flock_radius"]
     plot = plan_figures(
-        study("grid"),
+        study("grid").where(separation_weight=2, alignment_weight=1),
         ["curves"],
-        Choices(where={"separation_weight": 2, "alignment_weight": 1}),
+        Choices(),
     )
     assert [planned.metric for _, planned in plot.figures] == [""]
 
 
 def test_the_sensitivity_of_some_points_is_of_these_alone() -> None:
-    part = Choices(metrics=("speed",), where={"n": 6})
-    ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], part).figures
+    choices, part = Choices(metrics=("speed",)), study("drawn").where(n=6)
+    ((_, planned),) = plan_figures(part, ["sensitivity"], choices).figures
     assert "30 points, 60 trials;" in planned.draw().get_supxlabel()
-    ((_, planned),) = plan_figures(
-        study("drawn"), ["sensitivity"], part._replace(where=None)
-    ).figures
+    ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], choices).figures
     assert "30 points, 60 trials a panel;" in planned.draw().get_supxlabel()
 
 
@@ -211,7 +210,7 @@ def test_a_new_kind_is_one_entry(
 ) -> None:
     def plan(one: StoredStudy, _: Choices) -> list[Planned]:
         if one.name != "small":
-            raise StoreError(f"study {one.name}: blank is for small")
+            raise StoreError("is for small", one.name, "blank")
         return [Planned("", partial(Figure, (1, 1)))]
 
     monkeypatch.setitem(KINDS, "blank", FigureKind("nothing", (), plan))
@@ -253,13 +252,7 @@ def test_a_new_kind_is_one_entry(
             "small",
             ["coverage"],
             {},
-            "study small has no heatmaps; record: {heatmaps: true} keeps them",
-        ),
-        (
-            "drawn",
-            ["sensitivity"],
-            {"where": {"n": 7}},
-            "study drawn: where n: no point has 7; allowed: 6, 12",
+            "study small: has no heatmaps; record: {heatmaps: true} keeps them",
         ),
         ("grid", ["history"], {}, "study grid: not a search (it has no asked.parquet)"),
         (
@@ -270,6 +263,20 @@ def test_a_new_kind_is_one_entry(
         ),
         ("searched", ["history"], {"half": True}, "and takes no over half"),
         (
+            "searched",
+            ["history"],
+            {"where": {"n": 12}},
+            "study searched: history is of the whole search and its objectives, and"
+            " takes no where",
+        ),
+        (
+            "drawn",
+            ["sensitivity"],
+            {"where": {"separation_weight": [0.31797524413849243, 0.3614009002029108]}},
+            "study drawn: sensitivity with where separation_weight, which weights"
+            " samples; allowed: others",
+        ),
+        (
             "small",
             [],
             {"where": {"separation_weight": 1}, "metrics": ("dispersion",)},
@@ -278,10 +285,12 @@ def test_a_new_kind_is_one_entry(
     ],
 )
 def test_what_cannot_be_drawn_is_said_before_any_work(
-    name: str, kinds: list[str], choices: dict[str, object], message: str
+    name: str, kinds: list[str], choices: dict[str, Any], message: str
 ) -> None:
+    part = study(name).where(**choices.get("where", {}))
+    chosen = {key: value for key, value in choices.items() if key != "where"}
     with pytest.raises(ChoiceError) as error:
-        plan_figures(study(name), kinds, Choices(**choices))  # type: ignore[arg-type]
+        plan_figures(part, kinds, Choices(**chosen))
     assert message in str(error.value)
     assert "\n" not in str(error.value)
 

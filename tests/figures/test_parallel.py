@@ -48,7 +48,7 @@ def test_lines_are_points_and_the_best_twentieth_is_in_colour(
 
 
 def test_what_is_drawn_logarithmically_has_a_logarithmic_axis() -> None:
-    figure = parallel_figure(study("drawn"), "speed", where={"n": 6})
+    figure = parallel_figure(study("drawn").where(n=6), "speed")
     weights = (
         study("drawn")
         .trials.groupby("point", sort=False)

@@ -9,7 +9,7 @@ from kernels.metrics import METRICS
 from sweep.analysis import by_point
 from sweep.errors import ChoiceError
 from sweep.figures import pareto_figure
-from sweep.figures.aims import aim
+from sweep.figures.directions import direction
 from tests.plotted import legend_texts, shown, study, titles
 
 
@@ -18,12 +18,12 @@ from tests.plotted import legend_texts, shown, study, titles
     [("speed", True), ("speed+", True), ("speed-", False), ("speed_mean-", False)],
 )
 def test_the_direction_of_a_metric(text: str, high: bool) -> None:
-    assert aim(study("grid"), text) == (text.rstrip("+-"), high)
+    assert direction(study("grid"), text) == (text.rstrip("+-"), high)
 
 
 def test_of_harm_less_is_better() -> None:
-    assert not aim(study("covering"), "coverage_cv").high
-    assert not aim(study("covering"), "collisions_mean").high
+    assert not direction(study("covering"), "coverage_cv").high
+    assert not direction(study("covering"), "collisions_mean").high
     assert {about.better for about in METRICS.values()} == {"high", "low"}
 
 

@@ -50,7 +50,7 @@ def test_a_grid_has_a_colour_and_panels_for_what_is_on_no_axis() -> None:
 
 
 def test_sampled_settings_have_a_panel_each_with_their_rank_correlation() -> None:
-    figure = scatter_figure(study("drawn"), "speed_mean", where={"n": 6})
+    figure = scatter_figure(study("drawn").where(n=6), "speed_mean")
     trials = study("drawn").trials
     points = (
         trials[trials["n"] == 6]
@@ -123,11 +123,6 @@ def test_details_of_a_preset_are_named_along_the_axis() -> None:
                 " of n"
             ),
         ),
-        (
-            "small",
-            {"where": {"separation_weight": 1}},
-            "scatter needs a setting that varies, and none does",
-        ),
     ],
 )
 def test_wrong_choices_say_what_is_allowed(
@@ -136,6 +131,14 @@ def test_wrong_choices_say_what_is_allowed(
     with pytest.raises(ChoiceError) as error:
         scatter_figure(study(name), **{"metric": "speed"} | choices)
     assert message in str(error.value)
+
+
+def test_one_point_has_nothing_to_scatter_against() -> None:
+    with pytest.raises(ChoiceError) as error:
+        scatter_figure(study("small").where(separation_weight=1), "speed")
+    reason = "needs a setting that varies, and none does"
+    assert (error.value.kind, error.value.reason) == ("scatter", reason)
+    assert str(error.value) == f"study small: scatter {reason}"
 
 
 def test_too_many_panels_say_what_to_choose() -> None:

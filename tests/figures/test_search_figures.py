@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
 from sweep.figures import search as history_module
-from sweep.figures import search_runs as runs_module
+from sweep.figures import search_repetitions as runs_module
 from sweep.figures.search import front_figure, history_figure
-from sweep.figures.search_runs import comparison_figure, hypervolume_figure
+from sweep.figures.search_repetitions import comparison_figure, hypervolume_figure
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 

@@ -10,7 +10,7 @@ import pytest
 
 from sweep.analysis import mean_interval
 from sweep.errors import ChoiceError
-from sweep.figures.selection import select, where_of
+from sweep.figures.selection import select
 from tests.plotted import study
 from tests.sampled import axis, study_of
 from tests.studies import IMPOSSIBLE, launched
@@ -64,7 +64,7 @@ def test_points_that_would_be_averaged_over_are_named() -> None:
 
 
 def test_where_chooses_points_and_leaves_what_still_varies() -> None:
-    selection = select(study("grid"), {"borders": "torus", "separation_weight": 2})
+    selection = select(study("grid").where(borders="torus", separation_weight=2))
     assert list(selection.points.columns) == ["alignment_weight"]
     assert (len(selection.points), len(selection.trials), selection.planned) == (
         3,
@@ -72,7 +72,8 @@ def test_where_chooses_points_and_leaves_what_still_varies() -> None:
         9,
     )
     assert set(selection.trials["borders"]) == {"torus"}
-    assert len(selection.restricted.trials) == selection.restricted.plan.num_rows == 9
+    said = selection.about("{n} trials", [3])
+    assert said == "grid, borders = torus, separation weight = 2: 3 trials"
 
 
 def test_panels_are_in_the_order_of_their_values() -> None:
@@ -135,52 +136,6 @@ def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() 
     assert "repeated" not in selection.about(
         "{n} trials", [4], "mean with 95 % interval", ["dispersion"]
     )
-
-
-@pytest.mark.parametrize(
-    ("texts", "found"),
-    [
-        (["n=50"], {"n": 50.0}),
-        (["map=empty,n=50"], {"map": "empty", "n": 50.0}),
-        (["minimum_image=True", "walls=no"], {"minimum_image": True, "walls": False}),
-        (["minimum_image=true", "detail="], {"minimum_image": True, "detail": ""}),
-    ],
-)
-def test_where_as_texts(texts: list[str], found: dict[str, object]) -> None:
-    assert where_of(study("small"), texts) == found
-
-
-@pytest.mark.parametrize(
-    ("texts", "message"),
-    [
-        (["n"], 'study grid: where "n"; allowed: SETTING=VALUE, for example n=50'),
-        (
-            ["n=1", "n=2"],
-            "study grid: where has n twice; allowed: one value of a setting",
-        ),
-        (
-            ["border=torus"],
-            (
-                'study grid: where border: unknown varied setting "border"; did you'
-                ' mean "borders"?'
-            ),
-        ),
-        (
-            ["borders=tours"],
-            'study grid: where borders: unknown value "tours"; did you mean "torus"?',
-        ),
-        (
-            ["separation_weight=3"],
-            "study grid: where separation_weight: no point has 3; allowed: 0.5, 1, 2",
-        ),
-    ],
-)
-def test_wrong_choices_of_points_say_what_is_allowed(
-    texts: list[str], message: str
-) -> None:
-    with pytest.raises(ChoiceError) as error:
-        select(study("grid"), where_of(study("grid"), texts))
-    assert str(error.value).startswith(message)
 
 
 def test_a_study_without_results_says_so(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def test_the_first_trials_of_few_points_have_a_panel_each() -> None:
 
 
 def test_trails_fade_and_end_where_the_flock_is() -> None:
-    figure = trajectories_figure(study("flying"), where={"separation_weight": 1})
+    figure = trajectories_figure(study("flying").where(separation_weight=1))
     trials = study("flying").trials
     trial = trials.loc[trials["separation_weight"] == 1, "trial_id"].iloc[0]
     _, flight = study("flying").trajectory(trial)
@@ -49,7 +49,7 @@ def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
         ChoiceError,
         match=(
-            r"study small has no trajectories; record: \{trajectories: true\} keeps"
+            r"study small: has no trajectories; record: \{trajectories: true\} keeps"
             r" them"
         ),
     ):

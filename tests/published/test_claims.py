@@ -114,7 +114,7 @@ MISTAKES = [
     (
         "weight: 1}",
         "weight: 2}",
-        "no point has separation_weight = 2; values of separation_weight: 0.5, 1.0",
+        "no point has separation_weight = 2; values of separation_weight: 0.5, 1",
     ),
     (
         "separation_weight: 1}",

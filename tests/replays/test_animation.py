@@ -14,7 +14,7 @@ from PIL import Image
 
 import sweep.replays.flight as flight
 import sweep.replays.video as video
-from sweep.cli.showing import Wanted, check, show
+from sweep.cli.replay_files import Wanted, check, show
 from sweep.errors import ChoiceError, OutputError
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.replays.flight import frames, write_flight

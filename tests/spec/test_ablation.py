@@ -15,7 +15,6 @@ from sweep.errors import ChoiceError, SpecError
 from sweep.spec.ablation import WORLD
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
-from sweep.tables.stored_study import details
 from tests.specs import SHORT, short, short_study
 from tests.studies import SMALL, launched
 
@@ -202,16 +201,16 @@ def test_details_name_what_was_changed_in_each_trial(tmp_path: Path) -> None:
         "separation_weight: [0.5, 1]", "detail: {ablate: as_written}\n  drag: [0, 0.1]"
     )
     study = launched(spec.replace("replicates: 3", "replicates: 1"), tmp_path)
-    labels = details(study, "as_written")
+    labels = study.details("as_written")
     assert list(labels.index) == list(study.trials["trial_id"])
     changed = [name for name in study.varied if name != "drag"]
     assert list(labels) == [label for label in ["", *changed, "all"] for _ in range(2)]
     with pytest.raises(ChoiceError, match='unknown ablated preset "as_run"'):
-        details(study, "as_run")
+        study.details("as_run")
     with pytest.raises(
         ChoiceError, match='unknown ablated preset "as_written": there is none'
     ):
-        details(launched(SMALL, tmp_path), "as_written")
+        launched(SMALL, tmp_path).details("as_written")
 
 
 def test_a_table_has_one_column_for_the_detail_that_is_changed(

@@ -21,7 +21,7 @@ import pytest
 import sweep
 from kernels.identity import Code
 from sweep.spec.study import Study
-from sweep.tables.stored_study import StoredStudy, details
+from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import sweep as command
 
@@ -193,7 +193,7 @@ def test_maps_ablations_and_the_rule_of_stopping_are_read(here: Path) -> None:
     world = room.world(room.trials["trial_id"][0])
     assert (world.width, world.height) == (120, 80)
     assert world.obstacles.tolist() == [[30, 25, 8, 8, 1], [85, 50, 8, 6, 0]]
-    assert details(narrow, "as_written").nunique() == 12
+    assert narrow.details("as_written").nunique() == 12
     assert narrow.units["speed"] == "px/step"
     assert Counter(narrow.stopping["why"]) == {"half width": 11, "max": 1}
 

@@ -29,8 +29,8 @@ from sweep.design.jobs import Jobs
 from sweep.figures import paired_effects
 from sweep.spec.study import parse_spec
 from sweep.tables.comparison import Comparison, Method, compare_sides, judge
-from sweep.tables.matching import match
-from sweep.tables.sides import Side, read_side
+from sweep.tables.comparison_sides import Side, read_side
+from sweep.tables.matched_points import match
 from sweep.tables.stored_study import StoredStudy
 from tests.sampled import MadeUp
 from tests.specs import short
@@ -536,32 +536,41 @@ def test_json_has_no_number_that_json_lacks() -> None:
         ),
         (
             "small:separation_weight=2 small",
-            "no point has separation_weight = 2; values of separation_weight: 0.5, 1.0",
+            "no point has separation_weight = 2; values of separation_weight: 0.5, 1",
         ),
         (
             "small:n=many small",
-            "'many' is not allowed for n: it is a whole number from 1",
+            "no point has n = many; values of n: 12",
         ),
-        ("small:borders=toros small", 'unknown borders "toros"; did you mean "torus"?'),
+        (
+            "small:borders=toros small",
+            'no point has borders = toros; did you mean "torus"? Values of borders:',
+        ),
         (
             "small: small",
-            "what follows the colon is setting=value[,setting=value] or a preset",
+            '"" chooses nothing; allowed: SETTING=VALUE[,SETTING=VALUE], for example',
         ),
-        ("small:n=12,n=12 small", "n has a value already"),
-        ("small:n=12,separation_weight=1 small:n= ", "what follows the colon"),
+        ("small:n=12,n=12 small", "n stands twice; allowed: one value of it"),
+        ("small:n=12,separation_weight=1 small:n= ", 'no point has n = ""'),
         (
             "ablating:as_writen small",
             (
                 'unknown preset "as_writen"; did you mean "as_written"? Allowed:'
-                " as_run, as_written"
+                " as_run, as_written; or name settings, as in obstacle_range="
             ),
         ),
         (
             "small:as_written small",
-            "the study ablates no preset: name settings, as in n=50",
+            "the study ablates no preset: name settings, as in separation_weight=0.5",
         ),
-        ("ablating:detail=drug small", 'unknown detail "drug"; did you mean "drag"?'),
-        ("ablating:as_run,drag=0 small", "drag has a value already"),
+        (
+            "ablating:detail=drug small",
+            'no point has detail = drug; did you mean "drag"? Values of detail: "",',
+        ),
+        (
+            "ablating:as_run,drag=0 small",
+            'no point with detail = "" has drag = 0; values of drag: 0.1',
+        ),
         (
             "ablating:detail=drag,cohesion_weight=1,n=12 small --metric sped",
             'unknown metric "sped"; did you mean "speed"?',

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page
 
 import sweep.web.recording as recording
 from kernels.identity import kernels_sha
-from sweep.cli.showing import Wanted, check, show
+from sweep.cli.replay_files import Wanted, check, show
 from sweep.errors import ChoiceError
 from sweep.web.export import File
 from sweep.web.flight import KeptFlight, fly

@@ -69,10 +69,14 @@ class AskedTrials:
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
-    """What a stored search has asked for. Raises ChoiceError where it is no search."""
+    """What a stored search has asked for. Raises ChoiceError where the study is no
+    search, and where `where` has restricted it.
+    """
     asked = study.store.read_asked()
     if asked is None:
-        raise ChoiceError(f"study {study.name}: not a search (it has no asked.parquet)")
+        raise ChoiceError("not a search (it has no asked.parquet)", study.name)
+    if study.chosen:
+        raise ChoiceError("a search is a whole: ask it before where", study.name)
     about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
     metrics = columns_of(study.metrics)
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()

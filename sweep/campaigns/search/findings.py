@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sweep.analysis.notation import number
 from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.campaigns.search.held_out import differences, front, references, winners
 from sweep.campaigns.search.outcome import COMPLETE, SEARCH, candidates, objectives
@@ -17,7 +18,8 @@ from sweep.campaigns.search.repetitions import (
     against_random,
     runs,
 )
-from sweep.campaigns.search.sentences import FEWEST_BLOCKS, edges, number, thin_tail
+from sweep.campaigns.search.sentences import FEWEST_BLOCKS, edges, thin_tail
+from sweep.errors import ChoiceError
 from sweep.spec.objectives import Objective
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
@@ -56,6 +58,11 @@ class Findings:
 
     @cached_property
     def front(self) -> pd.DataFrame:
+        """Raises ChoiceError for a search with one objective."""
+        if len(self.objectives) == 1:
+            raise ChoiceError(
+                "a front needs two objectives and there is one", self.study.name
+            )
         return front(self.asked)
 
     @cached_property

@@ -1,14 +1,12 @@
-"""What a search found, in plain words: numbers to the places that count, who is better,
-and what to be wary of.
-"""
+"""What a search found, in plain words: who is better, and what to be wary of."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from sweep.analysis.notation import number, with_interval
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.settings import Setting
 
@@ -33,21 +31,6 @@ def constraint_words(constraint: Constraint) -> str:
     """As `worst collisions at most 0`."""
     side = "at most" if constraint.at_most else "at least"
     return f"{constraint.statistic} {constraint.column} {side} {constraint.bound:g}"
-
-
-def number(value: float, low: float = np.nan, high: float = np.nan) -> str:
-    """A value to the place of the second figure of half its interval's width; `-` where
-    it is not known.
-    """
-    return "-" if math.isnan(value) else _fixed(value, _places(value, low, high))
-
-
-def with_interval(value: float, low: float, high: float) -> str:
-    """As `86.21 (85.93 to 86.49)`, or the value alone without an interval."""
-    if math.isnan(value) or not (math.isfinite(low) and math.isfinite(high)):
-        return number(value)
-    places = _places(value, low, high)
-    return f"{_fixed(value, places)} ({_fixed(low, places)} to {_fixed(high, places)})"
 
 
 def verdict(
@@ -165,20 +148,3 @@ def _share(form: str, value: float, low: float, high: float) -> float:
     if form == "loguniform":
         value, low, high = math.log(value), math.log(low), math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)
-
-
-def _fixed(value: float, places: int) -> str:
-    """Without the sign of a zero."""
-    return f"{round(value, places) + 0.0:.{places}f}"
-
-
-def _places(value: float, low: float, high: float) -> int:
-    """Decimal places: to the 2nd figure of half the width, or the 5th of the value."""
-    half = (high - low) / 2.0
-    if math.isfinite(half) and half > 0.0:
-        return max(0, 1 - math.floor(math.log10(half)))
-    return (
-        max(0, 4 - math.floor(math.log10(abs(value))))
-        if value and math.isfinite(value)
-        else 0
-    )

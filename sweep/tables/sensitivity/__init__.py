@@ -20,6 +20,7 @@ trials_without_value. `attrs` names the study, metric and unit.
 
 from collections.abc import Callable
 from importlib.util import find_spec
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -44,6 +45,37 @@ MOST_NUMBERS = 2_000_000
 """So many numbers of one resampled column are held at once."""
 
 
+Analyses = Literal["sobol", "morris", "ranks"]
+"""Sobol indices, elementary effects, or rank correlations."""
+
+SAMPLED = (*SAMPLERS, *OPTIONS, "table")
+
+
+def sensitivity(
+    study: StoredStudy,
+    metric: str,
+    axis: str | None = None,
+    analysis: Analyses | None = None,
+    *,
+    confidence: float = CONFIDENCE,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """The table of `sobol` for an axis of a `saltelli` sample, of `morris` for one of
+    its own, and else of `rank_correlations`, unless `analysis` names another.
+
+    `axis` is the sampled one where there are several; the intervals come from so many
+    bootstrap `resamples`, drawn with `seed`. Raises ChoiceError where nothing is
+    sampled, and as the analysis does.
+    """
+    if analysis is None:
+        sampler = study.axes[sampled_axis(study, axis, SAMPLED)].sampler
+        analysis = OF_SAMPLER.get(sampler or "", "ranks")
+    return ANALYSES[analysis](
+        study, metric, axis, confidence=confidence, resamples=resamples, seed=seed
+    )
+
+
 def sobol(
     study: StoredStudy,
     metric: str,
@@ -66,8 +98,8 @@ def sobol(
     """
     if find_spec("SALib") is None:
         raise ChoiceError(
-            f"study {study.name}: Sobol indices need the package SALib,"
-            f" which is not installed: {INSTALL}"
+            f"Sobol indices need the package SALib, which is not installed: {INSTALL}",
+            study.name,
         )
     chosen = sampled_axis(study, axis, ("saltelli",))
     return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
@@ -119,8 +151,17 @@ def rank_correlations(
     smaller. Equal points count once, except in blocks. Raises ChoiceError as `sobol`
     does; SALib is not needed.
     """
-    chosen = sampled_axis(study, axis, (*SAMPLERS, *OPTIONS, "table"))
+    chosen = sampled_axis(study, axis, SAMPLED)
     return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
+
+
+ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
+    "sobol": sobol,
+    "morris": morris,
+    "ranks": rank_correlations,
+}
+OF_SAMPLER: dict[str, Analyses] = {"saltelli": "sobol", "morris": "morris"}
+"""The analysis for which a sample was made."""
 
 
 def _table(

@@ -108,16 +108,22 @@ def sampled_axis(
     having = [name for name in axes if axes[name].sampler in samplers]
     if axis is not None and axis not in having:
         raise ChoiceError(
-            f"study {study.name}: {unknown(f'axis with sample {kinds}', axis, having)}"
+            unknown(f"axis with sample {kinds}", axis, having), study.name
         )
     if not having:
-        raise ChoiceError(f"study {study.name}: no axis has sample {kinds}")
+        raise ChoiceError(f"no axis has sample {kinds}", study.name)
     if axis is None and len(having) > 1:
         raise ChoiceError(
-            f"study {study.name}: several axes are sampled,"
-            f" say which: {', '.join(having)}"
+            f"several axes are sampled, say which: {', '.join(having)}", study.name
         )
-    return axis or having[0]
+    chosen = axis or having[0]
+    if fixed := [name for name in study.chosen if name in axes[chosen].settings]:
+        raise ChoiceError(
+            f"with where {fixed[0]}, which {chosen} samples; allowed: others",
+            study.name,
+            "sensitivity",
+        )
+    return chosen
 
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]:
@@ -125,9 +131,7 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
     ChoiceError for an unknown metric.
     """
     if Column.read(metric).metric not in study.metrics:
-        raise ChoiceError(
-            f"study {study.name}: {unknown('metric', metric, study.metrics)}"
-        )
+        raise ChoiceError(unknown("metric", metric, study.metrics), study.name)
     axes = study.axes
     others = [
         setting for name in axes if name != axis for setting in axes[name].settings

@@ -8,7 +8,7 @@ import pytest
 
 from sweep.errors import SpecError
 from sweep.spec.study import Study, parse_spec
-from sweep.tables.difference import Change, Overlap, compare
+from sweep.tables.spec_difference import Change, Overlap, compare
 from tests.commands import sweep
 from tests.searches import TINY
 from tests.studies import SMALL, launched, relaunch

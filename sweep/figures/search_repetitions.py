@@ -22,7 +22,7 @@ from sweep.campaigns.search.repetitions import (
     runs,
 )
 from sweep.errors import ChoiceError
-from sweep.figures.pieces import legend, note, quantity
+from sweep.figures.drawing import legend, note, quantity
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.spec.objectives import Floats
@@ -123,7 +123,7 @@ def with_repetitions(study: StoredStudy) -> AskedTrials:
     asked = read_asked(study)
     if not (runs(asked, REPETITION) and runs(asked, RANDOM)):
         raise ChoiceError(
-            f"study {study.name}: has no repetitions; run it with --repetitions 10"
+            "has no repetitions; run it with --repetitions 10", study.name
         )
     return asked
 

@@ -13,7 +13,7 @@ from sweep.analysis import replicates
 from sweep.errors import ChoiceError
 from sweep.spec.settings import settings_of
 from sweep.store.origin import same_code
-from sweep.tables.sides import Side
+from sweep.tables.comparison_sides import Side
 
 DIGITS = 9
 """Numbers that agree in so many figures are the same, so that 0.3 finds 3 * 0.1."""

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.cli.counting import Counter
+from sweep.cli.progress_line import ProgressLine
 from sweep.design.jobs import Job
 from sweep.replays.animation import (
     check_frame,
@@ -107,4 +107,4 @@ def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:
 
 
 def _report(path: Path) -> Report:
-    return Counter(str(path), "steps").show
+    return ProgressLine(str(path), "steps").show

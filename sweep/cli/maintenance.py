@@ -63,7 +63,7 @@ def replay(
     It can be written at full resolution and shown. An exception of the trial is raised
     with its traceback.
     """
-    from sweep.cli.showing import Wanted, check, show
+    from sweep.cli.replay_files import Wanted, check, show
     from sweep.replays.replay import replay as run_again
     from sweep.tables.stored_study import StoredStudy
 
@@ -95,7 +95,7 @@ def verify(
     """Run a random sample of the stored trials again and compare every bit; exit code 1
     where one differs.
     """
-    from sweep.cli.counting import Counter
+    from sweep.cli.progress_line import ProgressLine
     from sweep.replays.verify import verify as check
     from sweep.tables.stored_study import StoredStudy
     from sweep.workers.executors import Loky, core_count
@@ -108,7 +108,7 @@ def verify(
             fraction=fraction,
             most=most,
             seed=seed,
-            report=Counter(study, "trials compared").show,
+            report=ProgressLine(study, "trials compared").show,
         )
     finally:
         engine.stop()
@@ -133,7 +133,7 @@ def diff(
     trials, exactly.
     """
     from sweep.spec.study import load_spec
-    from sweep.tables.difference import compare
+    from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 
     changed = load_spec(other or spec)

@@ -8,7 +8,6 @@ programs do.
 
 import re
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from textwrap import wrap
 
 import numpy as np
@@ -177,7 +176,7 @@ def quantity(study: StoredStudy, name: str) -> str:
     """
     column = Column.read(name)
     half = ", last half" if column.half and column.metric in study.metrics else ""
-    unit = units_of(study).get(name, "").replace("^2", "²")
+    unit = study.units.get(name, "").replace("^2", "²")
     return (
         (column.metric if half else name).replace("_", " ")
         + half
@@ -185,16 +184,12 @@ def quantity(study: StoredStudy, name: str) -> str:
     )
 
 
-@lru_cache(maxsize=8)
-def units_of(study: StoredStudy) -> dict[str, str]:
-    """The units of a study, which it reads from its tables each time it is asked."""
-    return study.units
-
-
 def words(value: object) -> str:
     """The value of a setting as figures have it: yes, unlimited, 0.5, in margin;
-    unchanged for no detail.
+    unchanged for no detail; 50 or 100 for several.
     """
+    if isinstance(value, tuple):
+        return " or ".join(map(words, value))
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, float):

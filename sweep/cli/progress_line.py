@@ -10,7 +10,7 @@ from sweep.text import unguarded
 LINE_SECONDS = 10.0
 
 
-class Counter:
+class ProgressLine:
     """Writes `<what>: 12 of 400 <things>`, but not more often than people can read."""
 
     def __init__(self, what: str, things: str) -> None:

@@ -8,7 +8,7 @@ from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
 
-class Aim(NamedTuple):
+class Direction(NamedTuple):
     """A metric, and whether high values of it are better."""
 
     metric: str
@@ -18,12 +18,12 @@ class Aim(NamedTuple):
         return f"{'high' if self.high else 'low'} {self.metric.replace('_', ' ')}"
 
 
-def aim(study: StoredStudy, text: str) -> Aim:
-    """The aim that `coverage+`, `coverage_cv-` or a metric alone means. Raises
+def direction(study: StoredStudy, text: str) -> Direction:
+    """The direction that `coverage+`, `coverage_cv-` or a metric alone means. Raises
     ChoiceError for an unknown metric.
     """
     metric = recorded(study, text.rstrip("+-"))
-    return Aim(
+    return Direction(
         metric,
         not text.endswith("-") if text[-1:] in ("+", "-") else more_is_better(metric),
     )

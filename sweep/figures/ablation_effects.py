@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
-from sweep.figures.pieces import draw_values, legend, name_rows, note, span, words
+from sweep.figures.drawing import draw_values, legend, name_rows, note, span, words
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
-from sweep.tables.stored_study import StoredStudy, details
+from sweep.tables.stored_study import StoredStudy
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
 ALL = "all"
@@ -37,7 +37,7 @@ def paired_effects(
     value, low, high, n; the intervals hold together (Bonferroni). Trials that are not
     done, or whose partner is not, do not count.
     """
-    trials = study.trials.assign(detail=details(study, preset).to_numpy())
+    trials = study.trials.assign(detail=study.details(preset).to_numpy())
     trials = trials[trials["status"] == "done"]
     start = [by, "seed", "replicate"]
     values = trials[[*start, "detail", *metrics]].astype(
@@ -147,7 +147,7 @@ def _unchanged(
     study: StoredStudy, preset: str, metric: str, by: str, names: Mapping[object, str]
 ) -> str:
     """The metric's mean where nothing is changed, for each value of `by`."""
-    before = study.trials[details(study, preset).to_numpy() == ""]
+    before = study.trials[study.details(preset).to_numpy() == ""]
     means = before.groupby(by)[metric].mean()
     return " and ".join(
         f"{means[value]:,.0f}" if means[value] > 1000 else f"{means[value]:.3g}"
@@ -157,7 +157,7 @@ def _unchanged(
 
 def _rows(study: StoredStudy, preset: str, table: pd.DataFrame) -> dict[str, str]:
     """Every detail in the order of the axis, and what it changes, in words."""
-    trials = study.trials.assign(detail=details(study, preset).to_numpy())
+    trials = study.trials.assign(detail=study.details(preset).to_numpy())
     values = trials.groupby("detail", sort=False).first()
     found = [name for name in dict.fromkeys(table["detail"]) if name != ALL]
     rows = {name: f"{words(name)}: {words(values.loc[name, name])}" for name in found}

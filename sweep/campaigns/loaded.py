@@ -1,0 +1,50 @@
+"""What `sweep.load` and `sweep.run` return: a stored study, with what its search found
+and which settings matter.
+"""
+
+from functools import cached_property
+
+import pandas as pd
+
+from sweep.analysis import CONFIDENCE
+from sweep.campaigns.search.asked_trials import read_asked
+from sweep.campaigns.search.findings import Findings
+from sweep.tables.sensitivity import RESAMPLES, Analyses, sensitivity
+from sweep.tables.stored_study import StoredStudy
+
+
+class LoadedStudy(StoredStudy):
+    """A stored study as notebooks and programs have it."""
+
+    @cached_property
+    def search(self) -> Findings:
+        """What a search has found: `candidates`, `winners`, `references`,
+        `differences`, `front` and `against`, each a table computed when first asked
+        for.
+
+        Raises ChoiceError where the study is no search, or was restricted by `where`.
+        """
+        return Findings(self, read_asked(self))
+
+    def sensitivity(
+        self,
+        metric: str,
+        axis: str | None = None,
+        analysis: Analyses | None = None,
+        *,
+        confidence: float = CONFIDENCE,
+        resamples: int = RESAMPLES,
+        seed: int = 0,
+    ) -> pd.DataFrame:
+        """Which settings of a sampled axis `metric` depends on, as
+        `sweep.tables.sensitivity.sensitivity` has it.
+        """
+        return sensitivity(
+            self,
+            metric,
+            axis,
+            analysis,
+            confidence=confidence,
+            resamples=resamples,
+            seed=seed,
+        )
