@@ -50,7 +50,7 @@ __all__ = [
     "run",
     "view",
 ]
-__version__ = "0.6.0"
+__version__ = "0.7.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:
