@@ -315,9 +315,8 @@ def _crosses(
 
 
 def _label(study: StoredStudy, objective: Objective) -> str:
-    kind = "" if objective.statistic.kind == "mean" else f"{objective.statistic} of "
-    better = "more" if objective.maximize else "less"
-    return f"{kind}{quantity(study, objective.column)}\n{better} is better"
+    what = objective.statistic.named(quantity(study, objective.column))
+    return f"{what}\n{'more' if objective.maximize else 'less'} is better"
 
 
 def _history_note(study: StoredStudy, asked: AskedTrials) -> str:

@@ -171,10 +171,8 @@ def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
 def _best_label(study: StoredStudy, asked: AskedTrials) -> str:
     wanted = objectives(asked)
     if len(wanted) == 1:
-        kind = (
-            "" if wanted[0].statistic.kind == "mean" else f"{wanted[0].statistic} of "
-        )
-        return f"best {kind}{quantity(study, wanted[0].column)}"
+        column = quantity(study, wanted[0].column)
+        return f"best {wanted[0].statistic.named(column)}"
     units = " ".join(study.units.get(one.column, "") for one in wanted).strip()
     return "hypervolume" + (f" ({units})" if units else "")
 

@@ -30,6 +30,7 @@ search_section   its reader
 search_checks    what its parts must fulfil
 search_schema    its JSON Schema
 objectives       what a search asks for
+statistics       mean, worst, quantile, CVaR
 seeds            random streams by purpose
 schema           the JSON Schema of a spec
 schema_settings  the schema of settings

@@ -18,6 +18,7 @@ from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
 from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
+from sweep.spec.statistics import STATISTICS
 from sweep.text import unknown
 
 FORMS = ("uniform", "loguniform", "integers", "choice")
@@ -154,7 +155,7 @@ def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
                 + (", not both" if bounds else "")
             )
         statistic = child.get("statistic")
-        kind = _statistic(statistic) if statistic else Statistic("mean")
+        kind = _statistic(statistic) if statistic else Statistic()
         found.append(
             Constraint(
                 column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind
@@ -165,13 +166,15 @@ def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
 
 def _statistic(entry: Entry) -> Statistic:
     if not isinstance(entry.value, dict):
-        kind = entry.one_of("statistic", ["mean", "worst", "quantile", "cvar"])
-        if kind in ("quantile", "cvar"):
+        kind = entry.one_of("statistic", STATISTICS)
+        if STATISTICS[kind].takes_share:
             raise entry.error(f"{kind} needs its share, as in {{{kind}: 0.1}}")
         return Statistic(kind)
-    entry.keys(["quantile", "cvar"])
+    sharing = [name for name, about in STATISTICS.items() if about.takes_share]
+    entry.keys(sharing)
     if len(entry.value) > 1:
-        raise entry.error(f'"{entry.name}" needs quantile or cvar, not both')
+        given = " or ".join(name for name in sharing if name in entry.value)
+        raise entry.error(f'"{entry.name}" needs {given}, not both')
     (kind,) = entry.value
     share = entry.child(kind).number()
     if not 0 < share < 1:

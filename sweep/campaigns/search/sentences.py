@@ -65,16 +65,13 @@ def verdict(
 
 
 def thin_tail(objective: Objective, blocks: int) -> str:
-    """A sentence where a quantile or a CVaR rests on so few of the blocks that its
-    interval is too narrow, else "".
+    """A sentence where a statistic of the tail, as a CVaR, rests on so few of the
+    blocks that its interval is too narrow, else "".
     """
-    share = objective.statistic.share
-    if share is None:
+    tail = objective.statistic.tail
+    if tail is None or tail * blocks >= FEWEST_IN_TAIL:
         return ""
-    share = min(share, 1.0 - share) if objective.statistic.kind == "quantile" else share
-    if share * blocks >= FEWEST_IN_TAIL:
-        return ""
-    enough = math.ceil(FEWEST_IN_TAIL / share)
+    enough = math.ceil(FEWEST_IN_TAIL / tail)
     return (
         f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
         " held-out blocks, so that its interval is too narrow:"
