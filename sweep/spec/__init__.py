@@ -28,6 +28,7 @@ study_folder     names of a study and its files
 search           a checked search
 search_section   its reader
 search_checks    what its parts must fulfil
+search_samplers  what proposes candidates
 search_schema    its JSON Schema
 objectives       what a search asks for
 statistics       mean, worst, quantile, CVaR

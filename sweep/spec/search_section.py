@@ -16,6 +16,7 @@ from sweep.spec.recorded import read_column
 from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
+from sweep.spec.search_samplers import FOR_ONE, FOR_SEVERAL
 from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.statistics import STATISTICS
@@ -40,11 +41,13 @@ def read_search(
     over = _over(read.get("over"), reader, [*given, *names])
     _check_once(entry, names, over, given)
     objectives = _objectives(read["objectives"], model)
+    usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
     several = {
         "parameters": parameters,
         "objectives": objectives,
         "constraints": _constraints(read.get("constraints"), model),
-        "sampler": read.get("sampler") or ("tpe" if len(objectives) == 1 else "nsga2"),
+        "sampler": read.get("sampler")
+        or (FOR_ONE if len(objectives) == 1 else FOR_SEVERAL),
         "over": over,
         "references": _references(read.get("references"), reader.settings, names),
     }
