@@ -31,7 +31,7 @@ from sweep.figures.selection import select
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.trajectories import draw_trajectories, trajectories_layout
 from sweep.spec.recorded import Column
-from sweep.tables.sensitivity import SAMPLED, sensitivity
+from sweep.tables.sensitivity import every_sampler, sensitivity
 from sweep.tables.sensitivity.sampled import sampled_axis
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
@@ -167,7 +167,7 @@ def _sensitivity(study: StoredStudy, choices: Choices) -> list[Planned]:
             study.name,
             "sensitivity",
         )
-    axis = sampled_axis(study, None, SAMPLED)
+    axis = sampled_axis(study, None, every_sampler())
     about = study.axes[axis]
     selection.panels(selection.apart(about.settings), "sensitivity")
 

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from sweep.figures.drawing import quantity, words
 from sweep.figures.selection import Selection, is_number
+from sweep.spec.axes import LOGSPACE
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.strict_yaml import parse_document
 
 Floats = NDArray[np.float64]
 
-LOGARITHMIC = ("loguniform", "logspace")
 DECADE = 10.0
 LONG_NAMES = 12
 FEW_TICKS = 3
@@ -47,7 +48,8 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
         return False
     if name in selection.sampled:
         return any(
-            form in LOGARITHMIC
+            form == LOGSPACE
+            or (form in DISTRIBUTIONS and DISTRIBUTIONS[form].logarithmic)
             for form in _forms(_document(selection.study.spec), name)
         )
     uneven = [

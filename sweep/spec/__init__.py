@@ -11,8 +11,10 @@ settings         what can be set, with units
 axes             the ways to write an axis
 axis_keys        the fixed keys of an axis
 setting_values   fixed, sweep, derive, require
-sampling         samplers and distributions
+sampling         what a sampler is
 whole_samples    samples that count only whole
+samplers         all samplers of points
+distributions    uniform, normal, choice
 ablation         an axis between two presets
 point_tables     points of a CSV or parquet file
 parquet_sizes    what parquet unpacks to

@@ -30,9 +30,8 @@ SEARCHED = Whole(1, MOST_SEARCHED)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting that the search varies. `form` is one of
-    sweep.spec.search_section.FORMS, `arguments` are the bounds, or the values to choose
-    from.
+    """A setting that the search varies: `form` is one of DISTRIBUTIONS that is bounded,
+    `arguments` are its bounds, or the values to choose.
     """
 
     name: str

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.objectives import Constraint, Objective
 
 if TYPE_CHECKING:
@@ -165,7 +166,9 @@ NO_CONSTRAINTS = Need(
     "knows no constraints: use tpe, nsga2 or nsga3",
 )
 NUMBERS = Need(
-    lambda search: all(one.form != "choice" for one in search.parameters),
+    lambda search: all(
+        DISTRIBUTIONS[one.form].kind != "listed" for one in search.parameters
+    ),
     "needs numbers, and no choice: use tpe",
 )
 TWO_PARAMETERS = Need(

@@ -9,11 +9,11 @@ import numpy as np
 
 from kernels.model import Model
 from sweep.spec.axes import Axis, AxisReader
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import check_keys, read_values
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.recorded import read_column
-from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
 from sweep.spec.search_samplers import FOR_ONE, FOR_SEVERAL
@@ -21,9 +21,6 @@ from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.spec.statistics import STATISTICS
 from sweep.text import unknown
-
-FORMS = ("uniform", "loguniform", "integers", "choice")
-"""The distributions that have bounds, which a search needs."""
 
 MOST_REFERENCES = 1000
 
@@ -46,8 +43,7 @@ def read_search(
         "parameters": parameters,
         "objectives": objectives,
         "constraints": _constraints(read.get("constraints"), model),
-        "sampler": read.get("sampler")
-        or (FOR_ONE if len(objectives) == 1 else FOR_SEVERAL),
+        "sampler": read.get("sampler") or usual,
         "over": over,
         "references": _references(read.get("references"), reader.settings, names),
     }
@@ -63,12 +59,15 @@ def _parameters(entry: Entry, settings: dict[str, Setting]) -> tuple[Parameter, 
 def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
     if name not in settings:
         raise entry.error(unknown("setting", name, settings))
-    if isinstance(entry.value, dict) and "normal" in entry.value:
-        raise entry.error(
-            f'"{name}" cannot be normal: a search needs bounds,'
-            f" as {', '.join(FORMS)} have"
-        )
-    entry.keys(FORMS)
+    bounded = [form for form, about in DISTRIBUTIONS.items() if about.bounded]
+    given = entry.value if isinstance(entry.value, dict) else {}
+    for form in DISTRIBUTIONS:
+        if form in given and form not in bounded:
+            raise entry.error(
+                f'"{name}" cannot be {form}: a search needs bounds,'
+                f" as {', '.join(bounded)} have"
+            )
+    entry.keys(bounded)
     if len(entry.value) > 1:
         raise entry.error(
             f'"{name}" needs one of {", ".join(entry.value)}, not all of them'
@@ -76,7 +75,7 @@ def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Paramet
     (form,) = entry.value
     values = [child.value for child in entry.child(form).entries()]
     try:
-        DISTRIBUTIONS[form](np.array([0.0, 0.5]), settings[name], values)
+        DISTRIBUTIONS[form].values(np.array([0.0, 0.5]), settings[name], values)
         return Parameter(
             name, form, tuple(settings[name].coerce(value) for value in values)
         )

@@ -22,6 +22,7 @@ import pandas as pd
 import pyarrow as pa
 
 from sweep.errors import ChoiceError, StoreError
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.recorded import columns_of
 from sweep.spec.statistics import STATISTICS
 from sweep.store.locations import Location
@@ -100,8 +101,13 @@ def _check_known(file: Location, about: Mapping[str, Any]) -> None:
     """Whether a search uses only what is entered here: it may come from anyone."""
     wanted = (*about["objectives"], *about["constraints"])
     statistics = {one["statistic"] for one in wanted} - STATISTICS.keys()
-    if statistics:
-        raise StoreError(
-            f'{file}: there is no statistic "{min(statistics)}" here; enter it, or'
-            f" {SEARCH_AGAIN}"
-        )
+    forms = {form for one in about["ranges"].values() for form in one}
+    for what, names in (
+        ("statistic", statistics),
+        ("distribution", forms - DISTRIBUTIONS.keys()),
+    ):
+        if names:
+            raise StoreError(
+                f'{file}: there is no {what} "{min(names)}" here; enter it, or'
+                f" {SEARCH_AGAIN}"
+            )

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_samplers import SEARCH_SAMPLERS
 from sweep.spec.settings import Value
@@ -46,11 +47,12 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
         IntDistribution,
     )
 
-    if form == "choice":
+    about = DISTRIBUTIONS[form]
+    if about.kind == "listed":
         return CategoricalDistribution(arguments)
-    if form == "integers":
+    if about.kind == "whole":
         return IntDistribution(int(arguments[0]), int(arguments[1]))
-    return FloatDistribution(arguments[0], arguments[1], log=form == "loguniform")
+    return FloatDistribution(arguments[0], arguments[1], log=about.logarithmic)
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
@@ -62,10 +64,11 @@ def size_of(parameters: tuple[Parameter, ...]) -> float:
 
 
 def _count(form: str, arguments: tuple[Value, ...]) -> float:
-    if form == "choice":
+    kind = DISTRIBUTIONS[form].kind
+    if kind == "listed":
         return len(arguments)
     first, last = float(arguments[0]), float(arguments[1])
-    if form == "integers":
+    if kind == "whole":
         return last - first + 1
     return float("inf") if first < last else 1
 

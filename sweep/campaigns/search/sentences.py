@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from sweep.analysis.notation import number, with_interval
+from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.settings import Setting
 
@@ -98,10 +99,11 @@ def edges(
     found = []
     for name, distribution in ranges.items():
         ((form, arguments),) = distribution.items()
-        if form == "choice":
+        about = DISTRIBUTIONS[form]
+        if about.kind == "listed":
             continue
         low, high = float(arguments[0]), float(arguments[1])
-        share = _share(form, float(winner[name]), low, high)
+        share = _share(about, float(winner[name]), low, high)
         for near, end, limit in (
             (share, low, settings[name].low),
             (1.0 - share, high, settings[name].high),
@@ -136,12 +138,12 @@ def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
     return text + (f"; {repeated} more were asked before" if repeated else "")
 
 
-def _share(form: str, value: float, low: float, high: float) -> float:
+def _share(about: Distribution, value: float, low: float, high: float) -> float:
     """How far a value is on the way from one end of a range to the other; half-way
     where there is none.
     """
-    if form == "integers":
+    if about.kind == "whole":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)
-    if form == "loguniform":
+    if about.logarithmic:
         value, low, high = math.log(value), math.log(low), math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)
