@@ -78,7 +78,8 @@ class BlockRules:
 
     `words` is what such blocks are called. A block has one of `sizes`; `read(axis)`
     says which an axis asks for, and on how many levels, None where there are none.
-    `options` are the keys of an axis that only this sampler knows. `leveled` says that the analysis needs the number of levels.
+    `options` are the keys of an axis that only this sampler knows. `leveled` says that
+    the analysis needs the number of levels.
     """
 
     words: str
