@@ -5,7 +5,8 @@ name.
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import optuna
 import pytest
 from jsonschema import Draft7Validator
+from matplotlib.figure import Figure
 from numpy.random import Generator
 
 from kernels.settings import Demand, StartSettings
@@ -20,7 +22,9 @@ from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
 from sweep.campaigns.search.export import export
 from sweep.campaigns.search.stored import read_asked
-from sweep.errors import SpecError, StoreError
+from sweep.errors import ChoiceError, SpecError, StoreError
+from sweep.figures.kinds import KINDS, plan_figures
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.spec.blocks import TRAJECTORY, morris
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.samplers import SAMPLERS
@@ -42,7 +46,7 @@ from tests.specs import short
 from tests.test_entries import texts
 from tests.test_house import ROOT, TREES
 
-OWN_PLACES = {
+OWN_PLACES: dict[str, Collection[str]] = {
     "kernels/settings.py": STARTS,  # the kernels say what their own starts are called
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
     "sweep/spec/starts.py": STARTS,
@@ -51,6 +55,11 @@ OWN_PLACES = {
     "sweep/spec/distributions.py": DISTRIBUTIONS,
     "sweep/spec/search_samplers.py": SEARCH_SAMPLERS,
     "sweep/spec/statistics.py": STATISTICS,
+    "sweep/figures/kinds.py": KINDS,
+} | {f"sweep/figures/{name}.py": {name} for name in KINDS}
+OWN_PLACES |= {
+    "sweep/figures/search.py": {"history", "front"},
+    "sweep/figures/search_repetitions.py": {"comparison", "hypervolume"},
 }
 """The registries, and what they gather."""
 WORDS = {
@@ -64,21 +73,26 @@ WORDS = {
     "random": {  # the runs that a search is compared with
         "sweep/campaigns/search/repetitions.py",
         "sweep/cli/search_report.py",
-        "sweep/figures/search_runs.py",
+        "sweep/figures/search_repetitions.py",
     },
     "sobol": {
         "sweep/spec/search_samplers.py",  # an option of optuna
+        "sweep/spec/sampling.py",
         "sweep/tables/sensitivity/__init__.py",  # an analysis
     },
-    "morris": {"sweep/tables/sensitivity/__init__.py"},
+    "morris": {"sweep/spec/sampling.py", "sweep/tables/sensitivity/__init__.py"},
+    "sensitivity": {"sweep/tables/sensitivity/sampled.py"},  # in an error
     "mean": {  # of columns, claims and intervals
         "sweep/analysis/intervals.py",
         "sweep/analysis/steady.py",
         "sweep/figures/curves.py",
-        "sweep/figures/details.py",
+        "sweep/figures/ablation_effects.py",
         "sweep/published/measures.py",
         "sweep/web/controls.py",
     },
+    "curves": {"sweep/analysis/__init__.py"},  # a name that it hands on
+    "front": {"sweep/cli/search_report.py"},  # a part of the report
+    "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity
     "choice": {  # settings and expressions of this kind
         "sweep/spec/expressions.py",
         "sweep/spec/schema_settings.py",
@@ -87,21 +101,27 @@ WORDS = {
     },
 }
 """Names that are words too, and where they mean something else."""
-REGISTRIES = (STARTS, SAMPLERS, DISTRIBUTIONS, SEARCH_SAMPLERS, STATISTICS)
+KINDS_ARE = {
+    "trajectories": "a table of a study, what is recorded in it, and blocks of morris",
+    "coverage": "a metric, and an overlay of the page",
+}
+"""Kinds of figures whose names mean something else in most places."""
+REGISTRIES = (STARTS, SAMPLERS, DISTRIBUTIONS, SEARCH_SAMPLERS, STATISTICS, KINDS)
 
 
 @pytest.mark.parametrize("name", TREES)
 def test_nobody_knows_an_entry_by_name(name: str) -> None:
-    known = {one for registry in REGISTRIES for one in registry}
-    own = set(OWN_PLACES.get(name, ()))
+    known = {one for registry in REGISTRIES for one in registry} - KINDS_ARE.keys()
+    own = {*OWN_PLACES.get(name, ())}
     allowed = {word for word, places in WORDS.items() if name in places}
     assert set(texts(name)) & known - own == allowed - own
 
 
 @pytest.mark.parametrize("registry", REGISTRIES)
-def test_an_entry_says_what_it_is_and_the_guide_names_it(registry: Any) -> None:
+def test_an_entry_says_what_it_is_and_a_guide_names_it(registry: Any) -> None:
     """But for starts, which are choices of a setting, as `sweep models` lists them."""
-    guide = (ROOT / "GUIDE.md").read_text(encoding="utf-8")
+    pages = [ROOT / "README.md", ROOT / "GUIDE.md"]
+    guide = "".join(page.read_text(encoding="utf-8") for page in pages)
     for name, entry in registry.items():
         assert entry.text
         assert registry is STARTS or re.search(rf"\b{name}\b", guide), name
@@ -535,3 +555,53 @@ def test_a_search_with_what_is_no_longer_entered_is_refused_in_one_line(
     assert (done.returncode, done.stdout) == (2, "")
     assert f'"{name}" here' in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def plan_count(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """A bar with the number of trials; of a study that is large enough."""
+    done = study.statuses().get("done", 0)
+    if done < 2:
+        raise ChoiceError("needs two trials, and there is one", study.name, "count")
+
+    def draw(name: str) -> Figure:
+        figure = Figure()
+        figure.subplots().bar([name], [done])
+        return figure
+
+    return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
+
+
+@pytest.fixture
+def figure_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    kind = FigureKind("how many trials there are", ("x",), plan_count)
+    monkeypatch.setitem(KINDS, "count", kind)
+
+
+@pytest.mark.usefixtures("figure_kind")
+def test_a_new_kind_of_figure_goes_through_sweep_plot(tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(sampled("lhs"))
+    commanded(tmp_path, "launch", "spec.yaml")
+    named = commanded(tmp_path, "plot", "short", "count", "--metric", "speed")
+    assert named.endswith("count-speed.png\n")
+    every = commanded(tmp_path, "plot", "short", "--metric", "speed")
+    assert "count-speed.png" in every
+    commanded(tmp_path, "plot", "short", "count", "--x", "separation_weight")
+    wrong = sweep(tmp_path, "plot", "short", "cont")
+    assert (wrong.returncode, 'did you mean "count"?' in wrong.stderr) == (2, True)
+    taken = sweep(tmp_path, "plot", "short", "parallel", "--x", "separation_weight")
+    assert "x is for scatter, heatmap, count, not for parallel" in taken.stderr
+    assert "sensitivity, coverage, trajectories, count; of a search" in " ".join(
+        re.sub("[^a-z,;]", " ", commanded(tmp_path, "plot", "--help")).split()
+    )
+
+
+@pytest.mark.usefixtures("figure_kind")
+def test_why_a_new_kind_does_not_suit_is_said_once_with_others(tmp_path: Path) -> None:
+    spec = sampled("lhs").replace("points: 9", "points: 1")
+    (tmp_path / "spec.yaml").write_text(spec.replace("replicates: 2", "replicates: 1"))
+    commanded(tmp_path, "launch", "spec.yaml")
+    study = StoredStudy("short", tmp_path / "results")
+    with pytest.raises(ChoiceError, match="study short: count needs two trials"):
+        plan_figures(study, ["count"], Choices())
+    with pytest.raises(ChoiceError, match="; count: needs two trials, and there is"):
+        plan_figures(study, [], Choices())

@@ -1,5 +1,6 @@
 """Where boids were: the mean visits of each pixel of the map, a panel a point."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from sweep.figures.drawing import (
     title_panel,
     without_trials,
 )
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -203,3 +205,11 @@ def _note(selection: Selection, visits: list[Visits]) -> str:
         "mean of {n} trials a panel", counts, interval, selection.study.metrics
     )
     return f"{said}; white: never visited; {obstacles}"
+
+
+def plan(study: StoredStudy, _: Choices) -> list[Planned]:
+    """One figure of all points. Raises ChoiceError where the study has none."""
+    return [Planned("", partial(draw_coverage, coverage_layout(study)))]
+
+
+KIND = FigureKind("visits of each pixel of the map", (), plan)

@@ -2,6 +2,7 @@
 and half their intervals.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from sweep.analysis import half_width
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import (
     Floats,
     bin_edges,
@@ -336,3 +338,16 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
         " no point",
         trials,
     )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    names = choices.plain(study)
+    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
+    return [
+        Planned(name, partial(draw_heatmap, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
+
+
+KIND = FigureKind("a metric over two settings", ("x", "y"), plan)

@@ -2,6 +2,7 @@
 point, the best in colour.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction
 from sweep.figures.drawing import note, quantity, span, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, is_number, select
 from sweep.figures.style import STYLE, VERMILION
@@ -232,3 +234,15 @@ def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> 
     return Upright(
         (values - low) / width, (at - low) / width, [f"{tick:g}" for tick in ticks]
     )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    layouts = [parallel_layout(study, name) for name in choices.columns(study)]
+    return [
+        Planned(layout.direction.metric, partial(draw_parallel, layout))
+        for layout in layouts
+    ]
+
+
+KIND = FigureKind("all sampled settings and a metric, the best in colour", (), plan)

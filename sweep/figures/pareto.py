@@ -1,5 +1,6 @@
 """Two metrics against each other, and the points that no other beats in both."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, more_is_better
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -206,3 +208,25 @@ def _note(layout: Pareto, table: pd.DataFrame) -> str:
     text = f"{span(sizes)} points a panel, {{n}} trials a point"
     interval = f"means with 95 % intervals{drawn}, each for itself"
     return layout.selection.about(text, table[f"{metrics[0]}_n"], interval, metrics)
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of two metrics. Raises ChoiceError where the study has none."""
+    directions = (
+        choices
+        if choices.metrics
+        else choices._replace(metrics=tuple(opposed_metrics(study)))
+    )
+    metrics = directions.columns(study) if directions.metrics else []
+    layout = pareto_layout(study, metrics, by=choices.by)
+    return [
+        Planned(
+            "-".join(one.metric for one in layout.directions),
+            partial(draw_pareto, layout),
+        )
+    ]
+
+
+KIND = FigureKind(
+    "two metrics against each other, and the points that no other beats", ("by",), plan
+)

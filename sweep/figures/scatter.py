@@ -1,5 +1,6 @@
 """A metric against each varied or sampled setting: point means, few with intervals."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.lines import Line2D
 from sweep.analysis.estimate import rank_estimate
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import estimated, note, quantity, span, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import COLOURS, MARKERS, STYLE
@@ -249,3 +251,16 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     return selection.about(
         text, table[f"{metric}_n"], drawn, [metric] if some else []
     ) + (said if correlated else "")
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    names = choices.plain(study)
+    layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
+    return [
+        Planned(name, partial(draw_scatter, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
+
+
+KIND = FigureKind("a metric against each setting", ("by", "x"), plan)

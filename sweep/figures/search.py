@@ -1,6 +1,7 @@
 """What a search did and found: the history of its candidates, and its front."""
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -16,6 +17,7 @@ from sweep.campaigns.search.outcome import FAILED, candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
+from sweep.figures.planning import search_kind
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
@@ -338,3 +340,17 @@ def _held_out_note(asked: AskedTrials) -> str:
         f"{judged['candidate'].nunique()} held out, {many} each,"
         " simultaneous 95 % intervals (Bonferroni)"
     )
+
+
+HISTORY = search_kind(
+    "history",
+    "the candidates of a search as they were asked",
+    read_asked,
+    history_figure,
+)
+FRONT = search_kind(
+    "front",
+    "the front that a search has chosen, on held-out seeds",
+    partial(with_front, kind="front"),
+    front_figure,
+)

@@ -3,6 +3,7 @@ and what winners are worth.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,7 @@ from sweep.campaigns.search.repetitions import (
 )
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
+from sweep.figures.planning import search_kind
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.spec.objectives import Floats
@@ -197,3 +199,17 @@ def _point(asked: AskedTrials) -> str:
         for one, value in zip(objectives(asked), point, strict=True)
     )
     return f"from the worst values seen: {values.replace('_', ' ')}"
+
+
+COMPARISON = search_kind(
+    "comparison",
+    "repetitions of a search against random searches",
+    with_repetitions,
+    comparison_figure,
+)
+HYPERVOLUME = search_kind(
+    "hypervolume",
+    "the hypervolume of a search by trials spent",
+    partial(with_front, kind="hypervolume"),
+    hypervolume_figure,
+)

@@ -3,6 +3,7 @@ setting, a panel a value of other axes.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,14 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sweep.errors import ChoiceError
 from sweep.figures.drawing import draw_values, legend, name_rows, note, span
+from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.selection import select
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
+from sweep.tables.sensitivity import every_sampler, sensitivity
+from sweep.tables.sensitivity.sampled import sampled_axis
+from sweep.tables.stored_study import StoredStudy
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
 COLUMNS = 3
@@ -157,3 +164,25 @@ def _note(table: pd.DataFrame) -> str:
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""
     return text.replace("%", " %")
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    selection = select(study)
+    if not selection.sampled:
+        raise ChoiceError(
+            "needs an axis that samples settings, and there is none",
+            study.name,
+            "sensitivity",
+        )
+    axis = sampled_axis(study, None, every_sampler())
+    about = study.axes[axis]
+    selection.panels(selection.apart(about.settings), "sensitivity")
+
+    def draw(name: str) -> Figure:
+        return sensitivity_figure(sensitivity(study, name, axis))
+
+    return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
+
+
+KIND = FigureKind("which sampled setting a metric depends on", (), plan)

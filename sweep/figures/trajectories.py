@@ -1,5 +1,6 @@
 """Flights: the ways of boids, paler the longer ago, and the last flock, by trial."""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import draw_flock, draw_map, note, span, title_panel
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
 from sweep.tables.stored_study import StoredStudy
@@ -210,3 +212,16 @@ def _replicate(trial: "pd.Series[Any]") -> str:
         if trial["seed_listed"]
         else f"replicate {trial['replicate']}"
     )
+
+
+def plan(study: StoredStudy, _: Choices) -> list[Planned]:
+    """One figure of a few trials. Raises ChoiceError where the study has none."""
+    return [
+        Planned(
+            "",
+            partial(draw_trajectories, trajectories_layout(study)),
+        )
+    ]
+
+
+KIND = FigureKind("flights of a few trials", (), plan)
