@@ -6,12 +6,14 @@ name.
 import json
 import re
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import optuna
+import pandas as pd
 import pytest
 from jsonschema import Draft7Validator
 from matplotlib.figure import Figure
@@ -22,9 +24,13 @@ from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
 from sweep.campaigns.search.export import export
 from sweep.campaigns.search.stored import read_asked
+from sweep.cli.search_report import text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.figures.kinds import KINDS, plan_figures
 from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.scales import is_logarithmic
+from sweep.figures.search import history_figure
+from sweep.figures.selection import select
 from sweep.spec.blocks import TRAJECTORY, morris
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.samplers import SAMPLERS
@@ -37,11 +43,23 @@ from sweep.spec.starts import STARTS, Start
 from sweep.spec.statistics import STATISTICS, Floats, StatisticKind
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
+from sweep.tables.sensitivity import sensitivity
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
 from sweep.web.state import begin
 from tests.commands import sweep
-from tests.searches import TINY, edited
+from tests.plotted import made_up
+from tests.sampled import axis as joint_axis
+from tests.sampled import study_of
+from tests.searches import (
+    ANALYTIC,
+    BEST,
+    TINY,
+    analytic,
+    asked_by,
+    edited,
+    replace_trials,
+)
 from tests.specs import short
 from tests.test_entries import texts
 from tests.test_house import ROOT, TREES
@@ -315,7 +333,9 @@ def test_a_new_sampler_of_blocks_has_its_key_its_rules_and_its_analysis(
     assert "done" in commanded(tmp_path, "launch", "spec.yaml")
     drawn = commanded(tmp_path, "plot", "short", "sensitivity", "--metric", "speed")
     assert "sensitivity-speed.png" in drawn
-    (axis,) = StoredStudy("short", tmp_path / "results").axes.values()
+    study = StoredStudy("short", tmp_path / "results")
+    (axis,) = study.axes.values()
+    assert "mu_star" in sensitivity(study, "speed")
     assert (axis.sampler, axis.size, axis.levels) == ("walks", 3, 6)
     assert accepts(spec)
     assert not accepts(spec.replace("stairs: 3", "stairs: 30"))
@@ -477,6 +497,8 @@ def test_a_new_statistic_goes_through_every_command(tmp_path: Path) -> None:
     assert "history.png" in commanded(tmp_path, "plot", "tiny", "history")
     study = StoredStudy("tiny", tmp_path / "results")
     asked = read_asked(study)
+    label = history_figure(study).axes[0].get_ylabel()
+    assert label == "median of flock radius (px)\nless is better"
     one, bound = asked.about["objectives"][0], asked.about["constraints"][0]
     assert one["statistic"] == bound["statistic"] == "median"
     url = f"sqlite:///{tmp_path}/tiny.db"
@@ -605,3 +627,96 @@ def test_why_a_new_kind_does_not_suit_is_said_once_with_others(tmp_path: Path) -
         plan_figures(study, ["count"], Choices())
     with pytest.raises(ChoiceError, match="; count: needs two trials, and there is"):
         plan_figures(study, [], Choices())
+
+
+def searched(spec: str, folder: Path) -> tuple[str, str]:
+    """What a search of known trials has asked for and says, but for names."""
+    with pytest.MonkeyPatch.context() as patch:
+        replace_trials(patch, analytic())
+        asked = asked_by(spec, folder)
+    return asked.table.to_json(), text(StoredStudy("analytic", folder))
+
+
+SOUGHT = edited(
+    ANALYTIC,
+    ("budget: 200", "batch: 6\n  budget: 240\n  constraints:\n    coverage: {BOUND}"),
+    ("replicates: 8", "replicates: 16"),
+    ("replicates: 10}", "replicates: 8}\n  references: {known: {KNOWN}}"),
+)
+SOUGHT = SOUGHT.replace("KNOWN", ", ".join(f"{one}: {BEST[one]}" for one in BEST))
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("mean", "mean"),
+        ("worst", "worst"),
+        ("quantile", "{quantile: 0.2}"),
+        ("cvar", "{cvar: 0.3}"),
+    ],
+)
+def test_a_statistic_under_another_name_races_and_judges_alike(
+    name: str, written: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    about = STATISTICS[name]
+    twin = replace(about, words=about.words or name)
+    monkeypatch.setitem(STATISTICS, "twin", twin)
+    spec = SOUGHT.replace("BOUND", f"at_least: -9, statistic: {written}")
+    spec = edited(spec, ("maximize: mean", f"maximize: {written}"))
+    other = spec.replace(written, written.replace(name, "twin"))
+    assert other != spec
+    found = searched(other, tmp_path / "twin")
+    assert found == searched(spec, tmp_path / "own")
+    assert "raced out" in found[1]
+
+
+@pytest.mark.parametrize("name", ["random", "qmc", "tpe", "cmaes", "nsga2"])
+def test_a_sampler_of_a_search_under_another_name_asks_alike(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SEARCH_SAMPLERS, "twin", SEARCH_SAMPLERS[name])
+    asking = f"batch: 6\n  sampler: {name}\n  budget: 40"
+    spec = edited(ANALYTIC, ("budget: 200", asking))
+    own = searched(spec, tmp_path / "own")
+    other = searched(spec.replace(f": {name}\n", ": twin\n"), tmp_path / "twin")
+    assert other[0] == own[0]
+    assert other[1] == own[1].replace(f"sampler     {name}", "sampler     twin")
+
+
+def columns(spec: str) -> dict[str, list[float]]:
+    """The points of the one axis of a spec."""
+    (axis,) = parse_spec(spec).axes
+    return {name: column.tolist() for name, column in axis.columns.items()}
+
+
+@pytest.mark.parametrize("name", ["random", "lhs", "sobol", "saltelli", "morris"])
+def test_a_sampler_of_points_under_another_name_draws_and_is_analysed_alike(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SAMPLERS, "twin", SAMPLERS[name])
+    assert columns(sampled("twin")) == columns(sampled(name))
+    own, other = (
+        sensitivity(study_of(joint_axis(one, 12)), "speed", resamples=9)
+        for one in (name, "twin")
+    )
+    pd.testing.assert_frame_equal(other, own)
+
+
+@pytest.mark.parametrize("name", ["uniform", "loguniform", "normal"])
+def test_a_distribution_under_another_name_draws_and_is_drawn_alike(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(DISTRIBUTIONS, "twin", DISTRIBUTIONS[name])
+    scales = []
+    for one in (name, "twin"):
+        sweep = joint_axis("morris", 9).replace("uniform: [0, 1]", f"{one}: [1, 2]")
+        study = made_up(sweep)
+        selection = select(study)
+        scales.append(
+            (
+                selection.points[selection.sampled].to_numpy().tolist(),
+                is_logarithmic(selection, selection.sampled[0]),
+            )
+        )
+    assert scales[0] == scales[1]
+    assert scales[0][1] == (name == "loguniform")
