@@ -34,7 +34,7 @@ from sweep.figures.selection import select
 from sweep.spec.blocks import TRAJECTORY, morris
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.samplers import SAMPLERS
-from sweep.spec.sampling import BlockRules, BlockSize, Sample, Sampler, Unit
+from sweep.spec.sampling import BlockRules, BlockSize, Sampler, Unit, UnitCube
 from sweep.spec.schema import json_schema
 from sweep.spec.search import Search
 from sweep.spec.search_samplers import SEARCH_SAMPLERS, Need, SearchSampler
@@ -246,17 +246,17 @@ def test_the_page_shows_a_new_start() -> None:
     assert (show.simulation.flock.y == scene["height"] / 2).all()
 
 
-def middles(sample: Sample) -> list[Unit]:
+def middles(cube: UnitCube) -> list[Unit]:
     """The middles of equal intervals, in another order for each setting."""
     return [
-        (sample.generator(name).permutation(sample.points) + 0.5) / sample.points
-        for name in sample.names
+        (cube.generator(name).permutation(cube.points) + 0.5) / cube.points
+        for name in cube.names
     ]
 
 
-def reversed_walks(sample: Sample) -> list[Unit]:
+def reversed_walks(cube: UnitCube) -> list[Unit]:
     """Morris's trajectories on four levels, mirrored."""
-    return [1.0 - unit for unit in morris(sample)]
+    return [1.0 - unit for unit in morris(cube)]
 
 
 @pytest.fixture

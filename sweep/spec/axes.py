@@ -30,7 +30,7 @@ from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import TABLE, read_table
 from sweep.spec.samplers import ALONE, SAMPLERS
-from sweep.spec.sampling import Sample, Sampler
+from sweep.spec.sampling import Sampler, UnitCube
 from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.spec.whole_samples import SampleBlocks, read_blocks
 from sweep.text import unknown
@@ -139,7 +139,7 @@ class AxisReader:
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
             name = setting.name
-            alone = Sample(_points(entry, 1), [name], name, self.seed)
+            alone = UnitCube(_points(entry, 1), [name], name, self.seed)
             return _drawn(setting, entry.child(form), SAMPLERS[ALONE].draw(alone)[0])
         entry.keys([form, "when"])
         return (
@@ -193,10 +193,10 @@ class AxisReader:
             if not DISTRIBUTIONS[distribution.name].bounded
         ]
         count = blocks.count if blocks else _points(entry, len(members))
-        sample = Sample(count, [*members], name, self.seed, unbounded)
+        cube = UnitCube(count, [*members], name, self.seed, unbounded)
         if blocks:
-            sample = replace(sample, size=blocks.size, levels=blocks.levels)
-        units = SAMPLERS[sampler].draw(sample)
+            cube = replace(cube, size=blocks.size, levels=blocks.levels)
+        units = SAMPLERS[sampler].draw(cube)
         return {
             setting: _drawn(self.settings[setting], distribution, unit)
             for (setting, distribution), unit in zip(

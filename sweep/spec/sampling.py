@@ -36,7 +36,7 @@ def generator(seed: int, *names: str) -> Generator:
 
 
 @dataclass(frozen=True)
-class Sample:
+class UnitCube:
     """What a sampler is asked for: `points` of the unit cube, which has a side for each
     of the settings `names`.
 
@@ -100,14 +100,14 @@ class Package(NamedTuple):
 class Sampler:
     """How the points of a joint axis are drawn, written in a spec as `sample: name`.
 
-    `draw(sample)` gives a column a setting, in the order of its names, each with its
+    `draw(cube)` gives a column a setting, in the order of its names, each with its
     numbers between 0 and 1. `text` says what it does. `remark(points)` is what a user
     should know of such a number of points, "" for nothing. `blocks` are the rules of a
     sample whose points come in blocks. `analysis` names the one of
     `sweep.tables.sensitivity` that the sample is made for. `package` is what it needs.
     """
 
-    draw: Callable[[Sample], Sequence[Unit]]
+    draw: Callable[[UnitCube], Sequence[Unit]]
     text: str
     remark: Callable[[int], str] = lambda _points: ""
     blocks: BlockRules | None = None
@@ -115,49 +115,49 @@ class Sampler:
     package: Package | None = None
 
 
-def random(sample: Sample) -> list[Unit]:
+def random(cube: UnitCube) -> list[Unit]:
     """Independent draws. Each setting has its own stream, so that another setting or
     more points change no value.
     """
-    return [sample.generator(name).random(sample.points) for name in sample.names]
+    return [cube.generator(name).random(cube.points) for name in cube.names]
 
 
-def latin_hypercube(sample: Sample) -> list[Unit]:
+def latin_hypercube(cube: UnitCube) -> list[Unit]:
     """One draw in each of `points` equal intervals of every setting.
 
     More points are other points altogether.
     """
     # As scipy's LatinHypercube, which holds the sample four times: it spawns its
     # generator.
-    (rng,) = sample.generator().spawn(1)
-    drawn = rng.uniform(size=(sample.points, len(sample.names)))
+    (rng,) = cube.generator().spawn(1)
+    drawn = rng.uniform(size=(cube.points, len(cube.names)))
     for column in drawn.T:
-        interval = np.arange(1, sample.points + 1)
+        interval = np.arange(1, cube.points + 1)
         rng.shuffle(interval)
-        column[:] = (interval - column) / sample.points
+        column[:] = (interval - column) / cube.points
     return list(drawn.T)
 
 
-def sobol(sample: Sample) -> list[Unit]:
+def sobol(cube: UnitCube) -> list[Unit]:
     """The scrambled Sobol sequence: more points continue it, another setting makes it
     another.
     """
     from scipy.stats.qmc import Sobol
 
     # scipy warns of a number that is no power of two, so we take the next one and cut.
-    sequence = Sobol(d=len(sample.names), seed=sample.generator())
-    drawn = sequence.random_base2(math.ceil(math.log2(sample.points)))
-    return list(drawn[: sample.points].T)
+    sequence = Sobol(d=len(cube.names), seed=cube.generator())
+    drawn = sequence.random_base2(math.ceil(math.log2(cube.points)))
+    return list(drawn[: cube.points].T)
 
 
-def halton(sample: Sample) -> list[Unit]:
+def halton(cube: UnitCube) -> list[Unit]:
     """The scrambled Halton sequence: more points continue it, another setting makes it
     another.
     """
     from scipy.stats.qmc import Halton
 
-    sequence = Halton(d=len(sample.names), seed=sample.generator())
-    return list(sequence.random(sample.points).T)
+    sequence = Halton(d=len(cube.names), seed=cube.generator())
+    return list(sequence.random(cube.points).T)
 
 
 def powers_of_two(points: int) -> str:

@@ -20,9 +20,9 @@ from sweep.spec.sampling import (
     BlockRules,
     BlockSize,
     Package,
-    Sample,
     Sampler,
     Unit,
+    UnitCube,
     powers_of_two,
 )
 from sweep.spec.schema_parts import Schema
@@ -118,16 +118,16 @@ def _morris_size(entry: Entry) -> tuple[BlockSize, int]:
     return TRAJECTORY, Levels().read(given) if given else LEVELS
 
 
-def _problem(sample: Sample) -> Problem:
-    sides = len(sample.names)
+def _problem(cube: UnitCube) -> Problem:
+    sides = len(cube.names)
     return {
         "num_vars": sides,
-        "names": list(sample.names),
+        "names": list(cube.names),
         "bounds": [[0.0, 1.0]] * sides,
     }
 
 
-def saltelli(sample: Sample) -> list[Unit]:
+def saltelli(cube: UnitCube) -> list[Unit]:
     """A block is A, A with a setting of B each, for pairs B with a setting of A each,
     and B.
 
@@ -137,34 +137,34 @@ def saltelli(sample: Sample) -> list[Unit]:
     from SALib.sample import sobol
 
     # scipy warns of a number that is no power of two, so we take the next one and cut.
-    power = 2 ** math.ceil(math.log2(sample.points))
-    pairs = sample.size == PAIRS.of(len(sample.names))
+    power = 2 ** math.ceil(math.log2(cube.points))
+    pairs = cube.size == PAIRS.of(len(cube.names))
     drawn = sobol.sample(
-        _problem(sample), power, calc_second_order=pairs, seed=sample.generator()
+        _problem(cube), power, calc_second_order=pairs, seed=cube.generator()
     )
-    return list(drawn[: sample.points * sample.size].T)
+    return list(drawn[: cube.points * cube.size].T)
 
 
-def morris(sample: Sample) -> list[Unit]:
+def morris(cube: UnitCube) -> list[Unit]:
     """A block is a trajectory: each step changes one setting by half of its levels.
 
     More trajectories continue the sample, another setting makes it another.
     """
     from SALib.sample import morris
 
-    assert sample.levels is not None
-    steps = sample.levels - 1
+    assert cube.levels is not None
+    steps = cube.levels - 1
     drawn = morris.sample(
-        _problem(sample),
-        sample.points,
-        num_levels=sample.levels,
-        seed=sample.generator(),
+        _problem(cube),
+        cube.points,
+        num_levels=cube.levels,
+        seed=cube.generator(),
     )
     # The same level is reached by different sums: rounding makes equal points equal.
     units = np.rint(drawn.T * steps) / steps
     return [
-        TAIL + (1.0 - 2.0 * TAIL) * unit if name in sample.unbounded else unit
-        for name, unit in zip(sample.names, units, strict=True)
+        TAIL + (1.0 - 2.0 * TAIL) * unit if name in cube.unbounded else unit
+        for name, unit in zip(cube.names, units, strict=True)
     ]
 
 
