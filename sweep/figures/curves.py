@@ -38,8 +38,8 @@ LINE = "_line"
 
 
 class Curves(NamedTuple):
-    """What a figure of curves shows: a panel a metric and facet, and in each a line a
-    value of `by`.
+    """What a figure of curves shows: a panel for each metric and facet, and in it a
+    line for each value of `by`.
     """
 
     selection: Selection
@@ -53,14 +53,14 @@ def metric_curves(
     by: str | None = None,
     metrics: Sequence[str] = (),
 ) -> Figure:
-    """Each series metric against frame, one panel each: mean over trials and pointwise
-    95 % interval by value of `by`.
+    """Mean curves of the series metrics against frame, with pointwise 95 % intervals
+    over trials: a panel a metric, and a line a value of `by`.
 
-    All series metrics where `metrics` is empty. Without `by` it is the listed setting
-    with the fewest values. More than seven values, up to 60, are a bar of colours where
-    they are numbers. Other settings that vary are panels. A panel none of whose trials
-    is done says so. Raises ChoiceError where no series are stored, for names that the
-    study does not have, for too many lines or panels.
+    Without `metrics` all series metrics are drawn. Without `by` it is the listed
+    setting with the fewest values. Up to seven values stand in a legend; up to 60
+    numbers stand at a bar of colours. Other settings that vary become panels. A panel
+    without done trials says so. Raises ChoiceError where no series are stored, for
+    names that the study does not have, and for too many lines or panels.
     """
     return draw_curves(curves_layout(study, by, metrics))
 

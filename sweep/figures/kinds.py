@@ -45,15 +45,17 @@ KINDS: dict[str, FigureKind] = {
 
 
 class Plot(NamedTuple):
-    """The figures to be drawn, each with its kind, and of the kinds left out, why."""
+    """The figures to be drawn, each with the name of its kind, and why other kinds are
+    left out.
+    """
 
     figures: list[tuple[str, Planned]]
     left_out: list[str]
 
 
 def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> Plot:
-    """The figures of the kinds called `names`, or without any of all that suit the
-    study; nothing is drawn yet.
+    """The figures of the kinds called `names`; without names those of all kinds that
+    suit the study. Nothing is drawn yet.
 
     Raises ChoiceError for unknown names of kinds, metrics and settings, for a choice
     that none of the kinds takes, where a kind that is named does not suit the study,
@@ -117,7 +119,9 @@ def draw_figures(
     formats: Sequence[str],
     below: Path | None = None,
 ) -> Iterator[Path]:
-    """Draw the figures of a plan, and `save` them; gives each file as it is there."""
+    """Draw the figures of a plan and `save` them. Yields each file as soon as it is
+    there.
+    """
     about = about_study(study)
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind

@@ -40,16 +40,16 @@ def pareto_figure(
     *,
     by: str | None = None,
 ) -> Figure:
-    """The means of two metrics at every point, with both 95 % intervals, and the front
-    of those that none beats.
+    """The means of two metrics at every point, with both 95 % intervals, and the front:
+    the points that no other one beats.
 
-    A point is beaten by one that is better in both means, or as good in one and better
-    in the other; noise in the means makes a front look better than it is. `coverage+`
-    asks for a high metric and `coverage_cv-` for a low one. Without metrics they are
-    the first of which more and the first of which less is better. Where settings are
-    sampled, the listed ones are colours and panels with fronts of their own; else all
-    points compete, unless `by` tells them apart. Raises ChoiceError for names that the
-    study does not have, where no two metrics are given or found, and for more than
+    A point beats another if it is better in one mean and not worse in the other. Noise
+    in the means makes a front look better than it is. `coverage+` asks for a high
+    metric, `coverage_cv-` for a low one. Without metrics they are the first of which
+    more is better and the first of which less is better. Where settings are sampled,
+    the listed ones become colours and panels, each with a front of its own. Else all
+    points compete, unless `by` gives them colours. Raises ChoiceError for names that
+    the study does not have, where no two metrics are given or found, and for more than
     twelve panels.
     """
     return draw_pareto(

@@ -16,8 +16,8 @@ from sweep.tables.stored_study import StoredStudy
 
 
 class Choices(NamedTuple):
-    """What to draw: metrics as `coverage` or with their direction, `coverage+`, and
-    settings.
+    """What to draw: metrics and settings. A metric may have its direction, as
+    `coverage+`.
 
     Without metrics all recorded ones are drawn. `half` takes their means over the last
     half of a trial.
@@ -48,7 +48,9 @@ class Choices(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """A figure to be drawn: the metric in its file's name, or "", and how to draw."""
+    """A figure to be drawn: the metric in the name of its file, or "", and the function
+    that draws it.
+    """
 
     metric: str
     draw: Callable[[], Figure]

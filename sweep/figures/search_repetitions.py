@@ -1,5 +1,5 @@
 """Repetitions of a search against random searches: the best so far, its hypervolume,
-and what winners are worth.
+and what their winners are worth.
 """
 
 from collections.abc import Sequence
@@ -32,12 +32,12 @@ from sweep.tables.stored_study import StoredStudy
 
 
 def comparison_figure(study: StoredStudy) -> Figure:
-    """The best so far against trials, mean over repetitions of the search and over
-    random searches, and their winners.
+    """The best so far against the trials spent: the mean over repetitions of the
+    search, and the mean over random searches.
 
-    With several objectives it is the hypervolume. On the right are the held-out values,
-    a point a run, with their means. Raises ChoiceError where the study is no search, or
-    has no repetitions.
+    With several objectives the hypervolume is drawn. On the right are held-out values
+    of the winners, or of the fronts: a point a run, and their means. Raises ChoiceError
+    where the study is no search, or has no repetitions.
     """
     asked = with_repetitions(study)
     found = against_random(asked)
@@ -158,7 +158,7 @@ def _band(axes: Axes, curves: pd.DataFrame, colour: str, label: str) -> None:
 
 
 def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
-    """The values of runs beside each other, and their mean with its interval."""
+    """Draw the values of runs beside each other, and their mean with its interval."""
     spread = (
         np.linspace(-0.2, 0.2, len(values))
         if len(values) > 1
