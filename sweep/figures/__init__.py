@@ -2,6 +2,7 @@
 published studies.
 
     kinds               which figures suit a study
+    planning            what a kind of figure is
     selection           which trials a figure shows
     style               what all figures share
     drawing             maps, flocks, intervals
