@@ -31,18 +31,19 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.search import history_figure
 from sweep.figures.selection import select
-from sweep.spec.blocks import TRAJECTORY, morris
+from sweep.spec.contents import Whole
 from sweep.spec.distributions import DISTRIBUTIONS, Distribution
+from sweep.spec.keys import Key
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import BlockRules, BlockSize, Sampler, Unit, UnitCube
 from sweep.spec.schema import json_schema
-from sweep.spec.search import Search
-from sweep.spec.search_samplers import SEARCH_SAMPLERS, Need, SearchSampler
+from sweep.spec.search_samplers import SEARCH_SAMPLERS, Need, SearchSampler, Sought
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.starts import STARTS, Start
 from sweep.spec.statistics import STATISTICS, Floats, StatisticKind
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
+from sweep.spec.whole_samples import TRAJECTORY, morris
 from sweep.tables.sensitivity import sensitivity
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.live import Live
@@ -69,7 +70,7 @@ OWN_PLACES: dict[str, Collection[str]] = {
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
     "sweep/spec/starts.py": STARTS,
     "sweep/spec/samplers.py": SAMPLERS,
-    "sweep/spec/blocks.py": SAMPLERS,
+    "sweep/spec/whole_samples.py": SAMPLERS,
     "sweep/spec/distributions.py": DISTRIBUTIONS,
     "sweep/spec/search_samplers.py": SEARCH_SAMPLERS,
     "sweep/spec/statistics.py": STATISTICS,
@@ -94,10 +95,12 @@ WORDS = {
         "sweep/figures/search_repetitions.py",
     },
     "sobol": {
+        "sweep/spec/axis_keys.py",  # an example for the guide
         "sweep/spec/search_samplers.py",  # an option of optuna
         "sweep/spec/sampling.py",
         "sweep/tables/sensitivity/__init__.py",  # an analysis
     },
+    "nsga3": {"sweep/spec/search.py"},  # an example for the guide
     "morris": {"sweep/spec/sampling.py", "sweep/tables/sensitivity/__init__.py"},
     "sensitivity": {"sweep/tables/sensitivity/sampled.py"},  # in an error
     "mean": {  # of columns, claims and intervals
@@ -275,8 +278,8 @@ def walks_sampler(monkeypatch: pytest.MonkeyPatch) -> None:
         steps = entry.get("stairs")
         return TRAJECTORY, 2 * steps.whole(1, 9) if steps else 4
 
-    stairs = {"type": "integer", "minimum": 1, "maximum": 9}
-    rules = BlockRules("walks", (TRAJECTORY,), read, {"stairs": stairs}, leveled=True)
+    stairs = Key(Whole(1, 9), "half of the levels", name="stairs", otherwise="2")
+    rules = BlockRules("walks", (TRAJECTORY,), read, (stairs,), leveled=True)
     sampler = Sampler(reversed_walks, "walks", blocks=rules, analysis="morris")
     monkeypatch.setitem(SAMPLERS, "walks", sampler)
 
@@ -411,7 +414,7 @@ def backwards(**options: Any) -> optuna.samplers.BaseSampler:
     return optuna.samplers.RandomSampler(**options)
 
 
-def steps_back(search: Search) -> dict[str, Any]:
+def steps_back(search: Sought) -> dict[str, Any]:
     return {"steps_back": len(search.parameters)}
 
 

@@ -43,6 +43,11 @@ GRIDS: dict[str, Callable[[float, float, int], Values]] = {
 DIGITS = 12
 
 
+def forms() -> tuple[str, ...]:
+    """The ways to write the values of one setting in a mapping."""
+    return ("values", *GRIDS, *DISTRIBUTIONS)
+
+
 @dataclass(frozen=True, eq=False)
 class Axis:
     """Points of a few settings: `columns` have equal lengths and no row stands twice.
@@ -131,11 +136,10 @@ class AxisReader:
             raise entry.expected(
                 "a list or a mapping (a single value stands under fixed)"
             )
-        forms = ("values", *GRIDS, *DISTRIBUTIONS)
-        entry.keys([*forms, "points", "when"])
-        form = next((form for form in forms if form in entry.value), None)
+        entry.keys([*forms(), "points", "when"])
+        form = next((form for form in forms() if form in entry.value), None)
         if form is None:
-            raise entry.error(f'"{setting.name}" needs one of {", ".join(forms)}')
+            raise entry.error(f'"{setting.name}" needs one of {", ".join(forms())}')
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
             name = setting.name
