@@ -22,8 +22,8 @@ from numpy.random import Generator
 from kernels.settings import Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
+from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.export import export
-from sweep.campaigns.search.stored import read_asked
 from sweep.cli.search_report import text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.figures.kinds import KINDS, plan_figures
