@@ -9,7 +9,8 @@ import pandas as pd
 from sweep.analysis import CONFIDENCE
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
-from sweep.tables.sensitivity import RESAMPLES, Analyses, sensitivity
+from sweep.spec.sampling import Analyses
+from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
 
 

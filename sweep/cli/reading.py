@@ -3,9 +3,10 @@
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperArgument, TyperCommand
 
 from sweep.cli.app import Json, Results, StudyName, app
 
@@ -92,18 +93,34 @@ class Format(StrEnum):
     pdf = "pdf"
 
 
-@app.command()
+class PlotCommand(TyperCommand):
+    """A command whose help names the kinds of figures that there are.
+
+    They are looked up when help is asked for: matplotlib takes a second to load.
+    """
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, with the kinds."""
+        from sweep.figures.kinds import KINDS
+
+        names = [name for name, kind in KINDS.items() if not kind.of_search]
+        of_search = [name for name, kind in KINDS.items() if kind.of_search]
+        for one in self.params:
+            if isinstance(one, TyperArgument) and one.name == "kinds":
+                one.help = (
+                    f"{', '.join(names)}; of a search {', '.join(of_search)};"
+                    " else all that suit."
+                )
+        super().format_help(ctx, formatter)
+
+
+@app.command(cls=PlotCommand)
 def plot(
     study: StudyName,
     kinds: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[KIND]...",
-            help=(
-                "curves, scatter, heatmap, parallel, pareto, sensitivity, coverage,"
-                " trajectories; of a search "
-                "history, front, comparison, hypervolume; else all that suit."
-            ),
         ),
     ] = None,
     results: Results = Path("results"),
@@ -143,7 +160,8 @@ def plot(
     ] = None,
 ) -> None:
     """Draw figures of a study, with intervals and units, and print where they are."""
-    from sweep.figures.kinds import Choices, draw_figures, plan_figures
+    from sweep.figures.kinds import draw_figures, plan_figures
+    from sweep.figures.planning import Choices
     from sweep.spec.study_folder import FIGURES
     from sweep.tables.stored_study import StoredStudy
 

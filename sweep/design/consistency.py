@@ -9,6 +9,7 @@ from kernels.models import MODELS
 from kernels.settings import PIXELS, Demand
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
+from sweep.spec.starts import STARTS
 from sweep.spec.study import Study
 
 MOST_SIDE = 1e15
@@ -28,10 +29,6 @@ DEMANDS = (
         " min(width, height)",
         "obstacle_margin leaves obstacles no room:"
         " it must be at most half of width and of height",
-    ),
-    Demand(
-        "start_draws == 'numpy' or start_radius == 0",
-        "start_draws: python_random draws in the whole world: it needs start_radius 0",
     ),
     Demand(
         "start_radius == 0 or start_margin <= start_center_x <= width - start_margin"
@@ -62,9 +59,13 @@ def check_consistency(study: Study, points: Points) -> None:
 
 
 def _demands(study: Study) -> Iterator[Demand]:
-    """The demands of every study, of what is recorded, and of the model."""
+    """The demands of starts, of every study, of what is recorded, and of the model."""
     metrics = [METRICS[name] for name in study.record.metrics]
     model = MODELS[study.model]
+    for name, start in STARTS.items():
+        for demand in start.demands:
+            condition = f"start_draws != '{name}' or ({demand.condition})"
+            yield demand._replace(condition=condition)
     yield from DEMANDS
     if study.record.heatmaps:
         yield from PIXELS

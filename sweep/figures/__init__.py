@@ -2,6 +2,7 @@
 published studies.
 
     kinds               which figures suit a study
+    planning            what a kind of figure is
     selection           which trials a figure shows
     style               what all figures share
     drawing             maps, flocks, intervals
@@ -35,9 +36,10 @@ from sweep.figures.drawing import (
     quantity,
 )
 from sweep.figures.heatmap import heatmap_figure
-from sweep.figures.kinds import KINDS, Choices, FigureKind, Planned
+from sweep.figures.kinds import KINDS
 from sweep.figures.parallel import parallel_figure
 from sweep.figures.pareto import pareto_figure
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import save, saved_about
 from sweep.figures.scatter import scatter_figure
 from sweep.figures.search import front_figure, history_figure

@@ -28,14 +28,14 @@ def paired_effects(
     *,
     factor: bool = False,
 ) -> pd.DataFrame:
-    """The mean change of each metric that each detail of `preset` brings, with its
+    """The mean change of each metric that each detail of `preset` makes, with its
     simultaneous 95 % interval.
 
-    A trial is compared with that of the same seed, replicate and value of `by` in which
-    nothing is changed: their difference, or with `factor`, for metrics above zero, the
-    factor between them, whose mean is the geometric one. Columns: `by`, detail, metric,
-    value, low, high, n; the intervals hold together (Bonferroni). Trials that are not
-    done, or whose partner is not, do not count.
+    A trial is paired with the trial of the same seed, replicate and value of `by` in
+    which no detail is changed. The change is their difference. With `factor` it is
+    their ratio, for metrics above zero, and its mean is the geometric one. Columns:
+    `by`, detail, metric, value, low, high, n. The intervals hold together (Bonferroni).
+    A pair counts only if both of its trials are done.
     """
     trials = study.trials.assign(detail=study.details(preset).to_numpy())
     trials = trials[trials["status"] == "done"]
@@ -73,11 +73,11 @@ def effects_figure(
     *,
     factor: bool = False,
 ) -> Figure:
-    """A forest of `paired_effects`: a panel a metric, a row a detail, all details
-    together last.
+    """A forest of `paired_effects`: a panel a metric and a row a detail. The last row
+    has all details together.
 
-    `metrics` says in words what each column is and `names` what each value of `by` is,
-    both in the order to be drawn.
+    `metrics` gives the words for each column, and `names` those for each value of `by`.
+    Both are in the order in which they are drawn.
     """
     table = paired_effects(study, preset, list(metrics), by, factor=factor)
     rows = _rows(study, preset, table)

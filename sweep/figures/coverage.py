@@ -1,5 +1,6 @@
 """Where boids were: the mean visits of each pixel of the map, a panel a point."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from sweep.figures.drawing import (
     title_panel,
     without_trials,
 )
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -38,10 +40,11 @@ class CoverageLayout(NamedTuple):
 
 
 class Visits(NamedTuple):
-    """The mean visits of a point (rows, columns), NaN where every trial has an
-    obstacle; whether all have the same.
+    """The mean visits of the pixels of a point, and the trials that they are of.
 
-    Without `trials`, as none is done, there is no pixel.
+    `mean` (rows, columns) is NaN where every trial has an obstacle; it has no pixel
+    where no trial is done. `same_obstacles` says whether all trials have the same
+    obstacles.
     """
 
     mean: Floats
@@ -52,12 +55,11 @@ class Visits(NamedTuple):
 def coverage_figure(
     study: StoredStudy,
 ) -> Figure:
-    """The mean visits of each pixel at every point, on a common scale, and above each
-    its coverage and CV, if recorded.
+    """The mean visits of each pixel, a panel a point, on a common scale of colours.
 
-    Obstacles are outlined where all trials of a point have the same; a point none of
-    whose trials is done says so. Raises ChoiceError if no heatmaps are stored, and for
-    more than twelve points.
+    A title gives the coverage and its CV, if they are recorded. Obstacles are outlined
+    where all trials of a point have the same ones. A panel without done trials says so.
+    Raises ChoiceError where no heatmaps are stored, and for more than twelve points.
     """
     return draw_coverage(coverage_layout(study))
 
@@ -135,8 +137,8 @@ def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> Axe
 
 
 def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
-    """The mean visits of each point over its trials that are done. Raises ChoiceError
-    where one has none stored.
+    """The mean visits of each point over its trials that are done. Raises StoreError
+    where one of them has no heatmap.
     """
     done = selection.trials[selection.trials["status"] == "done"]
     found = [among(done, facet.points)["trial_id"].tolist() for facet in facets]
@@ -203,3 +205,11 @@ def _note(selection: Selection, visits: list[Visits]) -> str:
         "mean of {n} trials a panel", counts, interval, selection.study.metrics
     )
     return f"{said}; white: never visited; {obstacles}"
+
+
+def plan(study: StoredStudy, _: Choices) -> list[Planned]:
+    """One figure of all points. Raises ChoiceError where the study has none."""
+    return [Planned("", partial(draw_coverage, coverage_layout(study)))]
+
+
+KIND = FigureKind("visits of each pixel of the map", (), plan)

@@ -1,6 +1,7 @@
 """Metrics against time: mean curves with bands."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.lines import Line2D
 from sweep.analysis import curves
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, title_panel, without_trials, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import (
     MOST_COLOURS,
@@ -26,6 +28,7 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
+from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
@@ -35,8 +38,8 @@ LINE = "_line"
 
 
 class Curves(NamedTuple):
-    """What a figure of curves shows: a panel a metric and facet, and in each a line a
-    value of `by`.
+    """What a figure of curves shows: a panel for each metric and facet, and in it a
+    line for each value of `by`.
     """
 
     selection: Selection
@@ -50,14 +53,14 @@ def metric_curves(
     by: str | None = None,
     metrics: Sequence[str] = (),
 ) -> Figure:
-    """Each series metric against frame, one panel each: mean over trials and pointwise
-    95 % interval by value of `by`.
+    """Mean curves of the series metrics against frame, with pointwise 95 % intervals
+    over trials: a panel a metric, and a line a value of `by`.
 
-    All series metrics where `metrics` is empty. Without `by` it is the listed setting
-    with the fewest values. More than seven values, up to 60, are a bar of colours where
-    they are numbers. Other settings that vary are panels. A panel none of whose trials
-    is done says so. Raises ChoiceError where no series are stored, for names that the
-    study does not have, for too many lines or panels.
+    Without `metrics` all series metrics are drawn. Without `by` it is the listed
+    setting with the fewest values. Up to seven values stand in a legend; up to 60
+    numbers stand at a bar of colours. Other settings that vary become panels. A panel
+    without done trials says so. Raises ChoiceError where no series are stored, for
+    names that the study does not have, and for too many lines or panels.
     """
     return draw_curves(curves_layout(study, by, metrics))
 
@@ -251,3 +254,30 @@ def _norm(layout: Curves) -> Normalize:
     values = np.asarray(layout.selection.points[layout.by], np.float64)
     kind = LogNorm if is_logarithmic(layout.selection, layout.by) else Normalize
     return kind(float(values.min()), float(values.max()))
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of all metrics, or one of each where settings need panels too.
+
+    Raises ChoiceError where the study has none.
+    """
+    names = (
+        [Column.read(name).metric for name in choices.plain(study)]
+        if choices.metrics
+        else series_metrics(study)
+    )
+    first = curves_layout(study, choices.by, names[:1])
+    groups = [names] if len(first.facets) == 1 else [[name] for name in names]
+    layouts = [curves_layout(study, choices.by, group) for group in groups]
+    labels = (
+        [""]
+        if len(groups) == 1 and not choices.metrics
+        else ["-".join(group) for group in groups]
+    )
+    return [
+        Planned(label, partial(draw_curves, layout))
+        for label, layout in zip(labels, layouts, strict=True)
+    ]
+
+
+KIND = FigureKind("each series metric against time, mean and band", ("by",), plan)

@@ -1,4 +1,6 @@
-"""Which way a metric is better: coverage+ is to be high, coverage_cv- low."""
+"""Which values of a metric are better: `coverage+` asks for high ones, `coverage_cv-`
+for low ones.
+"""
 
 from typing import NamedTuple
 
@@ -19,8 +21,10 @@ class Direction(NamedTuple):
 
 
 def direction(study: StoredStudy, text: str) -> Direction:
-    """The direction that `coverage+`, `coverage_cv-` or a metric alone means. Raises
-    ChoiceError for an unknown metric.
+    """Read a direction: `coverage+` asks for high values, `coverage_cv-` for low ones,
+    and a metric alone for those that are usually better.
+
+    Raises ChoiceError for an unknown metric.
     """
     metric = recorded(study, text.rstrip("+-"))
     return Direction(
@@ -30,8 +34,10 @@ def direction(study: StoredStudy, text: str) -> Direction:
 
 
 def more_is_better(column: str) -> bool:
-    """Whether high values of a metric, or of its mean, are better where nothing else is
-    said; those of a metric that only another version knows are.
+    """Whether high values of a metric, or of its mean over the last half, are the
+    better ones where nobody says it.
+
+    They are for a metric that this version does not know.
     """
     about = METRICS.get(Column.read(column).metric)
     return about is None or about.better == "high"

@@ -67,8 +67,8 @@ def _shape(row: NDArray[np.float64]) -> Patch:
 def draw_flock(
     axes: Axes, bodies: NDArray[np.float64], length: float, colour: str = "0.1"
 ) -> None:
-    """Boids as triangles that point where they fly; `bodies` (4, N) are x, y, vx and
-    vy, one at rest points along x.
+    """Boids as triangles that point where they fly. `bodies` (4, N) are x, y, vx and
+    vy; a boid at rest points along x.
     """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)
@@ -97,10 +97,10 @@ def draw_visits(
     unit: str = "px",
     pixel: float = 1.0,
 ) -> AxesImage:
-    """How often each pixel was visited, white for never and darkest from `most` on;
-    obstacles are outlined in blue.
+    """How often each pixel was visited: white for never, and darkest from `most` on.
+    Obstacles have blue outlines.
 
-    `visits` (rows, columns), counts or their means, is negative in obstacles. Pixel
+    `visits` (rows, columns) are counts or their means, and negative in obstacles. Pixel
     (row, column) reaches from (column, row) half a pixel each way; `pixel` is its side
     in `unit` of length.
     """
@@ -126,10 +126,10 @@ def draw_values(
     marker: str = "o",
     label: str = "",
 ) -> None:
-    """Values at heights `places` as markers, each with its interval as a line; `table`
-    is value, low, high, (k,) each.
+    """Markers of values at the heights `places`, each with its interval as a line.
 
-    An interval that is not known, NaN, is not drawn.
+    `table` is value, low and high, (k,) each. An interval that is not known, NaN, is
+    not drawn.
     """
     value, low, high = (np.asarray(column, np.float64) for column in table)
     axes.hlines(places, low, high, color=colour, linewidth=1.4)
@@ -145,7 +145,9 @@ def draw_values(
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Rows 0, 1, ... of `axes` from the top, with names and a little room around."""
+    """Name the rows 0, 1, ... of `axes`, the first at the top, with a little room
+    around.
+    """
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)
@@ -154,10 +156,10 @@ def name_rows(axes: Axes, names: Sequence[str]) -> None:
 
 
 def note(figure: Figure, text: str) -> None:
-    """What the figure rests on, small below it: the study, the number of trials, the
-    kind of interval.
+    """Write what a figure rests on, small below it: the study, the number of trials,
+    the kind of interval.
 
-    Lines that are longer than the figure is wide are broken.
+    A line that is longer than the figure is wide is broken.
     """
     letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
     lines = [part for line in text.split("\n") for part in wrap(line, letters)]
@@ -165,14 +167,14 @@ def note(figure: Figure, text: str) -> None:
 
 
 def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
-    """The legend of `axes`, above the whole figure."""
+    """Put the legend of `axes` above the whole figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 
 
 def quantity(study: StoredStudy, name: str) -> str:
-    """A metric or a setting in words, with its unit: flock radius (px). `_mean` is that
-    over the last half.
+    """A metric or a setting in words, with its unit, as `flock radius (px)`. The column
+    `<metric>_mean` is the metric's mean over the last half, and says so.
     """
     column = Column.read(name)
     half = ", last half" if column.half and column.metric in study.metrics else ""
@@ -185,8 +187,8 @@ def quantity(study: StoredStudy, name: str) -> str:
 
 
 def words(value: object) -> str:
-    """The value of a setting as figures have it: yes, unlimited, 0.5, in margin;
-    unchanged for no detail; 50 or 100 for several.
+    """The value of a setting as figures show it: `yes`, `unlimited`, `0.5`, `in
+    margin`. No detail is `unchanged`, and several values are `50 or 100`.
     """
     if isinstance(value, tuple):
         return " or ".join(map(words, value))
@@ -198,7 +200,9 @@ def words(value: object) -> str:
 
 
 def as_text(text: str) -> str:
-    """A text that matplotlib shows as it is: it reads mathematics between two $."""
+    """The text that matplotlib shows as this one. Between two `$` it would read
+    mathematics.
+    """
     return re.sub(r"(?<!\\)\$", r"\\$", harmless(text))
 
 
@@ -226,8 +230,8 @@ def estimated(value: float, low: float, high: float) -> str:
 
 
 def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
-    """What a panel shows, above it; lines too long for one of so many panels across the
-    page are broken.
+    """Write above a panel what it shows. `across` panels stand side by side, and a line
+    too long for one of them is broken.
     """
     letters = LETTERS_OF_A_TITLE // max(across, 2)
     axes.set_title(
@@ -236,7 +240,7 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
 
 
 def without_trials(axes: Axes) -> None:
-    """A panel without done trials says so in its middle, and has no axes."""
+    """Say in the middle of a panel that no trial is done, and take its axes away."""
     axes.set_axis_off()
     axes.text(
         0.5,
@@ -250,8 +254,9 @@ def without_trials(axes: Axes) -> None:
 
 
 def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
-    """The first `number` of a grid of panels that share their scales, labelled at its
-    edges; the others are gone.
+    """The first `number` panels of a grid that shares its scales.
+
+    Labels stay at the edges of the grid only, and the other panels are taken away.
     """
     across = panels.shape[1]
     used, unused = list(panels.ravel()[:number]), list(panels.ravel()[number:])

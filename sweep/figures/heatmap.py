@@ -1,7 +1,10 @@
-"""A metric over two settings: means of cells where the design is a grid, else of bins,
-and half their intervals.
+"""A metric over two settings: the means of cells, and half the width of their
+intervals.
+
+Cells are points where the design is a grid, else bins.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +18,7 @@ from numpy.typing import NDArray
 from sweep.analysis import half_width
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import (
     Floats,
     bin_edges,
@@ -28,18 +32,18 @@ from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
 
 MOST_LISTED, MOST_DRAWN = 30, 12
-"""A setting with more values is shown in bins, one that is sampled sooner."""
+"""A setting with more values is divided into bins: so many listed or sampled ones."""
 FEWEST_BINS, MOST_BINS, POINTS_A_BIN = 3, 12, 10
 LIGHT = 0.6
 HEIGHTS = (2.6, 2.6, 2.1, 1.75)
-"""Of a row of one to four panels, inches."""
+"""The height of a row of one to four panels, in inches."""
 MOST_COUNTED = 2
 """In so many panels the number of points is written into each bin."""
 
 
 class Cells(NamedTuple):
-    """Edges of the cells along x and y, and of each cell (rows, columns) mean, half
-    width and number of points.
+    """The cells of a panel: their edges along x and y, and for each cell (rows,
+    columns) the mean, half the width of its interval, and the number of points.
     """
 
     x: Floats
@@ -50,11 +54,10 @@ class Cells(NamedTuple):
 
 
 class Heatmap(NamedTuple):
-    """What a heatmap shows: a metric over x and y, a panel a facet; which of x and y
-    are in bins, and what else varies.
+    """What a heatmap shows: a metric over the settings `x` and `y`, a panel a facet.
 
-    Cells average over points where any is in bins or `mixed` names a setting that
-    differs between points of a cell.
+    `binned` are those of `x` and `y` that are divided into bins. `mixed` are other
+    settings that differ between the points of a cell.
     """
 
     selection: Selection
@@ -80,12 +83,13 @@ def heatmap_figure(
     """The mean of `metric` over two settings, `x` and `y`, and beside it half the width
     of its 95 % interval.
 
-    Without `x` and `y` they are the first two that are sampled, or the listed numbers
-    with the most values. Cells of a grid are exact: means over the replicates of a
-    point. A setting with more than 30 values, or 12 sampled ones, is in bins, which are
-    means over their points, whatever else is sampled; empty ones are white. Other
-    listed settings are panels. Raises ChoiceError for names that the study does not
-    have, for fewer than two settings, and for more than twelve panels.
+    Without `x` and `y` they are the first two settings that are sampled, or the listed
+    numbers with the most values. In a grid each cell is a point, and its mean is over
+    replicates. A setting with more than 30 listed values, or 12 sampled ones, is
+    divided into bins. The mean of a bin is over its points, whatever else is sampled; a
+    bin without points is white. Other listed settings become panels. Raises ChoiceError
+    for names that the study does not have, for fewer than two settings, and for more
+    than twelve panels.
     """
     return draw_heatmap(heatmap_layout(study, metric, x, y))
 
@@ -235,8 +239,10 @@ def _mesh(
 
 
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
-    """The number of points in each cell that has any, to be read on its `shade` from 0,
-    dark, to 1.
+    """Write the number of points into each cell that has any.
+
+    `shade` says how light a cell is, from 0, dark, to 1, so that the number can be
+    read.
     """
     x, y = (
         _middles(edges, axis.get_scale() == "log")
@@ -272,8 +278,8 @@ def _middles(edges: Floats, logarithmic: bool) -> Floats:
 
 
 def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
-    """The cells of the points of a panel. One point a cell keeps its own interval;
-    several give that of their mean.
+    """The cells of the points of a panel. A cell of one point has the interval of that
+    point, a cell of several points that of their mean.
     """
     metric = layout.metric
     known = table[table[metric].notna()]
@@ -336,3 +342,16 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
         " no point",
         trials,
     )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    names = choices.plain(study)
+    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
+    return [
+        Planned(name, partial(draw_heatmap, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
+
+
+KIND = FigureKind("a metric over two settings", ("x", "y"), plan)

@@ -1,7 +1,8 @@
-"""Parallel coordinates: every sampled setting and a metric as upright axes, a line a
-point, the best in colour.
+"""Parallel coordinates: an upright axis for each sampled setting and for a metric, and
+a line for each point. The best points are in colour.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction
 from sweep.figures.drawing import note, quantity, span, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, is_number, select
 from sweep.figures.style import STYLE, VERMILION
@@ -23,7 +25,7 @@ from sweep.tables.stored_study import StoredStudy
 
 BEST = 0.05
 INK = 3.5
-"""Over the square root of the number of lines: their opacity."""
+"""The opacity of lines is this, over the square root of their number."""
 MOST_NAMES_ON_A_LINE = 5
 
 
@@ -47,13 +49,14 @@ def parallel_figure(
     study: StoredStudy,
     metric: str,
 ) -> Figure:
-    """Every sampled setting and the mean of `metric`, the last axis, as upright axes;
-    each line is a point.
+    """Every sampled setting and, last, the mean of `metric` as upright axes. Each line
+    is a point.
 
     The best 5 % of the points of a panel are in colour: `coverage+` asks for the
-    highest, `coverage_cv-` for the lowest. What the spec draws logarithmically has a
-    logarithmic axis. Listed settings are panels. Raises ChoiceError for names that the
-    study does not have, where nothing is sampled, and for more than twelve panels.
+    highest, `coverage_cv-` for the lowest. A setting that the spec draws
+    logarithmically has a logarithmic axis. Listed settings become panels. Raises
+    ChoiceError for names that the study does not have, where nothing is sampled, and
+    for more than twelve panels.
     """
     return draw_parallel(parallel_layout(study, metric))
 
@@ -118,7 +121,9 @@ def draw_parallel(layout: Parallel) -> Figure:
 
 
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
-    """Draw a panel's points; returns how many have a value, and how many have none."""
+    """Draw the points of a panel. Returns how many of them have a value, and how many
+    have none.
+    """
     selection, chosen, _ = layout
     known = table[table[chosen.metric].notna()]
     uprights = [_upright(selection, name, known[name]) for name in selection.sampled]
@@ -192,7 +197,7 @@ def _axis(axes: Axes, place: int, upright: Upright) -> None:
 
 
 def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upright:
-    """The axis of a setting, over all values it has in the figure."""
+    """The axis of a setting. It spans all values that the setting has in the figure."""
     values, every = (
         places(selection, name, column),
         places(selection, name, selection.points[name]),
@@ -232,3 +237,15 @@ def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> 
     return Upright(
         (values - low) / width, (at - low) / width, [f"{tick:g}" for tick in ticks]
     )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    layouts = [parallel_layout(study, name) for name in choices.columns(study)]
+    return [
+        Planned(layout.direction.metric, partial(draw_parallel, layout))
+        for layout in layouts
+    ]
+
+
+KIND = FigureKind("all sampled settings and a metric, the best in colour", (), plan)

@@ -1,5 +1,6 @@
 """Two metrics against each other, and the points that no other beats in both."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, more_is_better
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
 from sweep.tables.stored_study import StoredStudy
@@ -38,16 +40,16 @@ def pareto_figure(
     *,
     by: str | None = None,
 ) -> Figure:
-    """The means of two metrics at every point, with both 95 % intervals, and the front
-    of those that none beats.
+    """The means of two metrics at every point, with both 95 % intervals, and the front:
+    the points that no other one beats.
 
-    A point is beaten by one that is better in both means, or as good in one and better
-    in the other; noise in the means makes a front look better than it is. `coverage+`
-    asks for a high metric and `coverage_cv-` for a low one. Without metrics they are
-    the first of which more and the first of which less is better. Where settings are
-    sampled, the listed ones are colours and panels with fronts of their own; else all
-    points compete, unless `by` tells them apart. Raises ChoiceError for names that the
-    study does not have, where no two metrics are given or found, and for more than
+    A point beats another if it is better in one mean and not worse in the other. Noise
+    in the means makes a front look better than it is. `coverage+` asks for a high
+    metric, `coverage_cv-` for a low one. Without metrics they are the first of which
+    more is better and the first of which less is better. Where settings are sampled,
+    the listed ones become colours and panels, each with a front of its own. Else all
+    points compete, unless `by` gives them colours. Raises ChoiceError for names that
+    the study does not have, where no two metrics are given or found, and for more than
     twelve panels.
     """
     return draw_pareto(
@@ -206,3 +208,25 @@ def _note(layout: Pareto, table: pd.DataFrame) -> str:
     text = f"{span(sizes)} points a panel, {{n}} trials a point"
     interval = f"means with 95 % intervals{drawn}, each for itself"
     return layout.selection.about(text, table[f"{metrics[0]}_n"], interval, metrics)
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of two metrics. Raises ChoiceError where the study has none."""
+    directions = (
+        choices
+        if choices.metrics
+        else choices._replace(metrics=tuple(opposed_metrics(study)))
+    )
+    metrics = directions.columns(study) if directions.metrics else []
+    layout = pareto_layout(study, metrics, by=choices.by)
+    return [
+        Planned(
+            "-".join(one.metric for one in layout.directions),
+            partial(draw_pareto, layout),
+        )
+    ]
+
+
+KIND = FigureKind(
+    "two metrics against each other, and the points that no other beats", ("by",), plan
+)

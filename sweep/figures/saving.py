@@ -64,8 +64,8 @@ def about_study(study: StoredStudy) -> dict[str, str]:
 
 
 def saved_about(path: Path) -> dict[str, str]:
-    """What the PNG that `save` wrote with a PDF says of itself; empty unless both files
-    are there and whole.
+    """What a PNG that `save` wrote says of itself. Empty unless it and the PDF beside
+    it are there and whole.
     """
     from PIL import Image
 
@@ -84,8 +84,10 @@ def saved_about(path: Path) -> dict[str, str]:
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:
-    """They may quote a file from anyone; those at ticks, where numbers may need
-    mathematics, are `words`.
+    """Keep matplotlib from reading mathematics in texts, which may quote a file from
+    anyone.
+
+    Numbers at ticks may need mathematics, so texts at ticks are made by `words`.
     """
     for text in figure.findobj(Text):
         if (
@@ -109,7 +111,7 @@ def _metadata(name: str, about: Mapping[str, str]) -> dict[str, str | None]:
 
 
 def _mark(figure: Figure, watermark: str) -> None:
-    """Write `watermark` large and pale along the diagonal."""
+    """Write `watermark` along the diagonal, large and pale."""
     width, height = figure.get_size_inches()
     slope = math.atan2(height, width)
     size = (

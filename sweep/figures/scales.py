@@ -1,5 +1,5 @@
-"""Axes of settings: numbers on linear or logarithmic scales, texts in their order,
-cells and bins about values.
+"""Axes of settings: linear and logarithmic scales of numbers, texts in their order, and
+the edges of cells and bins.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,19 +14,20 @@ from numpy.typing import NDArray
 
 from sweep.figures.drawing import quantity, words
 from sweep.figures.selection import Selection, is_number
+from sweep.spec.axes import LOGSPACE
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.strict_yaml import parse_document
 
 Floats = NDArray[np.float64]
 
-LOGARITHMIC = ("loguniform", "logspace")
 DECADE = 10.0
 LONG_NAMES = 12
 FEW_TICKS = 3
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
-    """Where values of a setting lie on its axis: numbers at themselves, texts at 0, 1,
-    ... in the order of the spec.
+    """Where values of a setting lie on its axis. A number lies at itself; texts lie at
+    0, 1, ... in the order of the spec.
     """
     if is_number(selection.points[name]):
         return np.asarray(column, np.float64)
@@ -37,8 +38,9 @@ def places(selection: Selection, name: str, column: "pd.Series[float]") -> Float
 def is_logarithmic(selection: Selection, name: str) -> bool:
     """Whether an axis of this setting is better logarithmic.
 
-    So are those the spec draws or spaces so, and listed ones whose ratios are more even
-    than their differences, over a decade or more.
+    That is so where the spec draws or spaces its values logarithmically. It is so for
+    listed values over a decade or more, if their ratios are more even than their
+    differences.
     """
     if not is_number(selection.points[name]):
         return False
@@ -47,7 +49,8 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
         return False
     if name in selection.sampled:
         return any(
-            form in LOGARITHMIC
+            form == LOGSPACE
+            or (form in DISTRIBUTIONS and DISTRIBUTIONS[form].logarithmic)
             for form in _forms(_document(selection.study.spec), name)
         )
     uneven = [
@@ -60,8 +63,10 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
 
 
 def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
-    """The edges (k + 1,) of cells about k ascending values: half-way between two, and
-    as far beyond the outer ones.
+    """The edges (k + 1,) of cells about k ascending values.
+
+    An edge lies half-way between two values. The first and the last edge lie as far
+    beyond the outer values.
     """
     at = np.log(values) if logarithmic else np.asarray(values, np.float64)
     if len(at) == 1:
@@ -76,8 +81,8 @@ def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
 
 
 def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floats:
-    """The edges (number + 1,) of equal bins, on a logarithmic scale equal there, over
-    the range of `values`.
+    """The edges (number + 1,) of bins over the range of `values`, equally wide on a
+    linear or a logarithmic scale.
     """
     space = np.geomspace if logarithmic else np.linspace
     return np.asarray(space(values.min(), values.max(), number + 1), np.float64)
@@ -86,8 +91,8 @@ def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floa
 def label_setting(
     selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x"
 ) -> None:
-    """The name of a setting with its unit at an axis, its scale, and the names of its
-    values where they are texts.
+    """Label an axis with the name and the unit of a setting, set its scale, and name
+    its values where they are texts.
     """
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(quantity(selection.study, name))
@@ -112,7 +117,9 @@ def _crowded(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=8)
 def _document(spec: str) -> object:
-    """A spec as plain values. Raises SpecError: a stored one may be none."""
+    """A spec as plain values. Raises SpecError where it is none: it is stored, and may
+    come from anyone.
+    """
     return parse_document(spec, Path("the stored spec")).value
 
 

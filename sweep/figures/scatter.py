@@ -1,5 +1,8 @@
-"""A metric against each varied or sampled setting: point means, few with intervals."""
+"""A metric against each setting that varies: the means of points, with intervals where
+these are few.
+"""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +15,7 @@ from matplotlib.lines import Line2D
 from sweep.analysis.estimate import rank_estimate
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import estimated, note, quantity, span, title_panel, words
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, label_setting, places
 from sweep.figures.selection import Facet, Selection, is_number, recorded, select
 from sweep.figures.style import COLOURS, MARKERS, STYLE
@@ -30,8 +34,8 @@ class Panel(NamedTuple):
 
 
 class Scatter(NamedTuple):
-    """What a scatter figure shows: its panels, those of a facet in a row, and the
-    setting whose values are colours.
+    """What a scatter figure shows: a metric, the setting `by` whose values are colours,
+    and panels. The panels of a facet stand in a row.
     """
 
     selection: Selection
@@ -47,13 +51,14 @@ def scatter_figure(
     *,
     by: str | None = None,
 ) -> Figure:
-    """The mean of `metric` at every point against `x`, or against each setting that is
-    sampled, or else listed.
+    """The mean of `metric` at every point against `x`. Without `x` each setting that is
+    sampled, or else listed, has a panel.
 
-    Up to 60 points of a panel have their 95 % interval; a title gives Spearman's
-    correlation of the points with its interval. Listed settings that are on no axis are
-    colours (`by`, or the one with two or three values) and panels. Raises ChoiceError
-    for names that the study does not have and for more than twelve panels.
+    In a panel of up to 60 points these have their 95 % intervals. A title gives
+    Spearman's correlation of the points with its interval. Listed settings that are on
+    no axis become colours (`by`, or the one with two or three values) and panels.
+    Raises ChoiceError for names that the study does not have and for more than twelve
+    panels.
     """
     return draw_scatter(scatter_layout(study, metric, x, by=by))
 
@@ -139,8 +144,8 @@ def draw_scatter(layout: Scatter) -> Figure:
 
 
 def _rows(layout: Scatter) -> list[list[Panel]]:
-    """The panels as they stand: a row a facet where several settings are shown, else up
-    to three in a row.
+    """The panels in rows: a row a facet where several settings are shown, else up to
+    three panels a row.
     """
     panels = [panel for row in layout.rows for panel in row]
     across = (
@@ -159,7 +164,7 @@ def _size(panels: list[list[Panel]]) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
-    """Draw a panel's points; returns what its title says: their rank correlations."""
+    """Draw the points of a panel. Returns its title: rank correlations."""
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
@@ -249,3 +254,16 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     return selection.about(
         text, table[f"{metric}_n"], drawn, [metric] if some else []
     ) + (said if correlated else "")
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    names = choices.plain(study)
+    layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
+    return [
+        Planned(name, partial(draw_scatter, layout))
+        for name, layout in zip(names, layouts, strict=True)
+    ]
+
+
+KIND = FigureKind("a metric against each setting", ("by", "x"), plan)

@@ -1,6 +1,7 @@
 """What a search did and found: the history of its candidates, and its front."""
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -16,27 +17,27 @@ from sweep.campaigns.search.outcome import FAILED, candidates, objectives
 from sweep.campaigns.search.repetitions import best_so_far
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
+from sweep.figures.planning import search_kind
 from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 from sweep.spec.objectives import Floats, Objective
 from sweep.tables.stored_study import StoredStudy
 
 SHOWN = 0.75
-"""Part of the estimates of one objective that an axis has room for, so that the best
-can be told apart.
+"""The part of the estimates of one objective that are drawn in their own places. The
+others lie at the edge, so that the best can be told apart.
 """
 MARKERS = "s^vph"
 ROOM = 0.06
-"""Of the width of an axis of trials, beyond its end for what is held out."""
+"""Room for a held-out mark beyond the end, as a part of the width of an axis."""
 
 
 def history_figure(study: StoredStudy) -> Figure:
-    """Every candidate's estimate against the trials spent, in the order asked in its
-    batch, a panel an objective.
+    """Every candidate's estimate against the trials spent, a panel an objective. The
+    candidates of a batch are in the order in which they were asked.
 
-    The line is the winner by then, where there is one objective. Right of the end are
-    the held-out estimates of the winner, or of the front, and of the references. With
-    one objective the worst candidates lie at the edge as triangles. Raises ChoiceError
-    where the study is no search.
+    With one objective a line shows the winner by then, and the worst candidates are
+    triangles at the edge. Right of the end are held-out estimates: of the winner, or of
+    the front, and of the references. Raises ChoiceError where the study is no search.
     """
     asked = read_asked(study)
     wanted = objectives(asked)
@@ -53,8 +54,8 @@ def history_figure(study: StoredStudy) -> Figure:
 
 
 def front_figure(study: StoredStudy) -> Figure:
-    """The candidates of a search for several objectives, and its front judged on
-    held-out seeds, a panel a pair.
+    """The candidates of a search for several objectives, and its front judged on held-
+    out seeds. Each pair of objectives has a panel.
 
     Raises ChoiceError where the study is no search, or has one objective.
     """
@@ -144,8 +145,8 @@ def _history_panel(axes: Axes, asked: AskedTrials, objective: Objective) -> None
 
 
 def _places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
-    """Where candidates lie on an axis of trials: evenly between the ends of the batch
-    before theirs and of theirs.
+    """Where candidates lie on an axis of trials. Those of a batch are spread evenly,
+    from the end of the batch before to the end of their own.
     """
     before = spent.shift(fill_value=0)
     groups = table.groupby("batch")["candidate"]
@@ -159,7 +160,7 @@ def _places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
 def _held_out_marks(
     axes: Axes, asked: AskedTrials, objective: Objective, end: float
 ) -> None:
-    """Held-out estimates with intervals, right of the end."""
+    """Draw held-out estimates with their intervals right of the end."""
     judged = winners(asked)
     judged = judged[judged["objective"] == objective.column]
     judged = judged if len(objectives(asked)) > 1 else judged[:1]
@@ -217,10 +218,10 @@ def _held_out_bounds(asked: AskedTrials) -> Floats:
 
 
 def _edge(values: Floats, objective: Objective, held_out: Floats) -> float:
-    """The worst value that is drawn where it is; NaN for no values.
+    """The edge: the worst value that is drawn in its own place. NaN for no values.
 
-    It is so far from the best that `SHOWN` of the values are, and at least as far as
-    what is held out, so that nothing lies beyond the candidates at the edge.
+    A part SHOWN of the values lies within the edge, and so does all that is held out.
+    Worse candidates are drawn at the edge.
     """
     known, others = values[np.isfinite(values)], held_out[np.isfinite(held_out)]
     if not len(known):
@@ -315,9 +316,8 @@ def _crosses(
 
 
 def _label(study: StoredStudy, objective: Objective) -> str:
-    kind = "" if objective.statistic.kind == "mean" else f"{objective.statistic} of "
-    better = "more" if objective.maximize else "less"
-    return f"{kind}{quantity(study, objective.column)}\n{better} is better"
+    what = objective.statistic.named(quantity(study, objective.column))
+    return f"{what}\n{'more' if objective.maximize else 'less'} is better"
 
 
 def _history_note(study: StoredStudy, asked: AskedTrials) -> str:
@@ -339,3 +339,17 @@ def _held_out_note(asked: AskedTrials) -> str:
         f"{judged['candidate'].nunique()} held out, {many} each,"
         " simultaneous 95 % intervals (Bonferroni)"
     )
+
+
+HISTORY = search_kind(
+    "history",
+    "the candidates of a search as they were asked",
+    read_asked,
+    history_figure,
+)
+FRONT = search_kind(
+    "front",
+    "the front that a search has chosen, on held-out seeds",
+    partial(with_front, kind="front"),
+    front_figure,
+)

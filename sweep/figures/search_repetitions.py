@@ -1,8 +1,9 @@
 """Repetitions of a search against random searches: the best so far, its hypervolume,
-and what winners are worth.
+and what their winners are worth.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,7 @@ from sweep.campaigns.search.repetitions import (
 )
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import legend, note, quantity
+from sweep.figures.planning import search_kind
 from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.spec.objectives import Floats
@@ -30,12 +32,12 @@ from sweep.tables.stored_study import StoredStudy
 
 
 def comparison_figure(study: StoredStudy) -> Figure:
-    """The best so far against trials, mean over repetitions of the search and over
-    random searches, and their winners.
+    """The best so far against the trials spent: the mean over repetitions of the
+    search, and the mean over random searches.
 
-    With several objectives it is the hypervolume. On the right are the held-out values,
-    a point a run, with their means. Raises ChoiceError where the study is no search, or
-    has no repetitions.
+    With several objectives the hypervolume is drawn. On the right are held-out values
+    of the winners, or of the fronts: a point a run, and their means. Raises ChoiceError
+    where the study is no search, or has no repetitions.
     """
     asked = with_repetitions(study)
     found = against_random(asked)
@@ -156,7 +158,7 @@ def _band(axes: Axes, curves: pd.DataFrame, colour: str, label: str) -> None:
 
 
 def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
-    """The values of runs beside each other, and their mean with its interval."""
+    """Draw the values of runs beside each other, and their mean with its interval."""
     spread = (
         np.linspace(-0.2, 0.2, len(values))
         if len(values) > 1
@@ -171,10 +173,8 @@ def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
 def _best_label(study: StoredStudy, asked: AskedTrials) -> str:
     wanted = objectives(asked)
     if len(wanted) == 1:
-        kind = (
-            "" if wanted[0].statistic.kind == "mean" else f"{wanted[0].statistic} of "
-        )
-        return f"best {kind}{quantity(study, wanted[0].column)}"
+        column = quantity(study, wanted[0].column)
+        return f"best {wanted[0].statistic.named(column)}"
     units = " ".join(study.units.get(one.column, "") for one in wanted).strip()
     return "hypervolume" + (f" ({units})" if units else "")
 
@@ -199,3 +199,17 @@ def _point(asked: AskedTrials) -> str:
         for one, value in zip(objectives(asked), point, strict=True)
     )
     return f"from the worst values seen: {values.replace('_', ' ')}"
+
+
+COMPARISON = search_kind(
+    "comparison",
+    "repetitions of a search against random searches",
+    with_repetitions,
+    comparison_figure,
+)
+HYPERVOLUME = search_kind(
+    "hypervolume",
+    "the hypervolume of a search by trials spent",
+    partial(with_front, kind="hypervolume"),
+    hypervolume_figure,
+)

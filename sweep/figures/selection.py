@@ -1,8 +1,8 @@
-"""Which trials of a study a figure shows, and how the settings that vary among them are
-shared out.
+"""Which trials of a study a figure shows, and which of the settings that vary become
+its axes, colours and panels.
 
-A figure averages over replicates only. What else varies is an axis, a colour, a panel,
-or a reason to ask for less.
+A figure averages over replicates only. Where no room is left for a setting that varies,
+the user is asked to choose fewer points.
 """
 
 from collections.abc import Iterable, Sequence
@@ -90,8 +90,8 @@ class Selection:
         return name
 
     def apart(self, shown: Sequence[str]) -> list[str]:
-        """The listed settings beside those `shown` that tell points apart which these
-        leave together.
+        """The listed settings that must be shown beside those in `shown`, so that
+        points which differ are apart.
         """
         chosen: list[str] = []
         groups = self._groups(shown)
@@ -105,7 +105,7 @@ class Selection:
         return chosen
 
     def mixed(self, shown: Sequence[str]) -> list[str]:
-        """The settings that differ between points which agree in those `shown`."""
+        """The settings in which points differ that agree in all of `shown`."""
         if not len(self.points.columns):
             return []
         groups = (
@@ -143,8 +143,8 @@ class Selection:
     def colour(
         self, by: str | None, others: Sequence[str], shown: Sequence[str]
     ) -> str | None:
-        """The setting whose values become colours: `by`, or that of the `others` with
-        the fewest, if these are few.
+        """The setting whose values become colours: `by`, or else the first of the
+        `others` that has few values.
 
         Raises ChoiceError for a setting that does not vary or is `shown` already, and
         for too many values.
@@ -174,8 +174,8 @@ class Selection:
     def allow(
         self, panels: int, names: Sequence[str], what: str, remedy: str = ""
     ) -> None:
-        """Raise ChoiceError for more than twelve panels of these settings; it says what
-        to choose.
+        """Raise ChoiceError for more than twelve panels of these settings. The error
+        says what to choose.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(
@@ -206,12 +206,14 @@ class Selection:
         interval: str = "",
         metrics: Sequence[str] = (),
     ) -> str:
-        """What a figure rests on: the study, where, `text` with {n}, the span of
-        `counts` of trials; what is not done.
+        """The note of a figure: the study, what `where` has chosen, `text`, and how
+        many trials are not done.
 
-        `interval` says which is drawn; there is none where no count is above one. Of
-        the `metrics` whose interval it is, one that decided how many trials a point has
-        is named, as its interval is another.
+        In `text`, {n} becomes the span of `counts`, which are numbers of trials.
+        `interval` says which interval is drawn; where no count is above one, the note
+        says that there is none. `metrics` are those that have this interval. A metric
+        that decided how many trials a point has is named, because its interval is
+        another.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:

@@ -1,8 +1,9 @@
 """The figure of a table of `sweep.tables.sensitivity`: bars with intervals, a row a
-setting, a panel a value of other axes.
+setting, and a panel for each combination of the other axes.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,16 +12,22 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sweep.errors import ChoiceError
 from sweep.figures.drawing import draw_values, legend, name_rows, note, span
+from sweep.figures.planning import Choices, FigureKind, Planned
+from sweep.figures.selection import select
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
+from sweep.tables.sensitivity import every_sampler, sensitivity
+from sweep.tables.sensitivity.sampled import sampled_axis
+from sweep.tables.stored_study import StoredStudy
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
 COLUMNS = 3
 
 
 class Bars(NamedTuple):
-    """One kind of number: its label, the rows it has, and value, low and high of each,
-    a table (rows, 3).
+    """The bars of one kind of number: their label, their rows, and value, low and high
+    of each, a table (rows, 3).
     """
 
     label: str
@@ -31,8 +38,8 @@ class Bars(NamedTuple):
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
     """The figure of a table that `sobol`, `morris` or `rank_correlations` returned.
 
-    Sobol indices are those without replicate noise, where they are known, else those of
-    the means as they are. An interval that is not known is not drawn.
+    Sobol indices are drawn without replicate noise where they are known so, else as
+    those of the means as they are. An interval that is not known is not drawn.
     """
     panels = list(_panels(table))
     rows = list(
@@ -66,7 +73,9 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The parts of the table with equal settings of other axes, and these in words."""
+    """The parts of the table in which the settings of other axes are equal, each with
+    these settings in words.
+    """
     first = "index" if "index" in table else "setting"
     others = list(table.columns[: list(table.columns).index(first)])
     if not others:
@@ -108,7 +117,7 @@ def _one(label: str, part: pd.DataFrame, name: str) -> Bars:
 
 
 def _shown(table: pd.DataFrame) -> str:
-    """The indices to draw: without noise where any of them is known."""
+    """The column of the indices to draw: those without noise, where any is known."""
     return "corrected" if table["corrected"].notna().any() else "raw"
 
 
@@ -140,7 +149,9 @@ def _quantity(table: pd.DataFrame) -> str:
 
 
 def _note(table: pd.DataFrame) -> str:
-    """The study, how much it rests on, the kind of interval and of number."""
+    """The note of the figure: the study, how much it rests on, and the kind of interval
+    and number.
+    """
     each = " a panel" if len(list(_panels(table))) > 1 else ""
     unit = "points" if "spearman" in table else "blocks of points"
     text = f"{table.attrs['study']}: {span(table['blocks'])} {unit}"
@@ -157,3 +168,25 @@ def _note(table: pd.DataFrame) -> str:
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""
     return text.replace("%", " %")
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """One figure of each metric. Raises ChoiceError where the study has none."""
+    selection = select(study)
+    if not selection.sampled:
+        raise ChoiceError(
+            "needs an axis that samples settings, and there is none",
+            study.name,
+            "sensitivity",
+        )
+    axis = sampled_axis(study, None, every_sampler())
+    about = study.axes[axis]
+    selection.panels(selection.apart(about.settings), "sensitivity")
+
+    def draw(name: str) -> Figure:
+        return sensitivity_figure(sensitivity(study, name, axis))
+
+    return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
+
+
+KIND = FigureKind("which sampled setting a metric depends on", (), plan)

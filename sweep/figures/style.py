@@ -1,8 +1,8 @@
-"""House style: what all figures share. Each names its units, its interval and its
-number of trials.
+"""The house style: what all figures share. Each figure names its units, its interval
+and its number of trials.
 
-Colours are those of Okabe and Ito, which people with any form of colour vision can tell
-apart.
+The colours are those of Okabe and Ito, which people with any form of colour vision can
+tell apart.
 """
 
 import re

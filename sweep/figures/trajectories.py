@@ -1,5 +1,8 @@
-"""Flights: the ways of boids, paler the longer ago, and the last flock, by trial."""
+"""Flights of trials: the ways of boids, which fade the longer ago they are, and the
+last flock.
+"""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +17,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import draw_flock, draw_map, note, span, title_panel
+from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
 from sweep.tables.stored_study import StoredStudy
@@ -28,7 +32,7 @@ FADING = 3
 
 
 class Flights(NamedTuple):
-    """What a figure of flights shows: a panel a trial, with its point and number."""
+    """What a figure of flights shows: a panel a trial, with the facet of its point."""
 
     selection: Selection
     trials: list[tuple[Facet, "pd.Series[Any]"]]
@@ -37,11 +41,11 @@ class Flights(NamedTuple):
 def trajectories_figure(
     study: StoredStudy,
 ) -> Figure:
-    """The flights of up to four trials: the first of each point, or the first few of
-    one or two points.
+    """The flights of up to four trials: the first trial of each point, or the first few
+    trials of one or two points.
 
-    Trails fade from the last recorded frame back to the first; triangles are the boids
-    in the last one. Obstacles are grey, and a goal that some force seeks is a cross.
+    Trails fade from the last recorded frame back to the first. Triangles are the boids
+    in the last frame. Obstacles are grey, and a goal that some rule seeks is a cross.
     Raises ChoiceError where no trajectories are stored and for more than four points.
     """
     return draw_trajectories(trajectories_layout(study))
@@ -135,7 +139,7 @@ def _panel(
     title: list[str],
     across: int,
 ) -> int:
-    """Draw one flight, and return its last frame."""
+    """Draw a flight. Returns its last frame."""
     frames, flight = study.trajectory(trial["trial_id"])
     draw_map(axes, world, unit, downwards=world.y_down)
     _widen(axes, flight[:, :2], (world.width, world.height))
@@ -164,7 +168,7 @@ def _panel(
 
 
 def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """Room for boids that were outside the world, and its border."""
+    """Make room for boids that were outside the world, and draw its border."""
     low = np.minimum(places.min(axis=(0, 2)), 0.0)
     high = np.maximum(places.max(axis=(0, 2)), size)
     if (low < 0.0).any() or (high > size).any():
@@ -186,8 +190,8 @@ def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
 
 
 def _trails(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """The ways (F, 2, N) of boids, without the jumps across a border that is joined to
-    the opposite one.
+    """Draw the ways (F, 2, N) of boids. A border may be joined to the opposite one;
+    jumps across it are left out.
     """
     steps = np.stack([places[:-1], places[1:]], axis=1).transpose(0, 3, 1, 2)
     jumps = (np.abs(steps[:, :, 1] - steps[:, :, 0]) > np.array(size) / 2).any(axis=2)
@@ -210,3 +214,16 @@ def _replicate(trial: "pd.Series[Any]") -> str:
         if trial["seed_listed"]
         else f"replicate {trial['replicate']}"
     )
+
+
+def plan(study: StoredStudy, _: Choices) -> list[Planned]:
+    """One figure of a few trials. Raises ChoiceError where the study has none."""
+    return [
+        Planned(
+            "",
+            partial(draw_trajectories, trajectories_layout(study)),
+        )
+    ]
+
+
+KIND = FigureKind("flights of a few trials", (), plan)

@@ -8,11 +8,14 @@ keys             each key described once
 key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units
+starts           the ways to draw the initial flock
 axes             the ways to write an axis
 axis_keys        the fixed keys of an axis
 setting_values   fixed, sweep, derive, require
-sampling         samplers and distributions
+sampling         what a sampler is
 whole_samples    samples that count only whole
+samplers         all samplers of points
+distributions    uniform, normal, choice
 ablation         an axis between two presets
 point_tables     points of a CSV or parquet file
 parquet_sizes    what parquet unpacks to
@@ -28,8 +31,10 @@ study_folder     names of a study and its files
 search           a checked search
 search_section   its reader
 search_checks    what its parts must fulfil
+search_samplers  what proposes candidates
 search_schema    its JSON Schema
 objectives       what a search asks for
+statistics       mean, worst, quantile, CVaR
 seeds            random streams by purpose
 schema           the JSON Schema of a spec
 schema_settings  the schema of settings

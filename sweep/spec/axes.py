@@ -16,28 +16,36 @@ Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from sweep.spec.axis_keys import POINTS, SAMPLE, TABLE
+from sweep.spec.axis_keys import POINTS, SAMPLE
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
-from sweep.spec.point_tables import read_table
-from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
+from sweep.spec.point_tables import TABLE, read_table
+from sweep.spec.samplers import ALONE, SAMPLERS
+from sweep.spec.sampling import Sampler, UnitCube
 from sweep.spec.settings import NotAllowedError, Setting, Values
-from sweep.spec.whole_samples import OPTIONS, SampleBlocks, read_blocks, sample_blocks
+from sweep.spec.whole_samples import SampleBlocks, read_blocks
 from sweep.text import unknown
 
+LOGSPACE = "logspace"
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {
     "linspace": np.linspace,
-    "logspace": np.geomspace,
+    LOGSPACE: np.geomspace,
 }
-FORMS = ("values", *GRIDS, *DISTRIBUTIONS)
 DIGITS = 12
+
+
+def forms() -> tuple[str, ...]:
+    """The ways to write the values of one setting in a mapping."""
+    return ("values", *GRIDS, *DISTRIBUTIONS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,16 +136,15 @@ class AxisReader:
             raise entry.expected(
                 "a list or a mapping (a single value stands under fixed)"
             )
-        entry.keys([*FORMS, "points", "when"])
-        form = next((form for form in FORMS if form in entry.value), None)
+        entry.keys([*forms(), "points", "when"])
+        form = next((form for form in forms() if form in entry.value), None)
         if form is None:
-            raise entry.error(f'"{setting.name}" needs one of {", ".join(FORMS)}')
+            raise entry.error(f'"{setting.name}" needs one of {", ".join(forms())}')
         if form in DISTRIBUTIONS:
             entry.keys([form, "points", "when"], required=["points"])
-            unit = SAMPLERS["random"](
-                _points(entry, 1), [setting.name], setting.name, self.seed
-            )[0]
-            return _drawn(setting, entry.child(form), unit)
+            name = setting.name
+            alone = UnitCube(_points(entry, 1), [name], name, self.seed)
+            return _drawn(setting, entry.child(form), SAMPLERS[ALONE].draw(alone)[0])
         entry.keys([form, "when"])
         return (
             _listed(setting, entry.child("values"))
@@ -147,16 +154,24 @@ class AxisReader:
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
         """The blocks of an axis, None where its points do not come in blocks."""
-        if entry.value.get("sample") not in [*OPTIONS]:
+        if entry.value.get("sample") not in [*SAMPLERS]:
             return None
         sampler = entry.child("sample").text()
+        rules = SAMPLERS[sampler].blocks
+        if rules is None:
+            return None
         entry.keys(
-            ["sample", "points", "when", OPTIONS[sampler], *self.settings],
+            [
+                "sample",
+                "points",
+                "when",
+                *[key.name for key in rules.options],
+                *self.settings,
+            ],
             required=["points"],
         )
-        return read_blocks(
-            entry, sampler, sum(key in self.settings for key in entry.value)
-        )
+        number = sum(key in self.settings for key in entry.value)
+        return read_blocks(entry, sampler, rules, number)
 
     def _sample(
         self, name: str, entry: Entry, blocks: SampleBlocks | None
@@ -165,6 +180,7 @@ class AxisReader:
         if sampler == TABLE:
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.settings, self.folder)
+        _check_installed(entry.child("sample"), SAMPLERS[sampler])
         if blocks is None:
             entry.keys(
                 ["sample", "points", "when", *self.settings], required=["points"]
@@ -175,15 +191,16 @@ class AxisReader:
         distributions = {
             setting: _only(child, DISTRIBUTIONS) for setting, child in members.items()
         }
+        unbounded = [
+            setting
+            for setting, distribution in distributions.items()
+            if not DISTRIBUTIONS[distribution.name].bounded
+        ]
+        count = blocks.count if blocks else _points(entry, len(members))
+        cube = UnitCube(count, [*members], name, self.seed, unbounded)
         if blocks:
-            shapes = {
-                setting: distribution.name
-                for setting, distribution in distributions.items()
-            }
-            units = sample_blocks(blocks, shapes, name, self.seed)
-        else:
-            count = _points(entry, len(members))
-            units = SAMPLERS[sampler](count, list(members), name, self.seed)
+            cube = replace(cube, size=blocks.size, levels=blocks.levels)
+        units = SAMPLERS[sampler].draw(cube)
         return {
             setting: _drawn(self.settings[setting], distribution, unit)
             for (setting, distribution), unit in zip(
@@ -271,8 +288,8 @@ def _grid(setting: Setting, entry: Entry) -> Values:
     if len(limits) != 3:
         raise entry.expected("[first, last, number of values]")
     first, last = limits[0].number(), limits[1].number()
-    if entry.name == "logspace" and min(first, last) <= 0:
-        raise entry.error("logspace needs numbers above 0")
+    if entry.name == LOGSPACE and min(first, last) <= 0:
+        raise entry.error(f"{LOGSPACE} needs numbers above 0")
     with np.errstate(over="ignore", invalid="ignore"):
         values = GRIDS[entry.name](first, last, limits[2].whole(1, MOST_POINTS))
     if not np.isfinite(values).all():
@@ -280,6 +297,15 @@ def _grid(setting: Setting, entry: Entry) -> Values:
     rounded = (float(f"{value:.{DIGITS}g}") for value in values[1:-1])
     values[1:-1] = np.fromiter(rounded, np.float64, max(len(values) - 2, 0))
     return _coerced(setting, entry, values)
+
+
+def _check_installed(entry: Entry, sampler: Sampler) -> None:
+    needed = sampler.package
+    if needed and find_spec(needed.name) is None:
+        raise entry.error(
+            f"sample: {entry.value} needs the package {needed.name},"
+            f" which is not installed: {needed.install}"
+        )
 
 
 def _points(entry: Entry, settings: int) -> int:
@@ -291,7 +317,7 @@ def _points(entry: Entry, settings: int) -> int:
 def _drawn(setting: Setting, entry: Entry, unit: Values) -> Values:
     values = [child.value for child in entry.entries()]
     try:
-        return setting.column(DISTRIBUTIONS[entry.name](unit, setting, values))
+        return setting.column(DISTRIBUTIONS[entry.name].values(unit, setting, values))
     except NotAllowedError as error:
         raise entry.error(f"{entry.name}: {error}") from None
 
@@ -323,17 +349,12 @@ def _sampler(entry: Entry) -> str | None:
         return None
     if "sample" in entry.value:
         return entry.child("sample").text()
-    return "random" if any(form in entry.value for form in DISTRIBUTIONS) else None
+    return ALONE if any(form in entry.value for form in DISTRIBUTIONS) else None
 
 
 def _notes(name: str, entry: Entry) -> tuple[str, ...]:
-    if _sampler(entry) in ("sobol", "saltelli"):
-        points = entry.value["points"]
-        if points & (points - 1):
-            return (
-                (
-                    f"{name}: a Sobol sequence is most even for a power of two,"
-                    f" not for {points} points"
-                ),
-            )
-    return ()
+    sampler = _sampler(entry)
+    if sampler not in SAMPLERS:
+        return ()
+    remark = SAMPLERS[sampler].remark(entry.value["points"])
+    return (f"{name}: {remark}",) if remark else ()

@@ -5,14 +5,15 @@ registries of their own. So what may stand beside what is checked by the code th
 an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
 """
 
-from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
+from collections import ChainMap
+from typing import Any
+
+from sweep.spec.contents import OneOf, ReadLater, Text, Whole
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS
-from sweep.spec.sampling import DISTRIBUTIONS, SAMPLERS
-from sweep.spec.whole_samples import LEVELS, OPTIONS, Levels
-
-TABLE = "table"
-"""The sampler that reads points from a file."""
+from sweep.spec.point_tables import TABLE
+from sweep.spec.samplers import SAMPLERS
 
 VALUES = Key(
     ReadLater("a list, none twice"),
@@ -42,27 +43,12 @@ POINTS = Key(
     example="500",
 )
 SAMPLE = Key(
-    OneOf("sampler", [*SAMPLERS, *OPTIONS, TABLE]),
+    OneOf("sampler", ChainMap[str, Any]({TABLE: None}, SAMPLERS)),
     "what draws the points of several settings, each of which stands beside it with its"
     " distribution; table reads them from a file",
     name="sample",
     otherwise="",
     example="sobol",
-)
-SECOND_ORDER = Key(
-    Truth(),
-    "of saltelli; false: blocks of D + 2 points for D settings, not 2 D + 2, and no"
-    " indices of pairs",
-    name="second_order",
-    otherwise="true",
-    example="false",
-)
-GRID_LEVELS = Key(
-    Levels(),
-    "of morris: number of values of a setting",
-    name="levels",
-    otherwise=f"{LEVELS}",
-    example="6",
 )
 FILE = Key(
     Text("the path of a .csv or .parquet file"),
@@ -106,11 +92,13 @@ def axis_keys() -> tuple[Key, ...]:
     drawn = [
         Key(
             ReadLater("a list"),
-            " ".join((function.__doc__ or "").split()),
+            about.text,
             name=name,
             otherwise="",
         )
-        for name, function in DISTRIBUTIONS.items()
+        for name, about in DISTRIBUTIONS.items()
     ]
-    samples = (SAMPLE, SECOND_ORDER, GRID_LEVELS, FILE, COLUMNS)
+    rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
+    own = [key for one in rules for key in one.options]
+    samples = (SAMPLE, *own, FILE, COLUMNS)
     return (VALUES, LINSPACE, LOGSPACE, *drawn, POINTS, WHEN, ZIP, *samples, ABLATE)

@@ -6,13 +6,13 @@ whatever writes a spec cannot disagree.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from sweep.errors import SpecError
 from sweep.spec.document import INTEGER_BOUND, Entry, in_words
-from sweep.spec.schema_parts import TEXT, Schema, listed, reference
+from sweep.spec.schema_parts import TEXT, Described, Schema, choices, listed, reference
 
 T = TypeVar("T")
 
@@ -211,6 +211,16 @@ class OneOf(Content[str]):
         if self.definition:
             return reference(self.definition)
         return {"enum": list(self.names)}
+
+
+@dataclass(frozen=True)
+class EntryOf(OneOf):
+    """The name of an entry of a registry, `names`, whose entries say what they are."""
+
+    names: Mapping[str, Described]
+
+    def schema(self) -> Schema:
+        return choices(self.names)
 
 
 @dataclass(frozen=True)

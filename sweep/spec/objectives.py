@@ -4,34 +4,42 @@ better or kept within bounds.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sweep.spec.statistics import STATISTICS, USUAL, StatisticKind
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Statistic:
-    """One number for many values: "mean", "worst", "quantile" or "cvar".
-
-    `share` is the probability of a quantile, whichever direction is better, or the part
-    of the values, from the worst on, that a CVaR averages: above 0 and at most 1. The
-    others have none.
+    """One number for many values: `kind` names an entry of STATISTICS, and `share` is
+    its share, above 0 and at most 1, None where it takes none.
     """
 
-    kind: str
+    kind: str = USUAL
     share: float | None = None
+
+    @property
+    def about(self) -> StatisticKind:
+        """What is known of statistics of this kind."""
+        return STATISTICS[self.kind]
+
+    @property
+    def tail(self) -> float | None:
+        """The part of the values that it rests on, None where that is all of them."""
+        tail = self.about.tail
+        return tail(self.share) if tail and self.share is not None else None
 
     def of(self, values: Floats, *, maximize: bool) -> float:
         """The statistic of all of `values`, any shape; NaN for none, and where one is
         NaN.
 
-        `maximize` says which values are the worse ones: the smaller, else the larger. A
-        quantile is interpolated linearly, as numpy does it. A CVaR weighs the last of
-        the worst values by the fraction of it that belongs to the share (Rockafellar
-        and Uryasev 2000, Journal of Risk 2, 21-41).
+        `maximize` says which values are the worse ones: the smaller, else the larger.
         """
         return (
             float(self.along(values.reshape(-1), maximize=maximize))
@@ -43,25 +51,19 @@ class Statistic:
         """The statistic along the last axis of `values` (..., n), n above zero, as `of`
         has it; shape (...).
         """
-        if self.kind == "mean":
-            return np.asarray(values.mean(axis=-1))
-        if self.kind == "worst":
-            return np.asarray(values.min(axis=-1) if maximize else values.max(axis=-1))
-        assert self.share is not None
-        if self.kind == "quantile":
-            return np.asarray(np.quantile(values, self.share, axis=-1))
-        ordered = np.sort(values, axis=-1) if maximize else -np.sort(-values, axis=-1)
-        # Sorting puts NaN last, where it may have no weight.
-        return np.where(
-            np.isnan(values).any(axis=-1), np.nan, _mean_of_first(ordered, self.share)
-        )
+        share = nan if self.share is None else self.share
+        found = self.about.formula(values, share, maximize)
+        return np.where(np.isnan(values).any(axis=-1), np.nan, found)
+
+    def named(self, column: str) -> str:
+        """A column with its statistic in words: `CVaR 0.2 of speed`, and `speed` alone
+        for the usual statistic.
+        """
+        return column if self == Statistic() else f"{self} of {column}"
 
     def __str__(self) -> str:
-        return (
-            self.kind
-            if self.share is None
-            else f"{'CVaR' if self.kind == 'cvar' else self.kind} {self.share:g}"
-        )
+        words = self.about.words or self.kind
+        return words if self.share is None else f"{words} {self.share:g}"
 
 
 @dataclass(frozen=True)
@@ -126,15 +128,6 @@ class Constraint:
         """The constraint that `as_json` wrote."""
         statistic = Statistic(stored["statistic"], stored["share"])
         return cls(stored["column"], stored["bound"], stored["at_most"], statistic)
-
-
-def _mean_of_first(ordered: Floats, share: float) -> Floats:
-    """The mean of the first `share` of `ordered` (..., n), the last of them weighed by
-    its fraction.
-    """
-    whole = share * ordered.shape[-1]
-    weights = np.clip(whole - np.arange(ordered.shape[-1]), 0.0, 1.0)
-    return np.asarray(ordered @ weights / whole)
 
 
 def _plain(statistic: Statistic) -> dict[str, Any]:

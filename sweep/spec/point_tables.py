@@ -14,6 +14,8 @@ from sweep.spec.parquet_sizes import PagesError, check_footer, unpacked
 from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
+TABLE = "table"
+"""What such an axis has in place of a sampler."""
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 10_000
 MOST_HEAD = 1_000_000

@@ -1,87 +1,31 @@
-"""Samples of parameter space: samplers fill the unit cube, distributions stretch its
-sides.
+"""What a sampler is, and those that draw points one by one.
 
-To add one, write a function and enter it in SAMPLERS or DISTRIBUTIONS.
+A sampler fills the unit cube, which has a side for each setting; distributions stretch
+its sides. To add one, write a function and enter it in `sweep.spec.samplers`.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key
 from sweep.spec.seeds import address, hashed
-from sweep.spec.settings import NotAllowedError, Setting, Values
+
+Analyses = Literal["sobol", "morris", "ranks"]
+"""What `sweep.tables.sensitivity` can make of a sample: Sobol indices, elementary
+effects, or rank correlations.
+"""
 
 Unit = NDArray[np.float64]
-"""Numbers from 0 to 1, shape (points,). Only a sample on levels, as that of Morris, has
-1.
+"""Numbers in [0, 1), shape (points,); in a sample on levels, as Morris's, 1 is one of
+them.
 """
-
-LEAST = 2.0**-54
-"""Stands for 0 where the inverse of a distribution would be infinite at 0."""
-
-MOST = 1e100
-"""Bound of the arguments of continuous distributions, far from where arithmetic
-overflows.
-"""
-
-
-def random(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """Independent draws. Each setting has its own stream, so that another setting or
-    more points change no value.
-    """
-    return [generator(seed, axis, name).random(points) for name in names]
-
-
-def latin_hypercube(
-    points: int, names: Sequence[str], axis: str, seed: int
-) -> list[Unit]:
-    """One draw in each of `points` equal intervals of every setting.
-
-    Another number of points gives other points altogether.
-    """
-    # The same numbers as those of scipy's LatinHypercube, with a quarter of its memory.
-    # Its generator is spawned too.
-    (rng,) = generator(seed, axis).spawn(1)
-    sample = rng.uniform(size=(points, len(names)))
-    for column in sample.T:
-        interval = np.arange(1, points + 1)
-        rng.shuffle(interval)
-        column[:] = (interval - column) / points
-    return list(sample.T)
-
-
-def sobol(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Sobol sequence. More points continue it; another number of settings
-    changes all points.
-    """
-    from scipy.stats.qmc import Sobol
-
-    # scipy warns where the number is no power of two: take the next power, and cut.
-    sample = Sobol(d=len(names), seed=generator(seed, axis)).random_base2(
-        math.ceil(math.log2(points))
-    )
-    return list(sample[:points].T)
-
-
-def halton(points: int, names: Sequence[str], axis: str, seed: int) -> list[Unit]:
-    """The scrambled Halton sequence. More points continue it; another number of
-    settings changes all points.
-    """
-    from scipy.stats.qmc import Halton
-
-    return list(Halton(d=len(names), seed=generator(seed, axis)).random(points).T)
-
-
-SAMPLERS: dict[str, Callable[[int, Sequence[str], str, int], list[Unit]]] = {
-    "random": random,
-    "lhs": latin_hypercube,
-    "sobol": sobol,
-    "halton": halton,
-}
 
 
 def generator(seed: int, *names: str) -> Generator:
@@ -91,102 +35,133 @@ def generator(seed: int, *names: str) -> Generator:
     )
 
 
-def uniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Uniform between two numbers."""
-    low, high = _bounds(setting, arguments)
-    values: Values = low + unit * (high - low)
-    return values.clip(low, high)
+@dataclass(frozen=True)
+class UnitCube:
+    """What a sampler is asked for: `points` of the unit cube, which has a side for each
+    of the settings `names`.
 
-
-def loguniform(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """The logarithm is uniform between those of two positive numbers."""
-    low, high = _bounds(setting, arguments)
-    if low <= 0:
-        raise NotAllowedError("needs numbers above 0")
-    values: Values = np.exp(math.log(low) + unit * (math.log(high) - math.log(low)))
-    return values.clip(low, high)
-
-
-def normal(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Normal with a mean and a standard deviation, truncated to the range of the
-    setting.
+    `axis` and the `seed` of the study give it its random numbers. The distributions of
+    the settings `unbounded` have no ends. Where points come in blocks of `size`,
+    `points` is the number of blocks; `levels` is that of values of a setting in a grid.
     """
-    from scipy.special import ndtr, ndtri
 
-    mean, deviation = _pair(arguments, "[mean, standard deviation]")
-    _continuous(setting, mean, deviation)
-    setting.coerce(mean)
-    if deviation <= 0:
-        raise NotAllowedError("the standard deviation must be above 0")
-    low, high = (
-        ndtr((setting.low - mean) / deviation),
-        ndtr((setting.high - mean) / deviation),
-    )
-    truncated = np.clip(low + unit * (high - low), LEAST, 1 - LEAST)
-    values: Values = mean + deviation * ndtri(truncated)
-    return values.clip(setting.low, setting.high)
+    points: int
+    names: Sequence[str]
+    axis: str
+    seed: int
+    unbounded: Collection[str] = ()
+    size: int = 1
+    levels: int | None = None
+
+    def generator(self, *names: str) -> Generator:
+        """The random numbers of the axis, or of one of its settings."""
+        return generator(self.seed, self.axis, *names)
 
 
-def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Whole numbers from the first to the last, both included, equally likely."""
-    first, last = _pair(arguments, "[first, last]")
-    for bound in (first, last):
-        setting.coerce(bound)
-    if not all(abs(bound) < 2**53 and bound % 1 == 0 for bound in (first, last)):
-        raise NotAllowedError("needs whole numbers")
-    if first > last:
-        raise NotAllowedError(f"needs the smaller number first, not [{first}, {last}]")
-    return np.minimum(np.floor(first + unit * (last - first + 1)), last)
+class BlockSize(NamedTuple):
+    """How many points a block has: `times` D + `more`, for D settings."""
+
+    times: int
+    more: int
+
+    def of(self, settings: int) -> int:
+        """The number of points for so many settings."""
+        return self.times * settings + self.more
+
+    def __str__(self) -> str:
+        return f"{f'{self.times} ' if self.times > 1 else ''}D + {self.more}"
 
 
-def choice(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Any of the listed values, equally likely."""
-    values = setting.column(arguments)
-    if len(set(values.tolist())) < len(values):
-        raise NotAllowedError("lists a value twice")
-    return values[np.minimum((unit * len(values)).astype(np.intp), len(values) - 1)]
+@dataclass(frozen=True)
+class BlockRules:
+    """Of a sampler whose points count only together, in blocks.
+
+    `words` is what such blocks are called. A block has one of `sizes`; `read(axis)`
+    says which an axis asks for, and on how many levels, None where there are none.
+    `options` are the keys of an axis that only this sampler knows. `leveled` says that
+    the analysis needs the number of levels.
+    """
+
+    words: str
+    sizes: tuple[BlockSize, ...]
+    read: Callable[[Entry], tuple[BlockSize, int | None]]
+    options: tuple[Key, ...] = ()
+    leveled: bool = False
 
 
-DISTRIBUTIONS: dict[str, Callable[[Unit, Setting, Sequence[Any]], Values]] = {
-    "uniform": uniform,
-    "loguniform": loguniform,
-    "normal": normal,
-    "integers": integers,
-    "choice": choice,
-}
-"""Functions from numbers between 0 and 1 to values of a setting. Each is the inverse of
-its distribution, so that it suits every sampler.
+class Package(NamedTuple):
+    """A package that is no part of every installation, and how to install it."""
 
-Each raises NotAllowedError where its arguments or what it could draw are not allowed
-for the setting.
-"""
+    name: str
+    install: str
 
 
-def _pair(arguments: Sequence[Any], meaning: str) -> tuple[float, float]:
-    numbers = [
-        value
-        for value in arguments
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    ]
-    if len(arguments) != 2 or len(numbers) != 2:
-        raise NotAllowedError(f"needs two numbers: {meaning}")
-    return numbers[0], numbers[1]
+@dataclass(frozen=True)
+class Sampler:
+    """How the points of a joint axis are drawn, written in a spec as `sample: name`.
+
+    `draw(cube)` gives a column a setting, in the order of its names, each with its
+    numbers between 0 and 1. `text` says what it does. `remark(points)` is what a user
+    should know of such a number of points, "" for nothing. `blocks` are the rules of a
+    sample whose points come in blocks. `analysis` names the one of
+    `sweep.tables.sensitivity` that the sample is made for. `package` is what it needs.
+    """
+
+    draw: Callable[[UnitCube], Sequence[Unit]]
+    text: str
+    remark: Callable[[int], str] = lambda _points: ""
+    blocks: BlockRules | None = None
+    analysis: Analyses = "ranks"
+    package: Package | None = None
 
 
-def _bounds(setting: Setting, arguments: Sequence[Any]) -> tuple[float, float]:
-    low, high = _pair(arguments, "[low, high]")
-    _continuous(setting, low, high)
-    for bound in (low, high):
-        setting.coerce(bound)
-    if low > high:
-        raise NotAllowedError(f"needs the smaller number first, not [{low}, {high}]")
-    return low, high
+def random(cube: UnitCube) -> list[Unit]:
+    """Independent draws. Each setting has its own stream, so that another setting or
+    more points change no value.
+    """
+    return [cube.generator(name).random(cube.points) for name in cube.names]
 
 
-def _continuous(setting: Setting, *numbers: float) -> None:
-    if setting.kind != "float":
-        raise NotAllowedError(
-            f"{setting.name} is {setting.allowed()}: use integers or choice"
-        )
-    if not all(abs(number) <= MOST for number in numbers):
-        raise NotAllowedError(f"needs numbers of at most {MOST:g}")
+def latin_hypercube(cube: UnitCube) -> list[Unit]:
+    """One draw in each of `points` equal intervals of every setting.
+
+    More points are other points altogether.
+    """
+    # As scipy's LatinHypercube, which holds the sample four times: it spawns its
+    # generator.
+    (rng,) = cube.generator().spawn(1)
+    drawn = rng.uniform(size=(cube.points, len(cube.names)))
+    for column in drawn.T:
+        interval = np.arange(1, cube.points + 1)
+        rng.shuffle(interval)
+        column[:] = (interval - column) / cube.points
+    return list(drawn.T)
+
+
+def sobol(cube: UnitCube) -> list[Unit]:
+    """The scrambled Sobol sequence: more points continue it, another setting makes it
+    another.
+    """
+    from scipy.stats.qmc import Sobol
+
+    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    sequence = Sobol(d=len(cube.names), seed=cube.generator())
+    drawn = sequence.random_base2(math.ceil(math.log2(cube.points)))
+    return list(drawn[: cube.points].T)
+
+
+def halton(cube: UnitCube) -> list[Unit]:
+    """The scrambled Halton sequence: more points continue it, another setting makes it
+    another.
+    """
+    from scipy.stats.qmc import Halton
+
+    sequence = Halton(d=len(cube.names), seed=cube.generator())
+    return list(sequence.random(cube.points).T)
+
+
+def powers_of_two(points: int) -> str:
+    """What is to be said of the number of points of a Sobol sequence."""
+    if points & (points - 1) == 0:
+        return ""
+    return f"a Sobol sequence is most even for a power of two, not for {points} points"

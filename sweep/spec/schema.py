@@ -9,11 +9,11 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import POINTS, WHEN
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_rules
 from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replication_rules
-from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.schema_parts import (
     Schema,
     mapping,
@@ -67,15 +67,20 @@ def _forms() -> Schema:
     # Without a title, the language server for YAML confuses it with similar schemas.
     values: Schema = {"title": "list", "type": "array", "minItems": 1}
     ranges: Schema = {
-        name: pair | {"description": _one_line(function.__doc__ or "")}
-        for name, function in DISTRIBUTIONS.items()
+        name: reference("list")
+        if about.kind == "listed"
+        else pair | {"description": about.text}
+        for name, about in DISTRIBUTIONS.items()
     }
     grids = dict.fromkeys(GRIDS, reference("grid_values"))
     drawn = {name: reference(name) for name in DISTRIBUTIONS}
-    narrow = {"allOf": [reference("distribution")], "properties": {"normal": False}}
+    endless = [name for name, about in DISTRIBUTIONS.items() if not about.bounded]
+    narrow = {
+        "allOf": [reference("distribution")],
+        "properties": dict.fromkeys(endless, False),
+    }
     return {
         **ranges,
-        "choice": reference("list"),
         "grid_values": grid,
         "points": POINTS.schema(),
         "when": WHEN.schema(),
@@ -88,10 +93,6 @@ def _forms() -> Schema:
         "parameter": narrow,
         "sampled": sampled(),
     }
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def _axis(grids: Schema, drawn: Schema) -> Schema:

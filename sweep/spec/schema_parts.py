@@ -5,11 +5,18 @@ Names in `patternProperties` are checked; those in `properties` are suggested, t
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
 Schema = dict[str, Any]
 
 TEXT: Schema = {"type": "string"}
+
+
+class Described(Protocol):
+    """An entry of a registry, which says what it is."""
+
+    @property
+    def text(self) -> str: ...
 
 
 def reference(name: str) -> Schema:
@@ -39,6 +46,16 @@ def listed(items: Schema) -> Schema:
 def one_of(keys: Iterable[str]) -> Schema:
     """A mapping with exactly one of these keys."""
     return {"oneOf": [{"required": [key]} for key in keys]}
+
+
+def choices(entries: Mapping[str, Described]) -> Schema:
+    """One of the names of these entries, each with its text."""
+    return {
+        "oneOf": [
+            {"const": name, "description": entry.text}
+            for name, entry in entries.items()
+        ]
+    }
 
 
 def any_of(names: Iterable[str]) -> str:

@@ -12,30 +12,24 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from kernels.models import MODELS
-from sweep.spec.axis_keys import ABLATE, GRID_LEVELS, POINTS, SECOND_ORDER
+from sweep.spec.axis_keys import ABLATE, POINTS
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.maps import MAP_NAME
-from sweep.spec.sampling import SAMPLERS
+from sweep.spec.point_tables import TABLE
+from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.schema_parts import (
     TEXT,
     Schema,
     any_of,
+    choices,
     listed,
     mapping,
     reference,
 )
 from sweep.spec.search_schema import model_schema
 from sweep.spec.settings import Setting, preset_settings, settings_of
-from sweep.spec.whole_samples import OPTIONS
 
 ON_CONDITION: Schema = {"when": reference("when")}
-SAMPLED: Schema = {
-    "sample": {"enum": [*SAMPLERS, *OPTIONS]},
-    "points": POINTS.schema(),
-    **ON_CONDITION,
-    "second_order": SECOND_ORDER.schema(),
-    "levels": GRID_LEVELS.schema(),
-}
-"""The keys of a joint axis that is drawn by a sampler, beside its settings."""
 TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
@@ -70,7 +64,8 @@ def _value(setting: Setting) -> Schema:
 def _each(value: Schema) -> Schema:
     """The values in a list, or in an axis that lists them."""
     items = {"items": value}
-    return items | {"patternProperties": {any_of(["values", "choice"]): items}}
+    lists = [name for name, one in DISTRIBUTIONS.items() if one.kind == "listed"]
+    return items | {"patternProperties": {any_of(["values", *lists]): items}}
 
 
 def of_model(model: str) -> Schema:
@@ -140,7 +135,7 @@ def _swept(model: str) -> Schema:
 
 def _sampled(model: str) -> Schema:
     parts = [reference("sampled"), reference(f"{model}.each")]
-    return _named(settings_of(model), reference("distribution"), SAMPLED) | {
+    return _named(settings_of(model), reference("distribution"), _sampled_keys()) | {
         "allOf": parts
     }
 
@@ -148,7 +143,7 @@ def _sampled(model: str) -> Schema:
 def _table(model: str) -> Schema:
     names = list(settings_of(model))
     columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
-    table = {"sample": {"const": "table"}, "file": TEXT, "columns": columns}
+    table = {"sample": {"const": TABLE}, "file": TEXT, "columns": columns}
     return mapping(table | ON_CONDITION, ["sample", "file"])
 
 
@@ -164,15 +159,27 @@ def _ablation(model: str) -> Schema:
 
 def sampled() -> Schema:
     """A joint axis drawn by a sampler, with the keys that only some samplers know."""
-    no_options = dict.fromkeys(OPTIONS.values(), False)
-    plain: Schema = {"sample": {"enum": list(SAMPLERS)}} | no_options
-    whole_blocks: Schema = {"points": {"minimum": 2}, "when": False}
-    blocks = []
-    for name, own in OPTIONS.items():
-        sampler = {"sample": {"const": name}, own: True}
-        blocks.append(no_options | whole_blocks | sampler)
+    none = {key: False for key in _sampled_keys() if key not in SAMPLED}
+    plain = [name for name in SAMPLERS if name not in in_blocks()]
+    forms: list[Schema] = [{"sample": {"enum": plain}} | none]
+    for name, about in SAMPLERS.items():
+        if about.blocks:
+            own = {key.name: True for key in about.blocks.options}
+            whole_blocks = {"points": {"minimum": 2}, "when": False}
+            forms.append(none | whole_blocks | {"sample": {"const": name}} | own)
     return {
-        "properties": SAMPLED,
+        "properties": _sampled_keys(),
         "required": ["sample", "points"],
-        "anyOf": [{"properties": properties} for properties in (plain, *blocks)],
+        "anyOf": [{"properties": properties} for properties in forms],
     }
+
+
+SAMPLED = ("sample", "points", *ON_CONDITION)
+
+
+def _sampled_keys() -> Schema:
+    """The keys of a joint axis that is drawn by a sampler, beside its settings."""
+    rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
+    own = {key.name: key.schema() for one in rules for key in one.options}
+    keys = {"sample": choices(SAMPLERS), "points": POINTS.schema()}
+    return keys | ON_CONDITION | own

@@ -8,13 +8,14 @@ from typing import Annotated, Any
 import numpy as np
 
 from sweep.spec.axes import Axis
-from sweep.spec.contents import Content, Number, OneOf, ReadLater, Truth, Whole
+from sweep.spec.contents import Content, EntryOf, Number, ReadLater, Truth, Whole
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_SEARCHED
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.recorded import ANY_METRIC
 from sweep.spec.schema_parts import Schema
+from sweep.spec.search_samplers import FOR_ONE, FOR_SEVERAL, SEARCH_SAMPLERS
 from sweep.spec.search_schema import (
     constraints_schema,
     objectives_schema,
@@ -22,7 +23,6 @@ from sweep.spec.search_schema import (
 )
 from sweep.spec.settings import Value
 
-SAMPLERS = ("random", "qmc", "tpe", "cmaes", "gp", "nsga2", "nsga3")
 LEVEL = 0.1
 MOST_BATCH = 10_000
 SEARCHED = Whole(1, MOST_SEARCHED)
@@ -30,9 +30,8 @@ SEARCHED = Whole(1, MOST_SEARCHED)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting that the search varies. `form` is one of
-    sweep.spec.search_section.FORMS, `arguments` are the bounds, or the values to choose
-    from.
+    """A setting that the search varies: `form` is one of DISTRIBUTIONS that is bounded,
+    `arguments` are its bounds, or the values to choose.
     """
 
     name: str
@@ -149,9 +148,9 @@ class Search:
     sampler: Annotated[
         str,
         Key(
-            OneOf("sampler", SAMPLERS),
+            EntryOf("sampler", SEARCH_SAMPLERS),
             "what proposes candidates",
-            otherwise="tpe, for several objectives nsga2",
+            otherwise=f"{FOR_ONE}, for several objectives {FOR_SEVERAL}",
             example="nsga3",
         ),
     ]

@@ -3,13 +3,10 @@
 All functions raise SpecError, with file and line, where they do not.
 """
 
-from importlib.util import find_spec
-
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_SEARCHED
 from sweep.spec.search import Search
-
-POPULATIONS = ("nsga2", "nsga3")
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
 
 
 def check_search(entry: Entry, search: Search) -> None:
@@ -44,26 +41,8 @@ def check_trials(document: Document, search: Search, repetitions: int) -> None:
 
 
 def _check_sampler(entry: Entry, search: Search) -> None:
-    def refused(reason: str) -> None:
-        raise (entry.get("sampler") or entry.child("objectives")).error(
-            f"sampler {search.sampler} {reason}"
-        )
-
-    if search.sampler == "cmaes":
-        if len(search.objectives) > 1:
-            refused("has one objective: use nsga2, nsga3, tpe or random")
-        if search.constraints:
-            refused("knows no constraints: use tpe, nsga2 or nsga3")
-        if any(parameter.form == "choice" for parameter in search.parameters):
-            refused("needs numbers, and no choice: use tpe")
-        if (
-            sum(len(set(parameter.arguments)) > 1 for parameter in search.parameters)
-            < 2
-        ):
-            refused("needs two parameters or more: use tpe")
-    if search.sampler == "nsga3" and len(search.objectives) < 2:
-        refused("is for several objectives: use nsga2 or tpe")
-    if search.sampler in POPULATIONS and search.batch < 2:
-        refused("needs a batch, which is its population, of 2 or more")
-    if search.sampler == "gp" and find_spec("torch") is None:
-        refused("needs torch: pip install torch")
+    for need in SEARCH_SAMPLERS[search.sampler].needs:
+        if not need.holds(search):
+            raise (entry.get("sampler") or entry.child("objectives")).error(
+                f"sampler {search.sampler} {need.message}"
+            )

@@ -1,6 +1,14 @@
 """The `search` section in the JSON Schema of a spec."""
 
-from sweep.spec.schema_parts import Schema, mapping, named, one_of, reference
+from sweep.spec.schema_parts import (
+    Schema,
+    choices,
+    mapping,
+    named,
+    one_of,
+    reference,
+)
+from sweep.spec.statistics import STATISTICS
 
 
 def ranges_schema() -> Schema:
@@ -31,9 +39,14 @@ def model_schema(parameters: Schema, axes: Schema, settings: Schema) -> Schema:
 def statistic() -> Schema:
     """What a search takes of the values of a metric."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
-    return {
-        "anyOf": [{"enum": ["mean", "worst"]}, _one({"quantile": share, "cvar": share})]
+    known = STATISTICS.items()
+    alone = {name: about for name, about in known if not about.takes_share}
+    sharing: Schema = {
+        name: share | {"description": about.text}
+        for name, about in known
+        if about.takes_share
     }
+    return {"anyOf": [choices(alone), _one(sharing)]}
 
 
 def _columns(item: Schema) -> Schema:

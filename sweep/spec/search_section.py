@@ -9,19 +9,18 @@ import numpy as np
 
 from kernels.model import Model
 from sweep.spec.axes import Axis, AxisReader
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import check_keys, read_values
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.recorded import read_column
-from sweep.spec.sampling import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
+from sweep.spec.search_samplers import FOR_ONE, FOR_SEVERAL
 from sweep.spec.setting_values import read_axes
 from sweep.spec.settings import NotAllowedError, Setting, Value
+from sweep.spec.statistics import STATISTICS
 from sweep.text import unknown
-
-FORMS = ("uniform", "loguniform", "integers", "choice")
-"""The distributions that have bounds, which a search needs."""
 
 MOST_REFERENCES = 1000
 
@@ -39,11 +38,12 @@ def read_search(
     over = _over(read.get("over"), reader, [*given, *names])
     _check_once(entry, names, over, given)
     objectives = _objectives(read["objectives"], model)
+    usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
     several = {
         "parameters": parameters,
         "objectives": objectives,
         "constraints": _constraints(read.get("constraints"), model),
-        "sampler": read.get("sampler") or ("tpe" if len(objectives) == 1 else "nsga2"),
+        "sampler": read.get("sampler") or usual,
         "over": over,
         "references": _references(read.get("references"), reader.settings, names),
     }
@@ -59,12 +59,15 @@ def _parameters(entry: Entry, settings: dict[str, Setting]) -> tuple[Parameter, 
 def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
     if name not in settings:
         raise entry.error(unknown("setting", name, settings))
-    if isinstance(entry.value, dict) and "normal" in entry.value:
-        raise entry.error(
-            f'"{name}" cannot be normal: a search needs bounds,'
-            f" as {', '.join(FORMS)} have"
-        )
-    entry.keys(FORMS)
+    bounded = [form for form, about in DISTRIBUTIONS.items() if about.bounded]
+    given = entry.value if isinstance(entry.value, dict) else {}
+    for form in DISTRIBUTIONS:
+        if form in given and form not in bounded:
+            raise entry.error(
+                f'"{name}" cannot be {form}: a search needs bounds,'
+                f" as {', '.join(bounded)} have"
+            )
+    entry.keys(bounded)
     if len(entry.value) > 1:
         raise entry.error(
             f'"{name}" needs one of {", ".join(entry.value)}, not all of them'
@@ -72,7 +75,7 @@ def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Paramet
     (form,) = entry.value
     values = [child.value for child in entry.child(form).entries()]
     try:
-        DISTRIBUTIONS[form](np.array([0.0, 0.5]), settings[name], values)
+        DISTRIBUTIONS[form].values(np.array([0.0, 0.5]), settings[name], values)
         return Parameter(
             name, form, tuple(settings[name].coerce(value) for value in values)
         )
@@ -154,7 +157,7 @@ def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
                 + (", not both" if bounds else "")
             )
         statistic = child.get("statistic")
-        kind = _statistic(statistic) if statistic else Statistic("mean")
+        kind = _statistic(statistic) if statistic else Statistic()
         found.append(
             Constraint(
                 column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind
@@ -165,13 +168,15 @@ def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
 
 def _statistic(entry: Entry) -> Statistic:
     if not isinstance(entry.value, dict):
-        kind = entry.one_of("statistic", ["mean", "worst", "quantile", "cvar"])
-        if kind in ("quantile", "cvar"):
+        kind = entry.one_of("statistic", STATISTICS)
+        if STATISTICS[kind].takes_share:
             raise entry.error(f"{kind} needs its share, as in {{{kind}: 0.1}}")
         return Statistic(kind)
-    entry.keys(["quantile", "cvar"])
+    sharing = [name for name, about in STATISTICS.items() if about.takes_share]
+    entry.keys(sharing)
     if len(entry.value) > 1:
-        raise entry.error(f'"{entry.name}" needs quantile or cvar, not both')
+        given = " or ".join(name for name in sharing if name in entry.value)
+        raise entry.error(f'"{entry.name}" needs {given}, not both')
     (kind,) = entry.value
     share = entry.child(kind).number()
     if not 0 < share < 1:

@@ -12,6 +12,7 @@ from sweep.spec.axes import Axis, AxisReader, read_expression
 from sweep.spec.document import Entry
 from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
+from sweep.spec.samplers import in_blocks
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.text import unknown
 
@@ -135,7 +136,7 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
     for other in sampled[1:]:
         message = (
             f'"{sampled[0].name}" is such a sample already:'
-            " a study has one of saltelli or morris"
+            f" a study has one of {' or '.join(in_blocks())}"
         )
         raise root.document.error(("sweep", other.name), message)
     for whole in sampled:

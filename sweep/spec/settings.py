@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kernels.models import MODELS
 from kernels.settings import About, Observation, Schedule, StartSettings, WorldSettings
 from kernels.worlds import MAPS
+from sweep.spec.starts import STARTS
 from sweep.text import unknown
 
 Value = float | int | bool | str
@@ -141,17 +142,29 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
+def _entered(name: str, about: About) -> tuple[tuple[str, ...], str]:
+    """The choices of a setting, and what it is: maps and starts have entries of their
+    own.
+    """
+    if name == "map":
+        return tuple(MAPS), about.text
+    if name == "start_draws":
+        texts = [f"{start}: {entry.text}" for start, entry in STARTS.items()]
+        return tuple(STARTS), "; ".join(texts)
+    return about.choices, about.text
+
+
 def _setting(name: str, hint: Any, group: str, model: str) -> Setting:
     base, about = get_args(hint)[:2]
     assert isinstance(about, About)
-    choices = tuple(MAPS) if name == "map" else about.choices
+    choices, text = _entered(name, about)
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
     return Setting(
         name,
         kind,
         group,
-        about.text,
+        text,
         unit,
         about.low,
         about.high,

@@ -7,34 +7,37 @@ optional extra. Both are samples of the unit cube; every distribution of
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 
-from sweep.spec.contents import Content, Whole
+from sweep.spec.contents import Content, Truth, Whole
 from sweep.spec.document import Entry
+from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS, check_cells
-from sweep.spec.sampling import Unit, generator
+from sweep.spec.sampling import (
+    BlockRules,
+    BlockSize,
+    Package,
+    Sampler,
+    Unit,
+    UnitCube,
+    powers_of_two,
+)
 from sweep.spec.schema_parts import Schema
 
 Problem = dict[str, Any]
 """The settings as SALib has them: `num_vars`, `names` and `bounds`."""
 
-OPTIONS = {"saltelli": "second_order", "morris": "levels"}
-"""The samplers of this kind, each with the key that only it knows."""
-
 LEVELS = 4
 MOST_LEVELS = 1000
 TAIL = 0.005
-"""A normal distribution has no ends. So the outermost levels of Morris's grid are its
-quantiles of 0.5 % and 99.5 %.
+"""A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
+and the 99.5 % quantile.
 """
 
-INSTALL = 'pip install ".[sensitivity]"'
+SALIB = Package("SALib", 'pip install ".[sensitivity]"')
 
 
 @dataclass(frozen=True)
@@ -59,109 +62,150 @@ class Levels(Content[int]):
 
 @dataclass(frozen=True)
 class SampleBlocks:
-    """`count` blocks of `size` points. `levels` is the number of values of a setting in
-    Morris's grid, else None.
+    """`count` blocks of `size` points, which are called `words`. `levels` is the number
+    of values of a setting in a grid, else None.
     """
 
-    sampler: str
+    words: str
     count: int
     size: int
     levels: int | None = None
 
     def note(self, axis: str) -> str:
         """How many points there are and why, for the plan."""
-        kinds = {"saltelli": "blocks", "morris": "trajectories"}
         points = self.count * self.size
         return (
-            f"{axis}: {self.count:,} {kinds[self.sampler]} of {self.size} points each"
+            f"{axis}: {self.count:,} {self.words} of {self.size} points each"
             f" are {points:,} points"
         )
 
 
-def read_blocks(entry: Entry, sampler: str, settings: int) -> SampleBlocks:
-    """The blocks that an axis over so many `settings` asks for. The key `points` has
-    their number.
+def read_blocks(
+    entry: Entry, sampler: str, rules: BlockRules, settings: int
+) -> SampleBlocks:
+    """The blocks that an axis over so many `settings` asks for: `points` is their
+    number, the base sample.
 
-    Raises SpecError where `points`, `second_order` or `levels` is not allowed, where
-    there are too many points, and where SALib is not installed.
+    Raises SpecError where `points` or an option of the sampler is not allowed, and
+    where there are too many points.
     """
     if "when" in entry.value:
         raise entry.child("when").error(
             f"a {sampler} sample cannot have a when: it needs all of its points"
         )
-    count, levels, formula = entry.child("points").whole(2, MOST_POINTS), None, "D + 1"
-    if sampler == "saltelli":
-        second = entry.get("second_order")
-        formula = "D + 2" if second and not second.truth() else "2 D + 2"
-    else:
-        given = entry.get("levels")
-        levels = Levels().read(given) if given else LEVELS
-    size = {"D + 1": settings + 1, "D + 2": settings + 2, "2 D + 2": 2 * settings + 2}[
-        formula
-    ]
+    count = entry.child("points").whole(2, MOST_POINTS)
+    formula, levels = rules.read(entry)
+    size = formula.of(settings)
     if count * size > MOST_POINTS:
         raise entry.child("points").error(
             f"{count:,} times {formula} for D = {settings} settings makes"
             f" {count * size:,} points; at most {MOST_POINTS:,} are allowed"
         )
     check_cells(entry.child("points"), count * size, settings)
-    _check_installed(entry.child("sample"), sampler)
-    return SampleBlocks(sampler, count, size, levels)
+    return SampleBlocks(rules.words, count, size, levels)
 
 
-def _check_installed(entry: Entry, sampler: str) -> None:
-    if find_spec("SALib") is None:
-        raise entry.error(
-            f"sample: {sampler} needs the package SALib,"
-            f" which is not installed: {INSTALL}"
-        )
+PAIRS, NO_PAIRS, TRAJECTORY = BlockSize(2, 2), BlockSize(1, 2), BlockSize(1, 1)
 
 
-def sample_blocks(
-    blocks: SampleBlocks, distributions: Mapping[str, str], axis: str, seed: int
-) -> list[Unit]:
-    """The sample of the settings with these distributions, block after block: an array
-    for each setting.
+def _saltelli_size(entry: Entry) -> tuple[BlockSize, None]:
+    second = entry.get("second_order")
+    return (NO_PAIRS if second and not second.truth() else PAIRS), None
 
-    More blocks continue it. Another number of settings changes all points.
-    """
-    settings = len(distributions)
-    problem = {
-        "num_vars": settings,
-        "names": list(distributions),
-        "bounds": [[0.0, 1.0]] * settings,
+
+def _morris_size(entry: Entry) -> tuple[BlockSize, int]:
+    given = entry.get("levels")
+    return TRAJECTORY, Levels().read(given) if given else LEVELS
+
+
+def _problem(cube: UnitCube) -> Problem:
+    sides = len(cube.names)
+    return {
+        "num_vars": sides,
+        "names": list(cube.names),
+        "bounds": [[0.0, 1.0]] * sides,
     }
-    if blocks.levels is None:
-        return _saltelli(blocks, problem, generator(seed, axis))
-    units = _morris(blocks, blocks.levels, problem, generator(seed, axis))
-    return [
-        TAIL + (1.0 - 2.0 * TAIL) * unit if distribution == "normal" else unit
-        for distribution, unit in zip(distributions.values(), units, strict=True)
-    ]
 
 
-def _saltelli(blocks: SampleBlocks, problem: Problem, rng: Generator) -> list[Unit]:
-    """A block consists of point A; A with one setting taken from B, for each setting;
-    for indices of pairs also B with one setting taken from A, for each setting; and
-    point B.
+def saltelli(cube: UnitCube) -> list[Unit]:
+    """A block is A, A with a setting of B each, for pairs B with a setting of A each,
+    and B.
 
-    A and B are the two halves of a point of the scrambled Sobol sequence.
+    A and B are halves of a point of the scrambled Sobol sequence. More blocks continue
+    the sample, another setting makes it another.
     """
     from SALib.sample import sobol
 
-    # scipy warns where the number is no power of two: take the next power, and cut.
-    power = 2 ** math.ceil(math.log2(blocks.count))
-    second_order = blocks.size == 2 * problem["num_vars"] + 2
-    sample = sobol.sample(problem, power, calc_second_order=second_order, seed=rng)
-    return list(sample[: blocks.count * blocks.size].T)
+    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    power = 2 ** math.ceil(math.log2(cube.points))
+    pairs = cube.size == PAIRS.of(len(cube.names))
+    drawn = sobol.sample(
+        _problem(cube), power, calc_second_order=pairs, seed=cube.generator()
+    )
+    return list(drawn[: cube.points * cube.size].T)
 
 
-def _morris(
-    blocks: SampleBlocks, levels: int, problem: Problem, rng: Generator
-) -> list[Unit]:
-    """A block is a trajectory: each step changes one setting by half of its levels."""
+def morris(cube: UnitCube) -> list[Unit]:
+    """A block is a trajectory: each step changes one setting by half of its levels.
+
+    More trajectories continue the sample, another setting makes it another.
+    """
     from SALib.sample import morris
 
-    sample = morris.sample(problem, blocks.count, num_levels=levels, seed=rng)
-    # Different sums reach the same level. Rounding makes these points equal.
-    return list(np.rint(sample.T * (levels - 1)) / (levels - 1))
+    assert cube.levels is not None
+    steps = cube.levels - 1
+    drawn = morris.sample(
+        _problem(cube),
+        cube.points,
+        num_levels=cube.levels,
+        seed=cube.generator(),
+    )
+    # The same level is reached by different sums: rounding makes equal points equal.
+    units = np.rint(drawn.T * steps) / steps
+    return [
+        TAIL + (1.0 - 2.0 * TAIL) * unit if name in cube.unbounded else unit
+        for name, unit in zip(cube.names, units, strict=True)
+    ]
+
+
+SECOND_ORDER = Key(
+    Truth(),
+    "of saltelli; false: blocks of D + 2 points for D settings, not 2 D + 2, and no"
+    " indices of pairs",
+    name="second_order",
+    otherwise="true",
+    example="false",
+)
+GRID_LEVELS = Key(
+    Levels(),
+    "of morris: number of values of a setting",
+    name="levels",
+    otherwise=f"{LEVELS}",
+    example="6",
+)
+SALTELLI = Sampler(
+    saltelli,
+    "blocks of points for Sobol indices",
+    powers_of_two,
+    BlockRules(
+        "blocks",
+        (PAIRS, NO_PAIRS),
+        _saltelli_size,
+        (SECOND_ORDER,),
+    ),
+    "sobol",
+    SALIB,
+)
+MORRIS = Sampler(
+    morris,
+    "trajectories for elementary effects",
+    blocks=BlockRules(
+        "trajectories",
+        (TRAJECTORY,),
+        _morris_size,
+        (GRID_LEVELS,),
+        leveled=True,
+    ),
+    analysis="morris",
+    package=SALIB,
+)

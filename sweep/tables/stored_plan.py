@@ -14,8 +14,8 @@ from sweep.errors import SpecError, StoreError
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.replication import read_replication
+from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.settings import settings_of
-from sweep.spec.whole_samples import OPTIONS
 
 MOST_BEFORE = 10**9
 """Up to version 0.4.0 a study could have so many trials."""
@@ -48,7 +48,7 @@ def _check(about: dict[str, Any]) -> None:
         _check_names("setting", axis["fields"], known)
         if not axis["fields"]:
             raise ValueError(f'axis "{name}" has no settings')
-        if axis["sampler"] in OPTIONS:
+        if axis["sampler"] in in_blocks():
             _check_blocks(name, axis)
     if "until" in about:
         _check_until(about["until"], tuple(about["record"]))
@@ -77,9 +77,11 @@ def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:
-    """A saltelli or morris sample is read in blocks; `rows` places each point."""
+    """A sample whose points come in blocks is read so; `rows` places each point."""
+    rules = SAMPLERS[axis["sampler"]].blocks
+    assert rules
     count, size, levels = len(axis["fields"]), axis.get("size", 0), axis.get("levels")
-    sizes = (count + 1,) if axis["sampler"] == "morris" else (count + 2, 2 * count + 2)
+    sizes = [one.of(count) for one in rules.sizes]
     rows = axis.get("rows", [])
     whole = isinstance(rows, list) and all(
         type(row) is int and row >= 0 for row in rows
@@ -88,7 +90,7 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
         raise ValueError(
             f'axis "{name}" has no blocks of the size of a {axis["sampler"]} sample'
         )
-    if axis["sampler"] == "morris" and not (type(levels) is int and levels >= 2):
+    if rules.leveled and not (type(levels) is int and levels >= 2):
         raise ValueError(f'axis "{name}" has no levels')
 
 

@@ -23,10 +23,10 @@ from kernels.flight import (
 )
 from kernels.models import MODELS
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
-from kernels.starts import start
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.settings import settings_of, settings_tuple
+from sweep.spec.starts import STARTS
 from sweep.spec.study import RecordSpec
 from sweep.trial.generators import Randomness
 from sweep.trial.result import ENDINGS, Result
@@ -218,7 +218,7 @@ def _flight(job: Job) -> Flight:
     scenery = scenery_of(job, params, settings)
     memory = Memory(record.metrics, record.every, record.heatmaps, record.trajectories)
     with Randomness(stream(job, "start")).lent() as rng:
-        flock = start(
+        flock = STARTS[str(job.settings["start_draws"])].draw(
             schedule.n,
             group(StartSettings),
             scenery.world,

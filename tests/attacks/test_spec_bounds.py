@@ -18,7 +18,7 @@ import sweep.spec.replication as replication
 from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
-from sweep.spec.sampling import generator, latin_hypercube
+from sweep.spec.sampling import UnitCube, generator, latin_hypercube
 from sweep.spec.study import Study, parse_spec
 from sweep.workers.executors import Serial
 from tests.specs import SHORT, short
@@ -193,7 +193,7 @@ def test_many_seeds_are_compared_once_each() -> None:
 def test_a_latin_hypercube_is_that_of_scipy_in_a_quarter_of_its_memory() -> None:
     names = [str(index) for index in range(20)]
     with counted_memory() as peaks:
-        columns = latin_hypercube(20_000, names, "axis", 5)
+        columns = latin_hypercube(UnitCube(20_000, names, "axis", 5))
     known = LatinHypercube(d=20, rng=generator(5, "axis")).random(20_000)
     assert np.array(columns).T.tobytes() == known.tobytes()
     assert peaks[0] < 1.5 * known.nbytes

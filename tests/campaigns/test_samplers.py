@@ -14,15 +14,13 @@ import optuna
 import pytest
 
 from sweep.campaigns.search.samplers import (
-    SAMPLERS,
     distributions,
     new_study,
-    options,
     quiet,
     size_of,
 )
-from sweep.spec import search as section
 from sweep.spec.search import Parameter, Search
+from sweep.spec.search_samplers import SEARCH_SAMPLERS, OfOptuna
 from sweep.spec.study import parse_spec
 from tests import ROOT
 from tests.searches import TINY, asked_by, edited, equal, phase
@@ -48,11 +46,7 @@ def search_of(spec: str) -> Search:
     return search
 
 
-def test_the_samplers_of_specs_are_those_that_there_are() -> None:
-    assert set(section.SAMPLERS) == set(SAMPLERS)
-
-
-@pytest.mark.parametrize("name", SAMPLERS)
+@pytest.mark.parametrize("name", SEARCH_SAMPLERS)
 def test_a_search_runs_with_every_sampler_again_and_again(
     tmp_path: Path, name: str
 ) -> None:
@@ -67,7 +61,7 @@ def test_a_search_runs_with_every_sampler_again_and_again(
     assert rows["cohesion_weight"].between(0.01, 1).all()
     assert rows["candidate"].nunique() > 5
     assert first.about["sampler"] == name
-    assert first.about["options"] == options(name, search_of(spec))
+    assert first.about["options"] == SEARCH_SAMPLERS[name].options(search_of(spec))
 
 
 @pytest.mark.parametrize("name", ["random", "qmc", "tpe", "nsga2"])
@@ -94,15 +88,15 @@ def test_several_objectives_choices_and_rejected_candidates(
     assert asked.about["rejected"]["search"] > 0
 
 
-@pytest.mark.parametrize("name", SAMPLERS)
+@pytest.mark.parametrize("name", SEARCH_SAMPLERS)
 def test_every_option_of_optuna_is_said(name: str) -> None:
     """All but those that optuna has deprecated, which it
     warns of when they are given.
     """
-    known = inspect.signature(
-        getattr(optuna.samplers, SAMPLERS[name][0]).__init__
-    ).parameters
-    said = options(name, search_of(TWO))
+    made = SEARCH_SAMPLERS[name].make
+    assert isinstance(made, OfOptuna)
+    known = inspect.signature(getattr(optuna.samplers, made.name).__init__).parameters
+    said = SEARCH_SAMPLERS[name].options(search_of(TWO))
     assert set(said) <= set(known)
     for option in set(known) - {"self"} - NOT_SAID - set(said):
         assert is_deprecated(name, option), f"{name}: {option}"
@@ -121,9 +115,7 @@ def is_deprecated(name: str, option: str) -> bool:
         return True
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        getattr(optuna.samplers, SAMPLERS[name][0])(
-            **{option: values.get(option, True)}
-        )
+        SEARCH_SAMPLERS[name].make(**{option: values.get(option, True)})
     return any(issubclass(one.category, FutureWarning) for one in caught)
 
 

@@ -9,17 +9,17 @@ from jsonschema import Draft7Validator
 
 from sweep.errors import SpecError
 from sweep.spec import key_table, schema, study
-from sweep.spec.axes import FORMS
+from sweep.spec.axes import forms
 from sweep.spec.axis_keys import axis_keys
 from sweep.spec.contents import Number, OneOf, OrFalse, ReadLater, Text, Whole
 from sweep.spec.document import Document, Entry
 from sweep.spec.failure_policy import FailureBudget, Policy
 from sweep.spec.key_table import described
 from sweep.spec.keys import Key, differing, keys_of, read_section, written
+from sweep.spec.samplers import SAMPLERS
 from sweep.spec.search import LEVEL, Racing
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
-from sweep.spec.whole_samples import OPTIONS
 from tests.specs import short
 
 ROOT = Path(__file__).parents[2]
@@ -135,7 +135,10 @@ def test_a_key_has_a_text_and_what_is_allowed_in_words(path: str) -> None:
 
 
 def test_the_table_of_axes_has_every_fixed_key() -> None:
-    assert {key.name for key in axis_keys()} >= {*FORMS, *OPTIONS.values()}
+    rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
+    own = [key.name for one in rules for key in one.options]
+    assert own == ["second_order", "levels"]
+    assert {key.name for key in axis_keys()} >= {*forms(), *own}
     names = [key.name for key in axis_keys()]
     assert len(set(names)) == len(names)
 

@@ -424,12 +424,12 @@ def test_what_a_sampler_cannot_do_is_said(
 
 def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
-    monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: None)
+    monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: None)
     with pytest.raises(
         SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"
     ):
         parse_spec(spec)
-    monkeypatch.setattr("sweep.spec.search_checks.find_spec", lambda _name: object())
+    monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: object())
     assert search_of(spec).sampler == "gp"
 
 

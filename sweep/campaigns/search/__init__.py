@@ -9,7 +9,7 @@ What runs:
 
     strategy         the search, its repetitions, and the held-out trials of each
     run              one run of these: ask, race and tell, until the budget is spent
-    samplers         who proposes candidates
+    samplers         optuna, which proposes candidates
     candidates       from values of settings to trials; references; seeds
     racing           which candidates get no more trials
     known_values     the values of trials that decide

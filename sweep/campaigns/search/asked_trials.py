@@ -14,14 +14,18 @@ It has one row for each block and scenario of a candidate:
 What the search was is in the metadata.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 import pyarrow as pa
 
-from sweep.errors import ChoiceError
+from sweep.errors import ChoiceError, StoreError
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.recorded import columns_of
+from sweep.spec.statistics import STATISTICS
+from sweep.store.locations import Location
 from sweep.store.origin import metadata
 from sweep.tables.stored_study import StoredStudy
 
@@ -31,8 +35,8 @@ ABOUT = b"search"
 SHAPE = {
     "parameters": [str],
     "ranges": {str: {str: list}},
-    "objectives": [{}],
-    "constraints": [{}],
+    "objectives": [{"statistic": str}],
+    "constraints": [{"statistic": str}],
     "blocks": {str: int},
     "rejected": {str: int},
     "repeated": {str: int},
@@ -69,8 +73,10 @@ class AskedTrials:
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
-    """What a stored search has asked for. Raises ChoiceError where the study is no
-    search, and where `where` has restricted it.
+    """What a stored search has asked for.
+
+    Raises ChoiceError where the study is no search, and where `where` has restricted
+    it, and StoreError for a statistic or a distribution that is not known here.
     """
     asked = study.store.read_asked()
     if asked is None:
@@ -78,6 +84,7 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     if study.chosen:
         raise ChoiceError("a search is a whole: ask it before where", study.name)
     about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
+    _check_known(study.store.asked, about)
     metrics = columns_of(study.metrics)
     stored = study.read("trials", asked["trial_id"].combine_chunks()).to_pandas()
     known = stored.reindex(columns=["trial_id", "status", *metrics])
@@ -88,3 +95,19 @@ def read_asked(study: StoredStudy) -> AskedTrials:
         .merge(known, on="trial_id", how="left")
     )
     return AskedTrials(table.assign(status=table["status"].fillna("missing")), about)
+
+
+def _check_known(file: Location, about: Mapping[str, Any]) -> None:
+    """Whether a search uses only what is entered here: it may come from anyone."""
+    wanted = (*about["objectives"], *about["constraints"])
+    statistics = {one["statistic"] for one in wanted} - STATISTICS.keys()
+    forms = {form for one in about["ranges"].values() for form in one}
+    for what, names in (
+        ("statistic", statistics),
+        ("distribution", forms - DISTRIBUTIONS.keys()),
+    ):
+        if names:
+            raise StoreError(
+                f'{file}: there is no {what} "{min(names)}" here; enter it, or'
+                f" {SEARCH_AGAIN}"
+            )

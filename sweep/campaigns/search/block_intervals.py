@@ -46,20 +46,20 @@ def difference_interval(
         0.0 if second is None else objective.value(second)
     )
     n = len(first)
-    if n < 2 or np.isnan(value) or objective.statistic.kind == "worst":
+    about = objective.statistic.about
+    if n < 2 or np.isnan(value) or about.extreme:
         return Interval(value, np.nan, np.nan, n)
-    if objective.statistic.kind == "mean":
+    if about.averages:
         means = (first if second is None else first - second).mean(axis=1)
         return Interval(value, *mean_interval(means, confidence)[1:])
     sides = np.stack([first] if second is None else [first, second])
     if np.all(sides == sides[:, :1]):
         return Interval(value, value, value, n)
-    method = "percentile" if objective.statistic.kind == "quantile" else "BCa"
     statistic = partial(_resampled, sides=sides, objective=objective)
     return Interval(
         value,
         *resampled_interval(
-            np.arange(n, dtype=np.float64), statistic, confidence, method
+            np.arange(n, dtype=np.float64), statistic, confidence, about.bootstrap
         ),
         n,
     )

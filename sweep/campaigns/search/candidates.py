@@ -10,7 +10,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.errors import SpecError
 from sweep.spec.axes import Axis
-from sweep.spec.sampling import DISTRIBUTIONS
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
 from sweep.spec.seeds import address
 from sweep.spec.settings import Value
@@ -107,7 +107,7 @@ def _probes(study: Study) -> Sequence[dict[str, Value]]:
 
 def _drawn(study: Study, parameter: Parameter, rng: np.random.Generator) -> list[Value]:
     setting = study.settings[parameter.name]
-    values = DISTRIBUTIONS[parameter.form](
+    values = DISTRIBUTIONS[parameter.form].values(
         rng.random(PROBES), setting, parameter.arguments
     )
     drawn: list[Value] = setting.column(values).tolist()

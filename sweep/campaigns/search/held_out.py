@@ -240,14 +240,14 @@ def _difference(
     n = min(len(first), len(second))
     found = difference_interval(objective, first[:n], second[:n], confidence)
     reduction = np.nan
-    if objective.statistic.kind == "mean" and n > 0:
+    if objective.statistic.about.averages and n > 0:
         one, other = (pd.Series(side[:n].mean(axis=1)) for side in (first, second))
         reduction = paired_contrast(one, other).variance_reduction
     return HeldOutDifference(number, name, objective.column, *found, reduction)
 
 
 def _optimism(objective: Objective, seen: Interval, fresh: Interval) -> float:
-    if objective.statistic.kind == "worst":
+    if objective.statistic.about.extreme:
         return np.nan
     return seen.value - fresh.value if objective.maximize else fresh.value - seen.value
 

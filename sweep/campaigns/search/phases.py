@@ -12,9 +12,9 @@ from sweep.campaigns.search.asked_trials import ABOUT, COLUMNS, AskedTrials
 from sweep.campaigns.search.candidates import section_of
 from sweep.campaigns.search.known_values import KnownValues
 from sweep.campaigns.search.run import AskedCandidate
-from sweep.campaigns.search.samplers import options
 from sweep.campaigns.strategy import Origin, PlanTables
 from sweep.design.jobs import Job
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
 from sweep.spec.settings import Value
 from sweep.spec.study import Study
 from sweep.store.plan_about import AxisAbout, PlanAbout
@@ -124,7 +124,7 @@ def about_search(
         "references": list(search.references),
         "budget": search.budget,
         "sampler": search.sampler,
-        "options": options(search.sampler, search),
+        "options": SEARCH_SAMPLERS[search.sampler].options(search),
         "batch": search.batch,
         "level": search.level,
         "scenarios": search.scenarios,

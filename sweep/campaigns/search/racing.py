@@ -132,7 +132,7 @@ class _Rivalry:
     ) -> None:
         self.objective = objective
         self.leader = leader[objective.column]
-        self.mean = objective.statistic.kind == "mean"
+        self.mean = objective.statistic.about.averages
         others = [
             samples[objective.column] for samples in everyone if samples is not leader
         ]
@@ -168,18 +168,18 @@ class _Bound:
 
     def __init__(self, constraint: Constraint, everyone: Sequence[Samples]) -> None:
         self.constraint = constraint
-        self.mean = constraint.statistic.kind == "mean"
+        self.mean = constraint.statistic.about.averages
         self.spread = _Spread(
             [self._slack(samples) for samples in everyone] if self.mean else []
         )
 
     def violated(self, samples: Samples, level: float) -> bool:
-        """Whether a candidate violates the constraint: surely for the worst of its
-        trials, else at this level.
+        """Whether a candidate violates the constraint: surely for a statistic that more
+        trials can only make worse, else at this level.
         """
         values = samples[self.constraint.column]
         statistic = self.constraint.statistic
-        if statistic.kind == "worst":
+        if statistic.about.extreme:
             return self.constraint.violation(values) > 0
         if self.mean:
             return self.spread.is_below_zero(self._slack(samples), level)

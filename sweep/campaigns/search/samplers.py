@@ -1,117 +1,18 @@
-"""Who proposes candidates: optuna's samplers, with every option that counts said here,
-whatever optuna's defaults.
-
-To add one, write a function and enter it in SAMPLERS, and its name in
-`sweep.spec.search`.
-"""
+"""Optuna at work: a study of it that proposes candidates, and what it asks for."""
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.search import Parameter, Search
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
 from sweep.spec.settings import Value
 
 if TYPE_CHECKING:
     from optuna import Study as OptunaStudy
     from optuna.distributions import BaseDistribution
-    from optuna.samplers import BaseSampler
-
-Options = dict[str, Any]
-"""The options of one of optuna's samplers by name, plain values."""
-
-
-def random(_search: Search) -> Options:
-    """Independent draws."""
-    return {}
-
-
-def qmc(_search: Search) -> Options:
-    """The scrambled Sobol sequence."""
-    return {
-        "qmc_type": "sobol",
-        "scramble": True,
-        "warn_asynchronous_seeding": False,
-        "warn_independent_sampling": False,
-    }
-
-
-def tpe(search: Search) -> Options:
-    """The tree-structured Parzen estimator, which takes candidates without a result yet
-    for bad ones.
-
-    Its densities are joint ones for one objective; for several optuna's authors advise
-    one for each parameter.
-    """
-    return {
-        "n_startup_trials": 10,
-        "n_ei_candidates": 24,
-        "multivariate": len(search.objectives) == 1,
-        "group": False,
-        "constant_liar": True,
-    }
-
-
-def cmaes(search: Search) -> Options:
-    """CMA-ES from the middle of the ranges by batches, of which the first is random."""
-    return {
-        "x0": None,
-        "sigma0": None,
-        "n_startup_trials": 1,
-        "warn_independent_sampling": False,
-        "consider_pruned_trials": False,
-        "popsize": max(search.batch, 2),
-        "use_separable_cma": False,
-        "with_margin": False,
-        "lr_adapt": False,
-        "source_trials": None,
-    }
-
-
-def gp(_search: Search) -> Options:
-    """A Gaussian process with noise, and logarithmic expected improvement."""
-    return {
-        "n_startup_trials": 10,
-        "deterministic_objective": False,
-        "warn_independent_sampling": False,
-    }
-
-
-def nsga2(search: Search) -> Options:
-    """NSGA-II, a batch being its population."""
-    return {
-        "population_size": search.batch,
-        "mutation": None,
-        "mutation_prob": None,
-        "crossover": None,
-        "crossover_prob": 0.9,
-        "swapping_prob": 0.5,
-    }
-
-
-def nsga3(search: Search) -> Options:
-    """NSGA-III, a batch being its population, with reference points on four levels of
-    each objective.
-    """
-    return nsga2(search) | {"reference_points": None, "dividing_parameter": 3}
-
-
-SAMPLERS: dict[str, tuple[str, Callable[[Search], Options]]] = {
-    "random": ("RandomSampler", random),
-    "qmc": ("QMCSampler", qmc),
-    "tpe": ("TPESampler", tpe),
-    "cmaes": ("CmaEsSampler", cmaes),
-    "gp": ("GPSampler", gp),
-    "nsga2": ("NSGAIISampler", nsga2),
-    "nsga3": ("NSGAIIISampler", nsga3),
-}
-"""For each sampler optuna's name of it and its options, which lack the seed only."""
-
-
-def options(name: str, search: Search) -> Options:
-    """The options of a sampler, for the record."""
-    return SAMPLERS[name][1](search)
 
 
 def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
@@ -126,9 +27,8 @@ def new_study(name: str, search: Search, seed: int) -> "OptunaStudy":
             kinds.MAXIMIZE if objective.maximize else kinds.MINIMIZE
             for objective in search.objectives
         ]
-        sampler: BaseSampler = getattr(optuna.samplers, SAMPLERS[name][0])(
-            seed=seed, **options(name, search)
-        )
+        about = SEARCH_SAMPLERS[name]
+        sampler = about.make(seed=seed, **about.options(search))
         return optuna.create_study(directions=directions, sampler=sampler)
 
 
@@ -147,11 +47,12 @@ def _distribution(form: str, arguments: tuple[Any, ...]) -> "BaseDistribution":
         IntDistribution,
     )
 
-    if form == "choice":
+    about = DISTRIBUTIONS[form]
+    if about.kind == "listed":
         return CategoricalDistribution(arguments)
-    if form == "integers":
+    if about.kind == "whole":
         return IntDistribution(int(arguments[0]), int(arguments[1]))
-    return FloatDistribution(arguments[0], arguments[1], log=form == "loguniform")
+    return FloatDistribution(arguments[0], arguments[1], log=about.logarithmic)
 
 
 def size_of(parameters: tuple[Parameter, ...]) -> float:
@@ -163,10 +64,11 @@ def size_of(parameters: tuple[Parameter, ...]) -> float:
 
 
 def _count(form: str, arguments: tuple[Value, ...]) -> float:
-    if form == "choice":
+    kind = DISTRIBUTIONS[form].kind
+    if kind == "listed":
         return len(arguments)
     first, last = float(arguments[0]), float(arguments[1])
-    if form == "integers":
+    if kind == "whole":
         return last - first + 1
     return float("inf") if first < last else 1
 

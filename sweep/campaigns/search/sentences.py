@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from sweep.analysis.notation import number, with_interval
+from sweep.spec.distributions import DISTRIBUTIONS, Distribution
 from sweep.spec.objectives import Constraint, Objective
 from sweep.spec.settings import Setting
 
@@ -65,16 +66,13 @@ def verdict(
 
 
 def thin_tail(objective: Objective, blocks: int) -> str:
-    """A sentence where a quantile or a CVaR rests on so few of the blocks that its
-    interval is too narrow, else "".
+    """A sentence where a statistic of the tail, as a CVaR, rests on so few of the
+    blocks that its interval is too narrow, else "".
     """
-    share = objective.statistic.share
-    if share is None:
+    tail = objective.statistic.tail
+    if tail is None or tail * blocks >= FEWEST_IN_TAIL:
         return ""
-    share = min(share, 1.0 - share) if objective.statistic.kind == "quantile" else share
-    if share * blocks >= FEWEST_IN_TAIL:
-        return ""
-    enough = math.ceil(FEWEST_IN_TAIL / share)
+    enough = math.ceil(FEWEST_IN_TAIL / tail)
     return (
         f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
         " held-out blocks, so that its interval is too narrow:"
@@ -101,10 +99,11 @@ def edges(
     found = []
     for name, distribution in ranges.items():
         ((form, arguments),) = distribution.items()
-        if form == "choice":
+        about = DISTRIBUTIONS[form]
+        if about.kind == "listed":
             continue
         low, high = float(arguments[0]), float(arguments[1])
-        share = _share(form, float(winner[name]), low, high)
+        share = _share(about, float(winner[name]), low, high)
         for near, end, limit in (
             (share, low, settings[name].low),
             (1.0 - share, high, settings[name].high),
@@ -139,12 +138,12 @@ def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
     return text + (f"; {repeated} more were asked before" if repeated else "")
 
 
-def _share(form: str, value: float, low: float, high: float) -> float:
+def _share(about: Distribution, value: float, low: float, high: float) -> float:
     """How far a value is on the way from one end of a range to the other; half-way
     where there is none.
     """
-    if form == "integers":
+    if about.kind == "whole":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)
-    if form == "loguniform":
+    if about.logarithmic:
         value, low, high = math.log(value), math.log(low), math.log(high)
     return 0.5 if low == high else (value - low) / (high - low)

@@ -35,6 +35,7 @@ from sweep.campaigns.search.run import AskedCandidate, Run, RunSetup
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.design.jobs import Job
 from sweep.spec.search_checks import check_trials
+from sweep.spec.search_samplers import PLAIN
 from sweep.spec.study import Study
 
 RANDOM_BLOCKS = 3
@@ -156,8 +157,6 @@ def _setups(study: Study, repetitions: int) -> list[RunSetup]:
     for number in range(1, repetitions + 1):
         again = repeated(study, RANDOM, number)
         setups.append(
-            RunSetup(
-                f"random {number}", again, "random", min(RANDOM_BLOCKS, blocks), None
-            )
+            RunSetup(f"random {number}", again, PLAIN, min(RANDOM_BLOCKS, blocks), None)
         )
     return setups

@@ -20,15 +20,16 @@ trials_without_value. `attrs` names the study, metric and unit.
 
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Literal
 
 import numpy as np
 import pandas as pd
 
 from sweep.analysis import CONFIDENCE
 from sweep.errors import ChoiceError
-from sweep.spec.sampling import SAMPLERS
-from sweep.spec.whole_samples import INSTALL, OPTIONS
+from sweep.spec.point_tables import TABLE
+from sweep.spec.samplers import SAMPLERS, made_for
+from sweep.spec.sampling import Analyses
+from sweep.spec.whole_samples import SALIB
 from sweep.tables.sensitivity.sampled import (
     Analysis,
     Floats,
@@ -45,10 +46,9 @@ MOST_NUMBERS = 2_000_000
 """So many numbers of one resampled column are held at once."""
 
 
-Analyses = Literal["sobol", "morris", "ranks"]
-"""Sobol indices, elementary effects, or rank correlations."""
-
-SAMPLED = (*SAMPLERS, *OPTIONS, "table")
+def every_sampler() -> tuple[str, ...]:
+    """What an axis may be sampled by; the points of a table count as a sample."""
+    return (*SAMPLERS, TABLE)
 
 
 def sensitivity(
@@ -69,8 +69,9 @@ def sensitivity(
     sampled, and as the analysis does.
     """
     if analysis is None:
-        sampler = study.axes[sampled_axis(study, axis, SAMPLED)].sampler
-        analysis = OF_SAMPLER.get(sampler or "", "ranks")
+        name = study.axes[sampled_axis(study, axis, every_sampler())].sampler
+        sampler = SAMPLERS.get(name or "")
+        analysis = sampler.analysis if sampler else "ranks"
     return ANALYSES[analysis](
         study, metric, axis, confidence=confidence, resamples=resamples, seed=seed
     )
@@ -96,12 +97,13 @@ def sobol(
     no value. Raises ChoiceError where no axis has such a sample or several have, for an
     unknown metric, and where SALib is missing.
     """
-    if find_spec("SALib") is None:
+    if find_spec(SALIB.name) is None:
         raise ChoiceError(
-            f"Sobol indices need the package SALib, which is not installed: {INSTALL}",
+            f"Sobol indices need the package {SALIB.name},"
+            f" which is not installed: {SALIB.install}",
             study.name,
         )
-    chosen = sampled_axis(study, axis, ("saltelli",))
+    chosen = sampled_axis(study, axis, made_for("sobol"))
     return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
 
 
@@ -128,7 +130,7 @@ def morris(
     mu means nothing for a setting of texts. Raises ChoiceError as `sobol`, without a
     need of SALib.
     """
-    chosen = sampled_axis(study, axis, ("morris",))
+    chosen = sampled_axis(study, axis, made_for("morris"))
     return _table(study, metric, chosen, effect_analysis, confidence, resamples, seed)
 
 
@@ -151,7 +153,7 @@ def rank_correlations(
     smaller. Equal points count once, except in blocks. Raises ChoiceError as `sobol`
     does; SALib is not needed.
     """
-    chosen = sampled_axis(study, axis, SAMPLED)
+    chosen = sampled_axis(study, axis, every_sampler())
     return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
 
 
@@ -160,8 +162,7 @@ ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
     "morris": morris,
     "ranks": rank_correlations,
 }
-OF_SAMPLER: dict[str, Analyses] = {"saltelli": "sobol", "morris": "morris"}
-"""The analysis for which a sample was made."""
+"""By the name that samplers give to the one that they are made for."""
 
 
 def _table(

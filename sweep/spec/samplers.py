@@ -1,0 +1,35 @@
+"""All samplers of points, by their names in specs."""
+
+from sweep.spec.sampling import (
+    Analyses,
+    Sampler,
+    halton,
+    latin_hypercube,
+    powers_of_two,
+    random,
+    sobol,
+)
+from sweep.spec.whole_samples import MORRIS, SALTELLI
+
+SAMPLERS: dict[str, Sampler] = {
+    "random": Sampler(random, "independent draws"),
+    "lhs": Sampler(
+        latin_hypercube, "Latin hypercube: one draw in each of as many intervals"
+    ),
+    "sobol": Sampler(sobol, "the scrambled Sobol sequence", powers_of_two),
+    "halton": Sampler(halton, "the scrambled Halton sequence"),
+    "saltelli": SALTELLI,
+    "morris": MORRIS,
+}
+ALONE = "random"
+"""What draws the axis of one setting, which names no sampler."""
+
+
+def in_blocks() -> list[str]:
+    """The samplers whose points come in blocks."""
+    return [name for name, about in SAMPLERS.items() if about.blocks]
+
+
+def made_for(analysis: Analyses) -> tuple[str, ...]:
+    """The samplers whose samples an analysis needs."""
+    return tuple(name for name, about in SAMPLERS.items() if about.analysis == analysis)
