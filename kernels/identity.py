@@ -1,5 +1,5 @@
-"""Which code the numbers of a trial come from: the flight, a model, a map and metrics,
-each with a stamp of its own.
+"""Which code the numbers of a trial come from: the flight, a model, metrics, a map and
+a start, each with a stamp of its own.
 
 So a new model or metric changes no other, a rule changes the models that use it, and a
 metric what records it.
@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
-from kernels import coverage, flight, starts
+from kernels import coverage, flight
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import (
@@ -23,6 +23,7 @@ from kernels.settings import (
     WorldSettings,
 )
 from kernels.stamps import stamp, stamp_of_all
+from kernels.starts import STARTS
 from kernels.worlds import MAPS
 
 FLIGHT: tuple[Callable[..., Any], ...] = (
@@ -33,7 +34,6 @@ FLIGHT: tuple[Callable[..., Any], ...] = (
     flight.go_on_from,
     flight.measure,
     flight.forget_frames,
-    starts.start,
     coverage.build_coverage,
     coverage.no_coverage,
     coverage.unvisited,
@@ -43,19 +43,20 @@ FLIGHT: tuple[Callable[..., Any], ...] = (
 
 
 class Code(NamedTuple):
-    """The stamps of what trials are computed by. Those of models, metrics and maps have
-    names; a model goes with a preset, whose values points leave out.
+    """The stamps of what trials are computed by: that of the flight, and the others by
+    name. A model goes with a preset, whose values points leave out.
     """
 
     flight: str
     models: dict[str, str]
     metrics: dict[str, str]
     maps: dict[str, str]
+    starts: dict[str, str]
 
     def changes(self, later: "Code") -> list[str]:
         """What has another stamp in `later`, of what both have; in words."""
         found = ["the flight"] if self.flight != later.flight else []
-        for kind in ("models", "metrics", "maps"):
+        for kind in self._fields[1:]:
             mine, theirs = getattr(self, kind), getattr(later, kind)
             common = sorted(mine.keys() & theirs.keys())
             found += [
@@ -71,20 +72,26 @@ def as_now(then: Code) -> Code:
         {name: _model_stamp(*name.split(" ")) for name in then.models},
         {name: _metric_stamp(name) for name in then.metrics},
         {name: _map_stamp(name) for name in then.maps},
+        {name: _start_stamp(name) for name in then.starts},
     )
 
 
 def code_of(
-    model: str, preset: str, metrics: Iterable[str], maps: Iterable[str]
+    model: str,
+    preset: str,
+    metrics: Iterable[str],
+    maps: Iterable[str],
+    starts: Iterable[str],
 ) -> Code:
-    """The code by which trials of a preset of a model, on maps of these names, record
-    these metrics. All are built in.
+    """The code by which trials of a preset of a model record these metrics, on maps and
+    from starts of these names. All are built in.
     """
     return Code(
         _flight_stamp(),
         {f"{model} {preset}": _model_stamp(model, preset)},
         {name: _metric_stamp(name) for name in sorted(metrics)},
         {name: _map_stamp(name) for name in sorted(maps)},
+        {name: _start_stamp(name) for name in sorted(starts)},
     )
 
 
@@ -131,6 +138,11 @@ def _map_stamp(name: str) -> str:
         return ""
     drawn = MAPS[name]
     return _hash([stamp(drawn.draw), drawn.size])
+
+
+@cache
+def _start_stamp(name: str) -> str:
+    return stamp(STARTS[name].draw) if name in STARTS else ""
 
 
 def _shape(group: type[Any]) -> list[Any]:

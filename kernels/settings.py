@@ -67,7 +67,6 @@ UPDATE = About(
 OPEN, TORUS, BOUNDED = 0, 1, 2
 CONTINUOUS, INTEGER = 0, 1
 HEADING, COMPONENTS = 0, 1
-NUMPY, PYTHON_RANDOM = 0, 1
 DISC, STAMP = 0, 1
 
 
@@ -156,12 +155,7 @@ class StartSettings(NamedTuple):
         bool, About("initial positions inside obstacles are drawn again")
     ]
     start_draws: Annotated[
-        int,
-        About(
-            "numpy: NumPy's generator; python_random: Python's random.Random in the"
-            " order of aziel_chen2025",
-            choices=("numpy", "python_random"),
-        ),
+        int, About("how the flock is drawn: which entry of kernels.starts.STARTS")
     ]
 
 

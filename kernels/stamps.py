@@ -19,7 +19,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-REGISTRIES = ("kernels.metrics.METRICS", "kernels.models.MODELS", "kernels.worlds.MAPS")
+REGISTRIES = (
+    "kernels.metrics.METRICS",
+    "kernels.models.MODELS",
+    "kernels.starts.STARTS",
+    "kernels.worlds.MAPS",
+)
 """Tables of what a trial looks up by name. They are not followed, as what it finds
 there has a stamp of its own.
 """

@@ -1,12 +1,20 @@
-"""Initial flocks: N positions and N velocities."""
+"""Initial flocks: N positions and N velocities.
+
+To add a start, write a function `(n, settings, world, contact, rng, seed)` that draws a
+flock, and enter it in STARTS. It draws from `rng`, or from another generator that it
+makes from `seed`. `contact` is the Reach with margin 0, which tells quickly whether a
+place is inside an obstacle. It raises RuntimeError where it finds no free place.
+"""
 
 import math
+from collections.abc import Callable
 from random import Random
+from typing import NamedTuple
 
 from numpy.random import Generator
 
 from kernels.jit import jit
-from kernels.settings import COMPONENTS, INTEGER, PYTHON_RANDOM, StartSettings
+from kernels.settings import COMPONENTS, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach, inside_any
 
@@ -14,26 +22,24 @@ MOST_DRAWS = 100_000
 """After so many draws of one position we conclude that the world has no free place."""
 
 
-def start(
+class Start(NamedTuple):
+    """A way to draw the initial flock: its function, what it is and where it comes
+    from, and what it demands of the other settings.
+    """
+
+    draw: Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
+    text: str
+    source: str
+    demands: tuple[Demand, ...] = ()
+
+
+def start_numpy(
     n: int,
     settings: StartSettings,
     world: World,
     contact: Reach,
     rng: Generator,
-    seed: int,
-) -> Flock:
-    """`n` boids as `settings` say, drawn from `rng` or, where they say so, from
-    Python's generator with this `seed`; `contact` is the Reach with margin 0.
-
-    Raises RuntimeError where no free place is found.
-    """
-    if settings.start_draws == PYTHON_RANDOM:
-        return start_python_random(n, settings, world, contact, seed)
-    return start_numpy(n, settings, world, contact, rng)
-
-
-def start_numpy(
-    n: int, settings: StartSettings, world: World, contact: Reach, rng: Generator
+    _seed: int,
 ) -> Flock:
     """`n` boids as `settings` say; `contact` is the Reach with margin 0.
 
@@ -112,7 +118,12 @@ def _is_allowed(
 
 
 def start_python_random(
-    n: int, settings: StartSettings, world: World, contact: Reach, seed: int
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    _rng: Generator,
+    seed: int,
 ) -> Flock:
     """The start of aziel_chen2025's program, draw for draw, from Python's
     `random.Random(seed)`.
@@ -138,3 +149,21 @@ def start_python_random(
         flock.x[i], flock.y[i] = x, y
         flock.vx[i], flock.vy[i] = speed * math.cos(heading), speed * math.sin(heading)
     return flock
+
+
+STARTS: dict[str, Start] = {
+    "numpy": Start(start_numpy, "NumPy's generator", "boidsweep"),
+    "python_random": Start(
+        start_python_random,
+        "Python's random.Random in the order of aziel_chen2025",
+        "aziel_chen2025, its program",
+        (
+            Demand(
+                "start_radius == 0",
+                "start_draws: python_random draws in the whole world:"
+                " it needs start_radius 0",
+            ),
+        ),
+    ),
+}
+"""By their names in specs."""

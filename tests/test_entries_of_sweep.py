@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from numpy.random import Generator
 
 from kernels.settings import Demand, StartSettings
+from kernels.starts import STARTS, Start
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
 from sweep.campaigns.search.asked_trials import read_asked
@@ -39,7 +40,6 @@ from sweep.spec.sampling import BlockRules, BlockSize, Sampler, Unit, UnitCube
 from sweep.spec.schema import json_schema
 from sweep.spec.search_samplers import SEARCH_SAMPLERS, Need, SearchSampler, Sought
 from sweep.spec.settings import Setting, settings_of
-from sweep.spec.starts import STARTS, Start
 from sweep.spec.statistics import STATISTICS, Floats, StatisticKind
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
@@ -66,9 +66,9 @@ from tests.test_entries import texts
 from tests.test_house import ROOT, TREES
 
 OWN_PLACES: dict[str, Collection[str]] = {
-    "kernels/settings.py": STARTS,  # the kernels say what their own starts are called
+    "kernels/settings.py": STARTS,  # values for most presets
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
-    "sweep/spec/starts.py": STARTS,
+    "kernels/starts.py": STARTS,
     "sweep/spec/samplers.py": SAMPLERS,
     "sweep/spec/whole_samples.py": SAMPLERS,
     "sweep/spec/distributions.py": DISTRIBUTIONS,

@@ -7,18 +7,24 @@ from sweep.spec.study import Study
 
 def study_code(study: Study) -> Code:
     """The stamps of the flight, the model, the metrics that are recorded, and those
-    built-in maps on which points of the study may lie.
+    built-in maps and starts that points of the study may have.
     """
-    maps = _maps(study) - study.maps.keys()
-    return code_of(study.model, study.preset, study.record.metrics, maps)
+    return code_of(
+        study.model,
+        study.preset,
+        study.record.metrics,
+        _values(study, "map") - study.maps.keys(),
+        _values(study, "start_draws"),
+    )
 
 
-def _maps(study: Study) -> set[str]:
-    """The names of the maps on which points may lie."""
-    found = {study.fixed.get("map", preset_settings(study.model, study.preset)["map"])}
+def _values(study: Study, setting: str) -> set[str]:
+    """The values that a setting, which is a choice, may have at points."""
+    preset = preset_settings(study.model, study.preset)
+    found = {study.fixed.get(setting, preset[setting])}
     axes, search = study.axes, study.search
     for axis in (*axes, *search.over) if search else axes:
-        found.update(axis.columns.get("map", ()))
+        found.update(axis.columns.get(setting, ()))
     for parameter in search.parameters if search else ():
-        found.update(parameter.arguments if parameter.name == "map" else ())
+        found.update(parameter.arguments if parameter.name == setting else ())
     return {str(name) for name in found}

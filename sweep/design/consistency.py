@@ -7,9 +7,9 @@ import numpy as np
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.settings import PIXELS, Demand
+from kernels.starts import STARTS
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
-from sweep.spec.starts import STARTS
 from sweep.spec.study import Study
 
 MOST_SIDE = 1e15

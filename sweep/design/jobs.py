@@ -32,6 +32,8 @@ Purpose = Literal["start", "world", "noise"]
 Counts = NDArray[np.int64]
 
 TRIAL_ID = re.compile("[0-9a-f]{24}")
+SCENE = ("map", "start_draws")
+"""Settings whose values have code of their own."""
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
 """Points, or trials, whose ids are made at once: a million would take a gigabyte."""
@@ -139,7 +141,7 @@ class Jobs(Sequence[Job]):
         )
         self._ends = np.cumsum(self.trials)
         self._code = study_code(study)
-        self._begun: dict[str, hashlib._Hash] = {}
+        self._begun: dict[tuple[Value, ...], hashlib._Hash] = {}
 
     def __len__(self) -> int:
         return int(self._ends[-1])
@@ -197,16 +199,11 @@ class Jobs(Sequence[Job]):
 
     def _trial_ids(self, point: Counts, replicate: Counts) -> pa.Array:
         """The ids of some trials, by the places of their points and replicates."""
-        design = self.design
-        maps = (
-            design.columns["map"][point].tolist()
-            if "map" in design.columns
-            else repeat(design.base["map"], len(point))
-        )
-        names = zip(self._points[point].tolist(), replicate.tolist(), maps, strict=True)
+        names = zip(self._points[point].tolist(), replicate.tolist(), strict=True)
+        scenes = zip(*(self._values(name, point) for name in SCENE), strict=False)
         ids = [
-            self._trial_id(name.decode(), self._ending(number), drawn)
-            for name, number, drawn in names
+            self._trial_id(name.decode(), self._ending(number), scene)
+            for (name, number), scene in zip(names, scenes, strict=False)
         ]
         return pa.array(ids, pa.string())
 
@@ -218,7 +215,9 @@ class Jobs(Sequence[Job]):
         )
         own = study.maps.get(str(settings["map"]))
         return Job(
-            trial_id=self._trial_id(name, self._ending(replicate), settings["map"]),
+            trial_id=self._trial_id(
+                name, self._ending(replicate), tuple(settings[one] for one in SCENE)
+            ),
             point=name,
             replicate=replicate,
             seed=self._seed(replicate),
@@ -242,31 +241,40 @@ class Jobs(Sequence[Job]):
         which = f"replicate {replicate}" if self.study.seeds is None else "listed"
         return f"{self._seed(replicate)} {which}"
 
-    def _common(self, drawn: str) -> "hashlib._Hash":
-        """The hash of what all trials on a map have in common."""
-        if drawn not in self._begun:
-            content = common_content(self.study, self._code, drawn)
-            text = json.dumps(content, sort_keys=True)
-            self._begun[drawn] = hashlib.sha256(text.encode())
-        return self._begun[drawn]
+    def _values(self, name: str, point: Counts) -> Iterable[Value]:
+        """The values of a setting at some points."""
+        column = self.design.columns.get(name)
+        if column is None:
+            return repeat(self.design.base[name], len(point))
+        values: list[Value] = column[point].tolist()
+        return values
 
-    def _trial_id(self, point: str, ending: str, drawn: Value) -> str:
-        """The id of a trial on the map `drawn`; the id of the point has the content of
-        a map that the spec brings.
+    def _common(self, scene: tuple[Value, ...]) -> "hashlib._Hash":
+        """The hash of what all trials in a scene have in common."""
+        if scene not in self._begun:
+            content = common_content(self.study, self._code, *map(str, scene))
+            text = json.dumps(content, sort_keys=True)
+            self._begun[scene] = hashlib.sha256(text.encode())
+        return self._begun[scene]
+
+    def _trial_id(self, point: str, ending: str, scene: tuple[Value, ...]) -> str:
+        """The id of a trial; the id of its point has the content of a map that the spec
+        brings.
         """
-        digest = self._common(str(drawn)).copy()
+        digest = self._common(scene).copy()
         digest.update(f" {point} {ending}".encode())
         return digest.hexdigest()[:24]
 
 
-def common_content(study: Study, code: Code, drawn: str) -> list[Any]:
-    """What the ids of all trials on the map `drawn` cover, ready for JSON."""
+def common_content(study: Study, code: Code, drawn: str, start: str) -> list[Any]:
+    """What the ids of all trials with a map and a start cover, ready for JSON."""
     recorded = study.record
     record = asdict(recorded) | {
         "metrics": sorted(recorded.metrics),
         "series": sorted(recorded.series),
     }
-    stamps = [code.flight, code.models, code.metrics, code.maps.get(drawn, "")]
+    scene = [code.maps.get(drawn, ""), code.starts[start]]
+    stamps = [code.flight, code.models, code.metrics, *scene]
     return [*stamps, asdict(study.streams), record]
 
 

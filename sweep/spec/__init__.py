@@ -8,7 +8,6 @@ keys             each key described once
 key_table        the table of all keys
 study            the Study, and its reader
 settings         what can be set, with units
-starts           the ways to draw the initial flock
 axes             the ways to write an axis
 axis_keys        the fixed keys of an axis
 setting_values   fixed, sweep, derive, require

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from kernels.models import MODELS
 from kernels.settings import About, Observation, Schedule, StartSettings, WorldSettings
+from kernels.starts import STARTS
 from kernels.worlds import MAPS
-from sweep.spec.starts import STARTS
 from sweep.text import unknown
 
 Value = float | int | bool | str

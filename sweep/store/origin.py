@@ -36,7 +36,7 @@ LATER = {
     "maps": {},
     "ablated": {str: [[str]]},
 }
-STAMPS = {kind: {str: str} for kind in ("models", "metrics", "maps")}
+STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
 NUMBERS = ("half_width", "confidence", "nominal_confidence")
 ALONE = {
     "axes": {str: {"fields": [str], "sampler": str | None}},

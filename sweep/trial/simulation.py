@@ -23,10 +23,10 @@ from kernels.flight import (
 )
 from kernels.models import MODELS
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
+from kernels.starts import STARTS
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.settings import settings_of, settings_tuple
-from sweep.spec.starts import STARTS
 from sweep.spec.study import RecordSpec
 from sweep.trial.generators import Randomness
 from sweep.trial.result import ENDINGS, Result

@@ -180,16 +180,20 @@ def test_other_code_makes_other_trials_of_the_same_points(
     )
 
 
-def test_another_map_makes_other_trials_on_it_alone(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("kind", "setting", "values"),
+    [
+        ("_map_stamp", "map", ["empty", "random_obstacles"]),
+        ("_start_stamp", "start_draws", ["numpy", "python_random"]),
+    ],
+)
+def test_another_map_or_start_makes_other_trials_with_it_alone(
+    kind: str, setting: str, values: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = study_of(sweep={"map": ["empty", "random_obstacles"]})
+    study, stamp = study_of(sweep={setting: values}), getattr(identity, kind)
     before = jobs_of(study).table().to_pandas()
-    stamp = identity._map_stamp
     monkeypatch.setattr(
-        identity,
-        "_map_stamp",
-        lambda name: "other" if name == "empty" else stamp(name),
+        identity, kind, lambda name: "other" if name == values[0] else stamp(name)
     )
     after = jobs_of(study).table().to_pandas()
     assert before["point"].equals(after["point"])
@@ -203,8 +207,11 @@ def test_the_hash_of_a_trial_spelled_out() -> None:
     kept = {"heatmaps": False, "trajectories": False}
     record = {"metrics": ["speed"], "series": [], "every": 1} | kept
     streams = {"start": "common", "world": "common", "noise": "independent"}
-    code = identity.code_of("nguyen2024", study.preset, ["speed"], ["random_obstacles"])
-    stamps = [code.flight, code.models, code.metrics, *code.maps.values()]
+    code = identity.code_of(
+        "nguyen2024", study.preset, ["speed"], ["random_obstacles"], ["numpy"]
+    )
+    scene = [*code.maps.values(), *code.starts.values()]
+    stamps = [code.flight, code.models, code.metrics, *scene]
     content = (
         json.dumps([*stamps, streams, record], sort_keys=True)
         + f" {jobs_of(study).points[0]} 5 replicate 0"

@@ -13,6 +13,7 @@ from kernels.identity import FLIGHT
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.stamps import Definition, closure, stamp
+from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from tests import ROOT
 
@@ -191,7 +192,8 @@ def test_models_metrics_and_maps_use_no_other() -> None:
             f"kernels.models.{model.name}"
         }
         assert not any(name.startswith("kernels.metrics") for name in used)
-    for table, others in ((METRICS, "kernels.models"), (MAPS, "kernels.metrics")):
+    tables = (METRICS, "kernels.models"), (MAPS, "kernels.metrics")
+    for table, others in (*tables, (STARTS, "kernels.m")):
         for entry in table.values():
             used = names_of(entry[0])
             assert not any(name.startswith(others) for name in used)

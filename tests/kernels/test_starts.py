@@ -13,8 +13,6 @@ from kernels.settings import (
     CONTINUOUS,
     HEADING,
     INTEGER,
-    NUMPY,
-    PYTHON_RANDOM,
     StartSettings,
 )
 from kernels.starts import start_numpy, start_python_random
@@ -40,9 +38,9 @@ def start(
     free: bool = True,
     disc: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Flock:
-    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free, NUMPY)
+    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free)
     return start_numpy(
-        n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed)
+        n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed), 0
     )
 
 
@@ -165,10 +163,10 @@ def uniform_within(draws: np.ndarray) -> None:
 
 
 def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> None:
-    settings = StartSettings(
-        CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True, PYTHON_RANDOM
+    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True)
+    flock = start_python_random(
+        2, settings, EMPTY, build_reach(EMPTY, 0.0), np.random.default_rng(), 27
     )
-    flock = start_python_random(2, settings, EMPTY, build_reach(EMPTY, 0.0), 27)
     draws = Random(27)
     for i in range(2):
         assert (flock.x[i], flock.y[i]) == (
