@@ -38,7 +38,7 @@ def start(
     free: bool = True,
     disc: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Flock:
-    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free)
+    settings = StartSettings(positions, velocities, 2.0, margin, *disc, free, 0)
     return start_numpy(
         n, settings, world, build_reach(world, 0.0), np.random.default_rng(seed), 0
     )
@@ -163,7 +163,7 @@ def uniform_within(draws: np.ndarray) -> None:
 
 
 def test_the_published_program_draws_place_three_spare_numbers_and_heading() -> None:
-    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True)
+    settings = StartSettings(CONTINUOUS, HEADING, 5.0, 50.0, 0.0, 0.0, 0.0, True, 0)
     flock = start_python_random(
         2, settings, EMPTY, build_reach(EMPTY, 0.0), np.random.default_rng(), 27
     )
