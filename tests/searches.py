@@ -101,7 +101,8 @@ def analytic(noise: float = 1.0, block: float = 1.0) -> Callable[[Job], Result]:
 
     def run(job: Job) -> Result:
         common = np.random.default_rng([job.seed, job.replicate]).normal(0.0, block)
-        own = np.random.default_rng(int(job.trial_id, 16)).normal(0.0, noise)
+        mine = [int(job.point, 16), job.seed, job.replicate]
+        own = np.random.default_rng(mine).normal(0.0, noise)
         return done(job, {"coverage": true_coverage(job.settings) + common + own})
 
     return run

@@ -249,7 +249,7 @@ def test_an_honest_plan_of_any_size_is_read(tmp_path: Path) -> None:
 
 def test_ids_are_what_the_bound_takes_them_for() -> None:
     study = parse_spec(SMALL)
-    ids = Jobs(study, expand(study), "kernels").table()["trial_id"].to_pylist()
+    ids = Jobs(study, expand(study)).table()["trial_id"].to_pylist()
     assert {len(trial) for trial in ids} == {24}
     assert all(set(trial) <= set("0123456789abcdef") for trial in ids)
 

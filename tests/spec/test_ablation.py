@@ -76,7 +76,7 @@ def test_what_is_given_elsewhere_stays() -> None:
 
 
 def points(study: Study) -> list[str]:
-    return Jobs(study, expand(study), "sha").points
+    return Jobs(study, expand(study)).points
 
 
 def test_the_unchanged_row_is_the_point_of_the_study_without_the_axis() -> None:

@@ -111,7 +111,7 @@ def test_shapes_are_obstacles_and_bring_their_size() -> None:
     assert study.maps["room"] == OwnMap((400.0, 300.0), ROOM_OBSTACLES)
     point = expand(study).settings(0)
     assert (point["map"], point["width"], point["height"]) == ("room", 400.0, 300.0)
-    job, _ = Jobs(study, expand(study), "sha")
+    job, _ = Jobs(study, expand(study))
     assert job.obstacles == ROOM_OBSTACLES
 
 
@@ -124,7 +124,7 @@ def test_a_map_goes_wherever_a_map_goes() -> None:
     design = expand(study)
     assert design.columns["map"].tolist() == ["empty", "room", "room"]
     assert design.columns["width"].tolist() == [1280.0, 400.0, 400.0]
-    assert [job.obstacles for job in Jobs(study, design, "sha")[::2]] == [
+    assert [job.obstacles for job in Jobs(study, design)[::2]] == [
         None,
         ROOM_OBSTACLES,
         ROOM_OBSTACLES,
@@ -132,7 +132,7 @@ def test_a_map_goes_wherever_a_map_goes() -> None:
 
 
 def points(study: Study) -> list[str]:
-    return Jobs(study, expand(study), "sha").points
+    return Jobs(study, expand(study)).points
 
 
 def test_points_stand_for_a_maps_content_and_those_of_built_in_maps_stay() -> None:
@@ -463,7 +463,7 @@ def test_the_world_of_a_trial_is_the_one_it_flew_in(stored: StoredStudy) -> None
     study = parse_spec(
         SMALL.replace("separation_weight: [0.5, 1]", "map: [random_obstacles]")
     )
-    job = next(job for job in Jobs(study, expand(study), "sha") if job.replicate == 0)
+    job = next(job for job in Jobs(study, expand(study)) if job.replicate == 0)
     flown = Simulation(job).world
     assert (
         drawn.obstacles[:, :2] == np.column_stack([flown.obstacle_x, flown.obstacle_y])
