@@ -7,6 +7,7 @@ prints nothing, validates nothing.
     metrics/     recorded frames -> numbers
     flight       one flock under way, from its start to its numbers
     inspection   what can be seen of a flight
+    registry     entries by name, ours and those of installed packages
     identity     which code the numbers of a trial come from
     stamps       what code computes, as a hash
     jit          how kernels are compiled

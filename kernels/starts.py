@@ -14,6 +14,7 @@ from typing import NamedTuple
 from numpy.random import Generator
 
 from kernels.jit import jit
+from kernels.registry import Registry
 from kernels.settings import COMPONENTS, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach, inside_any
@@ -151,19 +152,23 @@ def start_python_random(
     return flock
 
 
-STARTS: dict[str, Start] = {
-    "numpy": Start(start_numpy, "NumPy's generator", "boidsweep"),
-    "python_random": Start(
-        start_python_random,
-        "Python's random.Random in the order of aziel_chen2025",
-        "aziel_chen2025, its program",
-        (
-            Demand(
-                "start_radius == 0",
-                "start_draws: python_random draws in the whole world:"
-                " it needs start_radius 0",
+STARTS = Registry(
+    "boidsweep.starts",
+    Start,
+    {
+        "numpy": Start(start_numpy, "NumPy's generator", "boidsweep"),
+        "python_random": Start(
+            start_python_random,
+            "Python's random.Random in the order of aziel_chen2025",
+            "aziel_chen2025, its program",
+            (
+                Demand(
+                    "start_radius == 0",
+                    "start_draws: python_random draws in the whole world:"
+                    " it needs start_radius 0",
+                ),
             ),
         ),
-    ),
-}
+    },
+)
 """By their names in specs."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kernels import arenas
 from kernels.jit import jit
+from kernels.registry import Registry
 from kernels.settings import INTEGER, WorldSettings
 from kernels.state import Floats, World
 
@@ -123,44 +124,65 @@ def narrow_corridor(_settings: WorldSettings, _rng: np.random.Generator) -> Obst
 
 _RUSTAMANI = "rustamani2024, section 3"
 _AZIEL = "aziel_chen2025, section 3.1"
-MAPS: dict[str, Map] = {
-    "empty": Map(empty, "no obstacles, any size", _AZIEL),
-    "random_obstacles": Map(
-        random_obstacles, "n_obstacles discs", "nguyen2024, section 3.1", random=True
-    ),
-    "cafeteria": Map(cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0), "px"),
-    "dense_cafeteria": Map(
-        dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"
-    ),
-    "dense_cafeteria_heatmap": Map(
-        dense_cafeteria_heatmap, "the draw of figure 6", _AZIEL, (800.0, 600.0), "px"
-    ),
-    "narrow_corridor": Map(
-        narrow_corridor, "two blocks and the gap between", _AZIEL, (800.0, 600.0), "px"
-    ),
-    "arena": Map(
-        arenas.arena, "an empty square for robots", _RUSTAMANI, (10.0, 10.0), "m"
-    ),
-    "arena_two_obstacles": Map(
-        *(arenas.arena_two_obstacles, "a disc and a box on the diagonal", _RUSTAMANI),
-        (10.0, 10.0),
-        "m",
-    ),
-    "maze": Map(
-        arenas.maze,
-        "walls across the diagonal",
-        "ours, in the spirit of " + _RUSTAMANI,
-        (10.0, 10.0),
-        "m",
-    ),
-    "field": Map(
-        arenas.arena,
-        "an empty rectangle, three times as long",
-        _RUSTAMANI,
-        (30.0, 10.0),
-        "m",
-    ),
-}
+MAPS = Registry(
+    "boidsweep.maps",
+    Map,
+    {
+        "empty": Map(empty, "no obstacles, any size", _AZIEL),
+        "random_obstacles": Map(
+            random_obstacles,
+            "n_obstacles discs",
+            "nguyen2024, section 3.1",
+            random=True,
+        ),
+        "cafeteria": Map(
+            cafeteria, "two tables with chairs", _AZIEL, (800.0, 600.0), "px"
+        ),
+        "dense_cafeteria": Map(
+            dense_cafeteria, "twelve tables with chairs", _AZIEL, (800.0, 600.0), "px"
+        ),
+        "dense_cafeteria_heatmap": Map(
+            dense_cafeteria_heatmap,
+            "the draw of figure 6",
+            _AZIEL,
+            (800.0, 600.0),
+            "px",
+        ),
+        "narrow_corridor": Map(
+            narrow_corridor,
+            "two blocks and the gap between",
+            _AZIEL,
+            (800.0, 600.0),
+            "px",
+        ),
+        "arena": Map(
+            arenas.arena, "an empty square for robots", _RUSTAMANI, (10.0, 10.0), "m"
+        ),
+        "arena_two_obstacles": Map(
+            *(
+                arenas.arena_two_obstacles,
+                "a disc and a box on the diagonal",
+                _RUSTAMANI,
+            ),
+            (10.0, 10.0),
+            "m",
+        ),
+        "maze": Map(
+            arenas.maze,
+            "walls across the diagonal",
+            "ours, in the spirit of " + _RUSTAMANI,
+            (10.0, 10.0),
+            "m",
+        ),
+        "field": Map(
+            arenas.arena,
+            "an empty rectangle, three times as long",
+            _RUSTAMANI,
+            (30.0, 10.0),
+            "m",
+        ),
+    },
+)
 
 
 def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:

@@ -2,11 +2,16 @@
 
 from kernels.model import Model
 from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024
+from kernels.registry import Registry
 
-MODELS: dict[str, Model] = {
-    "nguyen2024": nguyen2024.MODEL,
-    "aziel_chen2025": aziel_chen2025.MODEL,
-    "rustamani2024": rustamani2024.MODEL,
-    "patel2023": patel2023.MODEL,
-    "nanobot": nanobot.MODEL,
-}
+MODELS = Registry(
+    "boidsweep.models",
+    Model,
+    {
+        "nguyen2024": nguyen2024.MODEL,
+        "aziel_chen2025": aziel_chen2025.MODEL,
+        "rustamani2024": rustamani2024.MODEL,
+        "patel2023": patel2023.MODEL,
+        "nanobot": nanobot.MODEL,
+    },
+)

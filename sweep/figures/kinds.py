@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from kernels.registry import Registry
 from sweep.errors import ChoiceError
 from sweep.figures import (
     coverage,
@@ -27,20 +28,24 @@ from sweep.figures.selection import select
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
-KINDS: dict[str, FigureKind] = {
-    "curves": curves.KIND,
-    "scatter": scatter.KIND,
-    "heatmap": heatmap.KIND,
-    "parallel": parallel.KIND,
-    "pareto": pareto.KIND,
-    "sensitivity": sensitivity.KIND,
-    "coverage": coverage.KIND,
-    "trajectories": trajectories.KIND,
-    "history": search.HISTORY,
-    "front": search.FRONT,
-    "comparison": search_repetitions.COMPARISON,
-    "hypervolume": search_repetitions.HYPERVOLUME,
-}
+KINDS = Registry(
+    "boidsweep.figures",
+    FigureKind,
+    {
+        "curves": curves.KIND,
+        "scatter": scatter.KIND,
+        "heatmap": heatmap.KIND,
+        "parallel": parallel.KIND,
+        "pareto": pareto.KIND,
+        "sensitivity": sensitivity.KIND,
+        "coverage": coverage.KIND,
+        "trajectories": trajectories.KIND,
+        "history": search.HISTORY,
+        "front": search.FRONT,
+        "comparison": search_repetitions.COMPARISON,
+        "hypervolume": search_repetitions.HYPERVOLUME,
+    },
+)
 """By the names that `sweep plot` takes."""
 
 

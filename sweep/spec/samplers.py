@@ -1,5 +1,6 @@
 """All samplers of points, by their names in specs."""
 
+from kernels.registry import Registry
 from sweep.spec.sampling import (
     Analyses,
     Sampler,
@@ -11,16 +12,20 @@ from sweep.spec.sampling import (
 )
 from sweep.spec.whole_samples import MORRIS, SALTELLI
 
-SAMPLERS: dict[str, Sampler] = {
-    "random": Sampler(random, "independent draws"),
-    "lhs": Sampler(
-        latin_hypercube, "Latin hypercube: one draw in each of as many intervals"
-    ),
-    "sobol": Sampler(sobol, "the scrambled Sobol sequence", powers_of_two),
-    "halton": Sampler(halton, "the scrambled Halton sequence"),
-    "saltelli": SALTELLI,
-    "morris": MORRIS,
-}
+SAMPLERS = Registry(
+    "boidsweep.samplers",
+    Sampler,
+    {
+        "random": Sampler(random, "independent draws"),
+        "lhs": Sampler(
+            latin_hypercube, "Latin hypercube: one draw in each of as many intervals"
+        ),
+        "sobol": Sampler(sobol, "the scrambled Sobol sequence", powers_of_two),
+        "halton": Sampler(halton, "the scrambled Halton sequence"),
+        "saltelli": SALTELLI,
+        "morris": MORRIS,
+    },
+)
 ALONE = "random"
 """What draws the axis of one setting, which names no sampler."""
 

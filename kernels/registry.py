@@ -1,0 +1,120 @@
+"""Tables of what is looked up by name: entries of ours, and those of packages that are
+installed beside us.
+
+A package says in its metadata what it offers, as entry points of a group:
+
+    [project.entry-points."boidsweep.models"]
+    vortex = "their_package.vortex:MODEL"
+
+Only packages that are installed are asked, never a folder that happens to be at hand.
+Their code is imported when a name is asked for that is none of ours, or when all are
+listed. An entry that cannot be used is left out, and `refused` says why; it may not
+take the name of one of ours, nor that of another package's.
+"""
+
+import site
+import sys
+from collections.abc import Iterator, Mapping, MutableMapping
+from importlib.metadata import EntryPoint, distributions
+from pathlib import Path
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class Registry(MutableMapping[str, T]):
+    """Entries of one kind by name, in the order of their registration.
+
+    `group` is the group of entry points, and `origins` has for each name the
+    distribution that it comes from: that of other packages only.
+    """
+
+    def __init__(self, group: str, kind: type[T], own: Mapping[str, T]) -> None:
+        self.group, self.kind, self._own = group, kind, dict(own)
+        self._others: dict[str, T] | None = None
+        self.origins: dict[str, str] = {}
+        self.refused: dict[str, str] = {}
+
+    def __getitem__(self, name: str) -> T:
+        return self._own[name] if name in self._own else self._installed()[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._own or name in self._installed()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([*self._own, *self._installed()])
+
+    def __len__(self) -> int:
+        return len(self._own) + len(self._installed())
+
+    def __setitem__(self, name: str, entry: T) -> None:
+        self._own[name] = entry
+
+    def __delitem__(self, name: str) -> None:
+        del self._own[name]
+
+    def __repr__(self) -> str:
+        return f"Registry({self.group!r}, {list(self)})"
+
+    def _installed(self) -> dict[str, T]:
+        """The entries of other packages, which are imported at the first question."""
+        if self._others is None:
+            # A package may look here while it is imported.
+            self._others = {}
+            offered: dict[str, list[EntryPoint]] = {}
+            for point in installed(self.group):
+                offered.setdefault(point.name, []).append(point)
+            for name, points in sorted(offered.items()):
+                self._enter(name, points)
+        return self._others
+
+    def _enter(self, name: str, points: list[EntryPoint]) -> None:
+        assert self._others is not None
+        point, owners = points[0], [owner(one) for one in points]
+        if name in self._own:
+            self.refused[name] = f"{owners[0]} offers it too, and it is one of ours"
+        elif len(points) > 1:
+            self.refused[name] = f"several packages offer it: {', '.join(owners)}"
+        else:
+            try:
+                entry = point.load()
+            except Exception as error:
+                said = f"{type(error).__name__}: {error}"
+                self.refused[name] = f"{owners[0]} has it in {point.value}: {said}"
+                return
+            if isinstance(entry, self.kind):
+                self._others[name], self.origins[name] = entry, owners[0]
+            else:
+                what = f"no {self.kind.__name__} but a {type(entry).__name__}"
+                self.refused[name] = f"{owners[0]} has in {point.value} {what}"
+
+
+def owner(point: EntryPoint) -> str:
+    """The distribution of an entry point, as `name version`."""
+    assert point.dist is not None
+    return f"{point.dist.name} {point.dist.version}"
+
+
+def installed(group: str) -> list[EntryPoint]:
+    """The entry points of a group of all distributions in folders of installed
+    packages, each distribution once.
+    """
+    places = [path for path in sys.path if _is_for_packages(path)]
+    found = {
+        distribution.name: distribution
+        for distribution in reversed(list(distributions(path=places)))
+    }
+    return [
+        point
+        for _, distribution in sorted(found.items())
+        for point in distribution.entry_points
+        if point.group == group
+    ]
+
+
+def _is_for_packages(path: str) -> bool:
+    """Whether packages are installed into a folder of the path; the current folder and
+    those of PYTHONPATH are anybody's.
+    """
+    usual = {*site.getsitepackages(), site.getusersitepackages()}
+    return path in usual or Path(path).name in ("site-packages", "dist-packages")
