@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 from numba.core.caching import _CacheLocator
 
@@ -28,6 +29,8 @@ def usual_folder() -> Path:
 
 FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
+OURS: WeakSet[Callable[..., Any]] = WeakSet()
+"""The functions that `kernels.jit` compiles, in whatever package they stand."""
 
 
 class ByStamp(_CacheLocator):
@@ -41,7 +44,7 @@ class ByStamp(_CacheLocator):
         cls, function: Callable[..., Any], _file: str
     ) -> "ByStamp | None":
         """numba asks this of each kind of place, and takes the first that it gets."""
-        if function.__module__.partition(".")[0] != "kernels":
+        if function not in OURS:
             return None
         FOLDER.mkdir(parents=True, exist_ok=True)
         return cls(function)

@@ -17,11 +17,14 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
+from kernels.caching import OURS
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+    OURS.add(function)
     return cast(
         "Callable[P, R]",
         numba.njit(cache=True, error_model="numpy", **options)(function),

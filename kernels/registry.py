@@ -19,6 +19,9 @@ from importlib.metadata import EntryPoint, distributions
 from pathlib import Path
 from typing import TypeVar
 
+OURS = "boidsweep."
+"""How the names of our groups begin."""
+
 T = TypeVar("T")
 
 
@@ -42,7 +45,8 @@ class Registry(MutableMapping[str, T]):
         return name in self._own or name in self._installed()
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self._own, *self._installed()])
+        yield from list(self._own)
+        yield from list(self._installed())
 
     def __len__(self) -> int:
         return len(self._own) + len(self._installed())
@@ -95,9 +99,14 @@ def owner(point: EntryPoint) -> str:
     return f"{point.dist.name} {point.dist.version}"
 
 
-def installed(group: str) -> list[EntryPoint]:
-    """The entry points of a group of all distributions in folders of installed
-    packages, each distribution once.
+def packages() -> set[str]:
+    """The names of the packages of others that offer entries of any kind."""
+    return {point.module.partition(".")[0] for point in installed(OURS)}
+
+
+def installed(groups: str) -> list[EntryPoint]:
+    """The entry points, of groups that begin so, of all distributions in folders of
+    installed packages, each distribution once.
     """
     places = [path for path in sys.path if _is_for_packages(path)]
     found = {
@@ -108,7 +117,7 @@ def installed(group: str) -> list[EntryPoint]:
         point
         for _, distribution in sorted(found.items())
         for point in distribution.entry_points
-        if point.group == group
+        if point.group.startswith(groups)
     ]
 
 

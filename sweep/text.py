@@ -47,10 +47,13 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     """A sentence such as `unknown metric "polarisation"; did you mean "polarization"?
     Allowed: ...`.
 
-    The allowed names are listed where they are few.
+    The allowed names are listed where they are few. A registry says also why an entry
+    of another package cannot be used.
     """
     names = list(allowed)
     text = str(given)
+    if why := getattr(allowed, "refused", {}).get(text):
+        return f'{kind} "{shortened(text)}" cannot be used: {why}'
     close = similar(text, names)
     sentence = f'unknown {kind} "{shortened(text)}"{close}'
     if not names:

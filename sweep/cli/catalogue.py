@@ -1,10 +1,15 @@
 """Commands that say what exists."""
 
-from typing import Annotated, Any
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from sweep.cli.app import app, stop
+from sweep.text import unknown
+
+if TYPE_CHECKING:
+    from kernels.registry import Registry
 
 
 @app.command()
@@ -14,29 +19,33 @@ def models(
     ] = None,
 ) -> None:
     """The models, or the settings of one with units, ranges and preset values."""
+    from kernels.models import MODELS
     from sweep.cli.listing import model_settings, model_table
 
-    _print(
-        model_table()
-        if name is None
-        else model_settings(_known(name, "model", _models()))
-    )
+    if name is None:
+        _print(model_table(), MODELS)
+    elif name in MODELS:
+        _print(model_settings(name))
+    else:
+        stop(unknown("model", name, MODELS), 2)
 
 
 @app.command()
 def maps() -> None:
     """The environment maps."""
+    from kernels.worlds import MAPS
     from sweep.cli.listing import map_table
 
-    _print(map_table())
+    _print(map_table(), MAPS)
 
 
 @app.command()
 def metrics() -> None:
     """The metrics, with units and sources."""
+    from kernels.metrics import METRICS
     from sweep.cli.listing import metric_table
 
-    _print(metric_table())
+    _print(metric_table(), METRICS)
 
 
 @app.command()
@@ -49,21 +58,11 @@ def schema() -> None:
     print(json.dumps(json_schema(), indent=1))
 
 
-def _models() -> list[str]:
-    from kernels.models import MODELS
-
-    return list(MODELS)
-
-
-def _known(name: str, what: str, names: list[str]) -> str:
-    from sweep.text import unknown
-
-    if name not in names:
-        stop(unknown(what, name, names), 2)
-    return name
-
-
-def _print(renderable: Any) -> None:
+def _print(renderable: Any, registry: "Registry[Any] | None" = None) -> None:
+    """Print a table, and on stderr which entries of `registry` cannot be used."""
+    from sweep.cli.listing import refusals
     from sweep.cli.terminal import console
 
     console().print(renderable)
+    for line in refusals(registry) if registry is not None else ():
+        print(line, file=sys.stderr)

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from kernels.metrics import METRICS
 from kernels.models import MODELS
+from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
 from sweep.analysis.notation import plus_minus, with_interval
@@ -32,9 +33,8 @@ def model_table() -> Table:
     """Models, presets and where they come from."""
     table = Table("model", "presets", "metrics recorded by default", "source")
     for name, model in MODELS.items():
-        table.add_row(
-            name, ", ".join(model.presets), ", ".join(model.metrics), model.source
-        )
+        presets, metrics = ", ".join(model.presets), ", ".join(model.metrics)
+        table.add_row(name, presets, metrics, _source(MODELS, name, model.source))
     return table
 
 
@@ -55,7 +55,7 @@ def map_table() -> Table:
         size = (
             f"{map_.size[0]:g} x {map_.size[1]:g} {map_.unit}" if map_.size else "any"
         )
-        table.add_row(name, size, map_.text, map_.source)
+        table.add_row(name, size, map_.text, _source(MAPS, name, map_.source))
     return table
 
 
@@ -63,8 +63,20 @@ def metric_table() -> Table:
     """Metrics, their units and where they come from."""
     table = Table("metric", "unit", "what it is", "source")
     for name, metric in METRICS.items():
-        table.add_row(name, metric.unit, metric.text, metric.source)
+        source = _source(METRICS, name, metric.source)
+        table.add_row(name, metric.unit, metric.text, source)
     return table
+
+
+def _source(registry: Registry[Any], name: str, source: str) -> str:
+    """Where an entry comes from; of one that is not ours also the package."""
+    owner = registry.origins.get(name)
+    return f"{source} ({owner})" if owner else source
+
+
+def refusals(registry: Registry[Any]) -> list[str]:
+    """A line for each entry of another package that cannot be used."""
+    return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
 def point_table(

@@ -1,7 +1,8 @@
 """The kinds of figures that `sweep plot` draws: which of them suit a study, and their
 figures.
 
-A new kind is a module of its own, which has its KIND, and one entry of KINDS.
+A new kind is a module of its own, which has its KIND, and one entry of KINDS. Installed
+packages may bring others.
 """
 
 from collections.abc import Iterator, Sequence

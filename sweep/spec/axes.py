@@ -354,7 +354,7 @@ def _sampler(entry: Entry) -> str | None:
 
 def _notes(name: str, entry: Entry) -> tuple[str, ...]:
     sampler = _sampler(entry)
-    if sampler not in SAMPLERS:
+    if sampler is None or sampler not in SAMPLERS:
         return ()
     remark = SAMPLERS[sampler].remark(entry.value["points"])
     return (f"{name}: {remark}",) if remark else ()

@@ -2,14 +2,15 @@
 that its bits depend on.
 
 A process takes its fingerprint once, after it has imported what it runs: the versions,
-and a hash of every source file of `kernels` and `sweep`. So
-after an edit of a file, the fingerprints of older and newer processes differ. A process
-that runs trials for another one compares both fingerprints, and refuses if something
-differs that it has imported itself. A fingerprint travels as text, which any version of
-this module can read.
+and a hash of every source file of `kernels`, of `sweep`, and of installed packages that
+offer entries. So after an edit of a file, the fingerprints of older and newer processes
+differ. A process that runs trials for another one compares both fingerprints, and
+refuses if something differs that it has imported itself, or that another package may
+still bring. A fingerprint travels as text, which any version of this module can read.
 """
 
 import hashlib
+import importlib.util
 import json
 import platform
 import sys
@@ -34,17 +35,20 @@ def fingerprint() -> str:
         for name in LIBRARIES
         if name in sys.modules
     }
-    return json.dumps(versions | _sources(ROOT))
+    return json.dumps(versions | _sources())
 
 
 def own_part() -> str:
-    """This process's fingerprint, with only those source files imported so far."""
+    """This process's fingerprint, with only those of our source files that are imported
+    so far. Other packages are imported when a trial asks for them.
+    """
+    others = tuple(f"{name}/" for name in _folders() if name not in PACKAGES)
     everything, relevant = json.loads(fingerprint()), imported()
     return json.dumps(
         {
             name: value
             for name, value in everything.items()
-            if not _is_file(name) or name in relevant
+            if not _is_file(name) or name in relevant or name.startswith(others)
         }
     )
 
@@ -88,32 +92,47 @@ def edited() -> str:
     """Which source files that this process runs are no longer what they were, in words;
     empty where all are.
     """
-    then, now = json.loads(fingerprint()), _sources(ROOT)
+    then, now = json.loads(fingerprint()), _sources()
     return ", ".join(
         sorted(name for name in imported() if then.get(name) != now.get(name))
     )
 
 
 def imported() -> set[str]:
-    """The source files of `kernels` and `sweep` that this process has imported, named
-    as from the folder of both.
+    """The source files of `kernels`, `sweep` and other packages with entries that this
+    process has imported, each as from the folder of its package.
     """
-    own = [
-        module
-        for name, module in list(sys.modules.items())
-        if name.partition(".")[0] in PACKAGES
-    ]
-    paths = [Path(module.__file__) for module in own if module.__file__]
+    found, folders = set(), _folders()
+    for name, module in list(sys.modules.items()):
+        folder = folders.get(name.partition(".")[0])
+        if folder and module.__file__ and Path(module.__file__).is_relative_to(folder):
+            found.add(_named(folder, Path(module.__file__)))
+    return found
+
+
+@cache
+def _folders() -> dict[str, Path]:
+    """The folder of each package whose code trials may run."""
+    from kernels.registry import packages
+
+    found = {name: ROOT / name for name in PACKAGES}
+    for name in packages():
+        spec = importlib.util.find_spec(name)
+        if spec and spec.submodule_search_locations:
+            found[name] = Path(spec.submodule_search_locations[0])
+    return found
+
+
+def _sources() -> dict[str, str]:
     return {
-        path.relative_to(ROOT).as_posix() for path in paths if path.is_relative_to(ROOT)
+        _named(folder, path): _hash(path)
+        for folder in _folders().values()
+        for path in sorted(folder.rglob("*.py"))
     }
 
 
-def _sources(root: Path) -> dict[str, str]:
-    paths = sorted(
-        path for package in PACKAGES for path in (root / package).rglob("*.py")
-    )
-    return {path.relative_to(root).as_posix(): _hash(path) for path in paths}
+def _named(folder: Path, path: Path) -> str:
+    return path.relative_to(folder.parent).as_posix()
 
 
 def _hash(path: Path) -> str:

@@ -1,0 +1,218 @@
+"""Entries of packages that are installed beside us: found, used by every command and
+worker, part of the ids, and refused in words where they cannot be used.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests import ROOT
+from tests.commands import SWEEP
+from tests.other_packages import FILES, OFFERED, RULES, install
+
+SPEC = """
+study: swirling
+model: swirl
+preset: as_run
+seed: 5
+replicates: 2
+fixed: {n: 12, steps: 30, map: pillar, start_draws: still}
+sweep:
+  both: {sample: evenly, points: 3, cohesion_weight: {uniform: [0.01, 0.02]},
+         max_speed: {uniform: [2, 4]}}
+record: {metrics: [rightwards, speed], series: [rightwards], every: 10}
+"""
+
+
+def said(
+    folder: Path, *arguments: str, code: int = 0, **variables: str
+) -> subprocess.CompletedProcess[str]:
+    """A finished command, in a process that finds the packages below `folder`."""
+    found = subprocess.run(
+        [*SWEEP, *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(folder / "site-packages")} | variables,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert found.returncode == code, found.stderr
+    return found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the package, a spec, and the study launched by two workers."""
+    here = tmp_path_factory.mktemp("swirling")
+    install(here, OFFERED, FILES)
+    (here / "spec.yaml").write_text(SPEC)
+    assert "6 done" in said(here, "launch", "spec.yaml", "--workers", "2").stderr
+    return here
+
+
+def trials(folder: Path) -> pd.DataFrame:
+    parts = (folder / "results" / "swirling" / "parts").glob("*/trials.parquet")
+    return pd.concat([pd.read_parquet(part) for part in parts])
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [("models", "swirl"), ("metrics", "rightwards"), ("maps", "pillar")],
+)
+def test_what_others_bring_is_listed_with_their_package(
+    folder: Path, command: str, name: str
+) -> None:
+    lines = said(folder, command, COLUMNS="200").stdout
+    assert name in lines
+    assert "(swirling 1.0)" in lines
+
+
+def test_commands_take_them_as_they_take_ours(folder: Path) -> None:
+    assert "at rest" in said(folder, "models", "swirl", COLUMNS="200").stdout
+    assert '"swirl"' in said(folder, "schema").stdout
+    table = said(folder, "table", "swirling", COLUMNS="200").stdout
+    assert "rightwards" in table
+    assert "6 of 6" in said(folder, "verify", "swirling", "--fraction", "1").stdout
+    trial = trials(folder)["trial_id"].iloc[0]
+    assert "equal to what is stored" in said(folder, "replay", "swirling", trial).stdout
+    drawn = said(folder, "plot", "swirling", "nothing", "scatter").stdout
+    assert "nothing.png" in drawn
+    assert len(drawn.splitlines()) > 1
+    assert trials(folder)["rightwards"].notna().all()
+
+
+def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> None:
+    """And numba compiles it again, though the rule and the model that calls it stand in
+    two files.
+    """
+    install(tmp_path, OFFERED, FILES)
+    (tmp_path / "spec.yaml").write_text(SPEC.replace(", start_draws: still", ""))
+    said(tmp_path, "launch", "spec.yaml")
+    first = trials(tmp_path)
+    comment = RULES.replace('"""As the rule', '"""Like the rule')
+    install(tmp_path, OFFERED, FILES | {"rules.py": comment})
+    assert "nothing was missing" in said(tmp_path, "launch", "spec.yaml").stderr
+    install(tmp_path, OFFERED, FILES | {"rules.py": RULES.replace("1.0", "-1.0", 1)})
+    changed = said(tmp_path, "diff", "spec.yaml").stdout
+    assert "the code has changed (model swirl as_run)" in changed
+    assert "6 new trials" in said(tmp_path, "launch", "spec.yaml").stderr
+    every = trials(tmp_path)
+    again = every[~every["trial_id"].isin(first["trial_id"])]
+    assert sorted(again["point"]) == sorted(first["point"])
+    assert set(again["speed"]) != set(first["speed"])
+
+
+def test_a_study_of_a_package_that_is_gone_is_one_sentence(
+    folder: Path,
+) -> None:
+    bare = {"PYTHONPATH": ""}
+    for command in (["table", "swirling"], ["status", "swirling"]):
+        found = said(folder, *command, code=2, **bare)
+        assert len(found.stderr.splitlines()) == 1
+        assert "swirl" in found.stderr
+    found = said(folder, "plan", "spec.yaml", code=2, **bare)
+    assert 'unknown model "swirl"' in found.stderr
+
+
+BROKEN = {
+    "one of ours": (
+        {"boidsweep.models": {"nguyen2024": "swirling.model:MODEL"}},
+        "models",
+        "nguyen2024 cannot be used: swirling 1.0 offers it too, and it is one of ours",
+    ),
+    "not there": (
+        {"boidsweep.models": {"swirl": "swirling.nowhere:MODEL"}},
+        "models",
+        "swirl cannot be used: swirling 1.0 has it in swirling.nowhere:MODEL:"
+        " ModuleNotFoundError: No module named 'swirling.nowhere'",
+    ),
+    "another kind": (
+        {"boidsweep.metrics": {"swirl": "swirling.model:MODEL"}},
+        "metrics",
+        "swirl cannot be used: swirling 1.0 has in swirling.model:MODEL no Metric but a"
+        " Model",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_cannot_be_used_is_said_and_harms_no_other(
+    name: str, tmp_path: Path
+) -> None:
+    offered, command, sentence = BROKEN[name]
+    install(tmp_path, offered, FILES)
+    found = said(tmp_path, command)
+    assert found.stderr == sentence + "\n"
+    assert found.stdout == said(tmp_path, command, PYTHONPATH="").stdout
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    if sentence.startswith("swirl cannot be used: swirling 1.0 has it"):
+        refused = said(tmp_path, "plan", "spec.yaml", code=2).stderr
+        assert 'spec.yaml:3: model "swirl' in refused
+        assert "cannot be used: swirling 1.0" in refused
+
+
+def test_two_packages_of_one_name_are_both_named(tmp_path: Path) -> None:
+    offered = {"boidsweep.models": {"swirl": "swirling.model:MODEL"}}
+    install(tmp_path, offered, FILES)
+    install(tmp_path, offered, {"__init__.py": ""}, name="eddies")
+    found = said(tmp_path, "models")
+    packages = "eddies 1.0, swirling 1.0"
+    assert (
+        f"swirl cannot be used: several packages offer it: {packages}" in found.stderr
+    )
+
+
+def test_a_folder_of_the_path_that_is_none_of_packages_is_not_asked(
+    tmp_path: Path,
+) -> None:
+    """Else whoever leaves two files beside a spec could have them run."""
+    here = install(tmp_path, OFFERED, FILES).rename(tmp_path / "anywhere")
+    trap = tmp_path / "ran"
+    (here / "swirling" / "__init__.py").write_text(f"open({str(trap)!r}, 'w')")
+    found = said(tmp_path, "models", PYTHONPATH=str(here))
+    assert "swirl" not in found.stdout
+    found = subprocess.run(
+        [*SWEEP, "models"], cwd=here, capture_output=True, text=True, timeout=120
+    )
+    assert "swirl" not in found.stdout
+    assert not trap.exists()
+
+
+IMPORTS = """
+import importlib, pkgutil, sweep, kernels
+from kernels.registry import Registry
+
+def refuse(self):
+    raise AssertionError(f"{self.group} is asked for")
+
+Registry._installed = refuse
+for package in (kernels, sweep):
+    for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        importlib.import_module(found.name)
+"""
+
+
+def test_no_package_is_asked_while_ours_are_imported() -> None:
+    """It would import modules of ours that are not there yet."""
+    subprocess.run([sys.executable, "-c", IMPORTS], check=True, cwd=ROOT)
+
+
+def test_a_package_is_not_imported_for_a_study_that_does_without(
+    tmp_path: Path,
+) -> None:
+    files = FILES | {"model.py": "raise RuntimeError('imported')"}
+    install(tmp_path, {"boidsweep.models": OFFERED["boidsweep.models"]}, files)
+    text = SPEC.replace("swirl\n", "nguyen2024\n").replace(", map: pillar", "")
+    for word in (", start_draws: still", "rightwards, "):
+        text = text.replace(word, "")
+    text = text.replace("[rightwards]", "[speed]").replace("evenly", "random")
+    text = text.replace("max_speed: {uniform: [2, 4]}", "drag: {uniform: [0, 0.1]}")
+    (tmp_path / "spec.yaml").write_text(text.replace("[0.01, 0.02]", "[1, 2]"))
+    assert "6 done" in said(tmp_path, "launch", "spec.yaml").stderr
+    plan = json.loads(said(tmp_path, "status", "swirling", "--json").stdout)
+    assert plan["study"] == "swirling"
