@@ -90,7 +90,7 @@ def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("sweep.cli.running.OWN_EXPERIMENTS", folder)
+    monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", folder)
     done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
     assert "this runs code" not in done.stderr
     assert "claims: " in done.stderr

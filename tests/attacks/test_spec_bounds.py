@@ -267,9 +267,7 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
 
 
 def test_the_schema_has_the_same_limits() -> None:
-    schema = json.loads(
-        (Path(limits.__file__).parents[2] / "spec.schema.json").read_text()
-    )
+    schema = json.loads(FILE_FOR_EDITORS.read_text())
     fixed, until = schema["properties"]["replicates"]["anyOf"]
     assert (
         fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS
