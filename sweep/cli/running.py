@@ -167,9 +167,9 @@ def reproduce(
     """Run what is missing of the published studies, draw their figures, and judge every
     published claim.
 
-    It runs code: figures.py of each study in the folder. With --only it runs that of
-    the named studies alone. Read this code first. The verdicts are on the page
-    scorecard.html below the results.
+    It runs code: figures.py of each study in the folder, and the files beside it that
+    it imports. With --only it runs that of the named studies alone. Read this code
+    first. The verdicts are on the page scorecard.html below the results.
     """
     from sweep.cli.progress import ProgressBar
     from sweep.published.claims import FILE, code_files, read_all

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import app
+from sweep.cli.app import Force, app
 
 
 @app.command()
@@ -26,14 +26,12 @@ def init(
             help="The new spec; by default in the current folder, of the same name.",
         ),
     ] = None,
-    force: Annotated[
-        bool, typer.Option(help="Replace files that are there already.")
-    ] = False,
+    force: Force = False,
 ) -> None:
     """Begin a study of your own with the spec of a built-in one, or list these.
 
-    The new study is my/NAME for a file NAME.yaml, so its results are apart from those
-    of the built-in one. Tables and images that the spec names are copied too.
+    A file NAME.yaml has the study my/NAME: its results are apart from those of the
+    built-in one. Tables and images that the spec names are copied too.
     """
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console

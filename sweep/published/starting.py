@@ -79,8 +79,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     """
     specs = built_in_specs()
     if name not in specs:
-        sentence = unknown("built-in study", name, specs)
-        raise SpecError(f"{sentence}; `sweep init` lists them")
+        raise SpecError(unknown("built-in study (see `sweep init`)", name, specs))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
     check_output(target, ENDINGS, force=force)
