@@ -90,7 +90,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     contents = {target: text.encode()}
     for file in _named_files(root.value, source.parent):
         copy, content = target.parent / file, (source.parent / file).read_bytes()
-        if not (copy.is_file() and copy.read_bytes() == content):
+        if not _holds(copy, content):
             check_output(copy, (copy.suffix,), force=force)
             contents[copy] = content
     for new, content in contents.items():
@@ -123,6 +123,13 @@ def _renamed(document: Document, old: str, new: str) -> str:
     lines[number] = key + colon + value.replace(old, new, 1)
     schema = f"# yaml-language-server: $schema={FILE_FOR_EDITORS.as_uri()}\n"
     return schema + "".join(lines)
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    try:
+        return path.is_file() and path.read_bytes() == content
+    except OSError:  # it is not ours to read
+        return False
 
 
 def _named_files(value: Any, folder: Path) -> Iterator[str]:
