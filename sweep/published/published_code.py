@@ -42,7 +42,7 @@ class _Beside(FileFinder):
 
 def files_of_code(file: Path) -> list[Path]:
     """A figures.py, and the files beside it that it imports relatively, or that these
-    import. A file that is no Python imports nothing.
+    import. A file that cannot be read, or is no Python, imports nothing.
     """
     files = [file]
     for one in files:  # it grows meanwhile
@@ -55,7 +55,7 @@ def _imported(file: Path) -> list[str]:
     """The modules beside a file that it imports, each once."""
     try:
         tree = ast.parse(file.read_bytes())
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     names = [
         name

@@ -91,6 +91,26 @@ def test_files_that_are_imported_are_named_too(folder: Path) -> None:
     assert marks(folder) == []
 
 
+@pytest.mark.parametrize("text", ["from .helper import", "\0", "(" * 10_000])
+def test_what_is_no_python_is_named_all_the_same(folder: Path, text: str) -> None:
+    file = folder / "tiny" / "figures.py"
+    file.write_text(text)
+    assert code_files(folder, ("tiny",)) == [file]
+    with pytest.raises(SpecError, match=r"figures.py.*: cannot be loaded: "):
+        read_all(folder, quick=True, only=("tiny",))
+
+
+def test_what_cannot_be_read_is_named_all_the_same(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    named = [folder / "tiny" / "figures.py"]
+    assert code_files(folder, ("tiny",)) == named
+
+
 def test_an_imported_file_is_that_of_this_folder(folder: Path, tmp_path: Path) -> None:
     for place in (folder, experiments(tmp_path / "second")):
         (place / "tiny" / "figures.py").write_text(
