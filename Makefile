@@ -33,7 +33,7 @@ notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes
 	$(BIN)/python notebooks/execute.py
 
 documents: $(STAMP)  ## write what follows from the code: the schema of a spec, the table of its keys
-	$(BIN)/sweep schema > spec.schema.json
+	$(BIN)/sweep schema > sweep/spec/spec.schema.json
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run

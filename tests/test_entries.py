@@ -51,6 +51,7 @@ WORDS = {
 """Names that are words too, and where they mean something else."""
 EXAMPLES = {
     "sweep/cli/app.py": "nguyen2024",  # in help: the name of a study
+    "sweep/cli/starting.py": "nguyen2024",  # in help too
     "kernels/starts.py": "aziel_chen2025",  # the program whose draws it repeats
     "sweep/cli/reading.py": "coverage_cv",  # in help: how a direction is written
 }

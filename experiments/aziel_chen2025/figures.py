@@ -9,20 +9,6 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.aziel_chen2025.search import (  # noqa: F401 (for published.yaml)
-    GAINS,
-    SIZES,
-    Studies,
-    Values,
-    done,
-    gain_spread_dense_cafeteria,
-    gain_spread_narrow_corridor,
-    loss_to_alignment_beyond_and_before,
-    loss_to_alignment_of_50_less_that_of_100,
-    near_maximal_in_the_empty_map,
-    seed_spread_dense_cafeteria,
-    seed_spread_narrow_corridor,
-)
 from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
@@ -40,6 +26,21 @@ from sweep.figures import (
     note,
 )
 from sweep.tables.stored_study import StoredStudy
+
+from .search import (  # noqa: F401 (for published.yaml)
+    GAINS,
+    SIZES,
+    Studies,
+    Values,
+    done,
+    gain_spread_dense_cafeteria,
+    gain_spread_narrow_corridor,
+    loss_to_alignment_beyond_and_before,
+    loss_to_alignment_of_50_less_that_of_100,
+    near_maximal_in_the_empty_map,
+    seed_spread_dense_cafeteria,
+    seed_spread_narrow_corridor,
+)
 
 MAPS = {
     "dense_cafeteria": "dense cafeteria",

@@ -10,7 +10,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.patel2023.flights import (  # noqa: F401 (for published.yaml)
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    LINE_STYLES,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_flock,
+    draw_map,
+    legend,
+    name_rows,
+    note,
+)
+from sweep.trial.world import TrialWorld
+
+from .flights import (  # noqa: F401 (for published.yaml)
     FRAMES_A_SECOND,
     Flight,
     Floats,
@@ -34,24 +52,7 @@ from experiments.patel2023.flights import (  # noqa: F401 (for published.yaml)
     turns_as_run,
     turns_as_written,
 )
-from experiments.patel2023.populations import SECONDS, equilibrium, potential, safety
-from sweep.figures import (
-    BLUE,
-    GREEN,
-    LINE_STYLES,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STYLE,
-    VERMILION,
-    Drawing,
-    draw_flock,
-    draw_map,
-    legend,
-    name_rows,
-    note,
-)
-from sweep.trial.world import TrialWorld
+from .populations import SECONDS, equilibrium, potential, safety
 
 ROVERS = (BLUE, VERMILION, GREEN, PURPLE, "0.15")
 ROCK = "#B2182B"

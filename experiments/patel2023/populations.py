@@ -8,7 +8,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.patel2023.flights import FRAMES_A_SECOND, Studies, pair_potential
 from sweep.analysis import by_point, curves
 from sweep.figures import (
     BLUE,
@@ -22,6 +21,8 @@ from sweep.figures import (
     note,
 )
 from sweep.tables.stored_study import StoredStudy
+
+from .flights import FRAMES_A_SECOND, Studies, pair_potential
 
 PRESETS = {"always": "as run", "in_margin": "as written", "never": "as intended"}
 COLOURS = {"always": BLUE, "in_margin": VERMILION, "never": GREEN}

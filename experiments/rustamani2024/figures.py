@@ -10,7 +10,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.rustamani2024.flights import (  # noqa: F401 (for published.yaml)
+from sweep.analysis import mean_interval
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    SKY,
+    STYLE,
+    VERMILION,
+    Drawing,
+    draw_map,
+    draw_values,
+    name_rows,
+    note,
+)
+from sweep.tables.stored_study import StoredStudy
+
+from .flights import (  # noqa: F401 (for published.yaml)
     ALONE,
     ARRIVAL,
     BOTH,
@@ -40,22 +56,7 @@ from experiments.rustamani2024.flights import (  # noqa: F401 (for published.yam
     velocity_spread,
     velocity_spread_as_written,
 )
-from experiments.rustamani2024.trails import draw_trails, draw_trial, mazes, priorities
-from sweep.analysis import mean_interval
-from sweep.figures import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    SKY,
-    STYLE,
-    VERMILION,
-    Drawing,
-    draw_map,
-    draw_values,
-    name_rows,
-    note,
-)
-from sweep.tables.stored_study import StoredStudy
+from .trails import draw_trails, draw_trial, mazes, priorities
 
 RULES = {
     "separation": (ALONE["separation"], GREEN),

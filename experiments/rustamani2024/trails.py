@@ -11,13 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from experiments.rustamani2024.flights import (
-    PRESETS,
-    Floats,
-    Studies,
-    chosen,
-    first_flight,
-)
 from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
@@ -30,6 +23,14 @@ from sweep.figures import (
     note,
 )
 from sweep.tables.stored_study import StoredStudy
+
+from .flights import (
+    PRESETS,
+    Floats,
+    Studies,
+    chosen,
+    first_flight,
+)
 
 LEADER, FOLLOWER = BLUE, ORANGE
 

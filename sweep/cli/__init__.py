@@ -6,6 +6,7 @@ themselves, so that `sweep --help` answers at once.
 
     app              the app, and options that commands share
     engines          the options that say where trials run
+    starting         init: a study of one's own
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
     maintenance      replay, verify, diff, gc, export
@@ -24,6 +25,7 @@ themselves, so that `sweep --help` answers at once.
 
 # ruff: isort: off
 # The modules enter their commands in the order of the help.
+from sweep.cli import starting as starting
 from sweep.cli import running as running
 from sweep.cli import reading as reading
 from sweep.cli import maintenance as maintenance

@@ -38,6 +38,7 @@ else:  # typer knows no union of types
             ),
         ),
     ]
+Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Workers = Annotated[
     int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")

@@ -14,7 +14,9 @@ from sweep.analysis import MeanKind, by_point
 from sweep.analysis.notation import plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
+from sweep.design.plan import duration
 from sweep.errors import ChoiceError
+from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
@@ -45,6 +47,21 @@ def model_settings(name: str) -> Table:
     for setting in settings_of(name).values():
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
+    return table
+
+
+def built_in_table(workers: int) -> Table:
+    """The built-in studies, and how long so many workers are about to take for each."""
+    table = Table("study", "model", "trials", "time", "what it is")
+    for study in built_in_studies(workers):
+        plan, most = study.plan, "at most " if study.at_most else ""
+        table.add_row(
+            study.name,
+            plan.model,
+            f"{most}{plan.trials:,}",
+            most + duration(plan.wall_seconds),
+            study.text,
+        )
     return table
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, Results, StudyName, Workers, app, stop
+from sweep.cli.app import Force, Json, Results, StudyName, Workers, app, stop
 
 
 class Exportable(StrEnum):
@@ -19,9 +19,6 @@ class Exportable(StrEnum):
     series = "series"
     heatmaps = "heatmaps"
     trajectories = "trajectories"
-
-
-Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 
 
 @app.command()

@@ -10,9 +10,6 @@ import typer
 from sweep.cli.app import Json, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
-OWN_EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
-"""The studies of the checkout that contains this code."""
-
 
 class Scale(StrEnum):
     """How many trials a reproduction has."""
@@ -151,8 +148,12 @@ def plan(
 @app.command()
 def reproduce(
     experiments: Annotated[
-        Path, typer.Argument(help="Folder of the studies with a published.yaml.")
-    ] = Path("experiments"),
+        Path | None,
+        typer.Argument(
+            help="Folder of the studies with a published.yaml; by default experiments,"
+            " or the built-in studies where it has none.",
+        ),
+    ] = None,
     only: Annotated[
         list[str] | None,
         typer.Option(help="Run, draw and judge this study only; may be repeated."),
@@ -166,13 +167,14 @@ def reproduce(
     """Run what is missing of the published studies, draw their figures, and judge every
     published claim.
 
-    It runs code: figures.py of each study in the folder. With --only it runs that of
-    the named studies alone. Read this code first. The verdicts are on the page
-    scorecard.html below the results.
+    It runs code: figures.py of each study in the folder, and the files beside it that
+    it imports. With --only it runs that of the named studies alone. Read this code
+    first. The verdicts are on the page scorecard.html below the results.
     """
     from sweep.cli.progress import ProgressBar
-    from sweep.published.claims import code_files, read_all
+    from sweep.published.claims import FILE, code_files, read_all
     from sweep.published.reproduce import reproduce as run_all
+    from sweep.spec.built_in import EXPERIMENTS
     from sweep.store.locations import local_folder
     from sweep.workers.executors import Loky, core_count
 
@@ -180,8 +182,17 @@ def reproduce(
         local_folder(results, "the page and its figures are written to"),
         scale is Scale.quick,
     )
+    if experiments is None:
+        experiments = Path(EXPERIMENTS.name)
+        if not any(experiments.glob(f"*/{FILE}")):
+            print(
+                f"no folder in {experiments} has a {FILE}: the built-in studies are"
+                f" reproduced, into {folder}",
+                file=sys.stderr,
+            )
+            experiments = EXPERIMENTS
     files = code_files(experiments, only or ())
-    if files and experiments.resolve() != OWN_EXPERIMENTS:
+    if files and experiments.resolve() != EXPERIMENTS:
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
     publications = read_all(experiments, quick=quick, only=only or ())
     engine = Loky(workers or core_count())

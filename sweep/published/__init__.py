@@ -1,6 +1,7 @@
 """Published results: their claims are tested, their figures are drawn, and verdicts are
 computed.
 
+    starting            a study of one's own, begun as a copy of a built-in one
     claims              published numbers and figures, read from published.yaml
     measures            what a claim measures, and in which trials
     estimates           a measure as an estimate from stored trials

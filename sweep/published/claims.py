@@ -15,7 +15,12 @@ from sweep.design.design import Design, expand
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
 from sweep.published.measures import Measure, MeasureReader, RankCorrelation
-from sweep.published.published_code import CODE, check_drawings, run_code
+from sweep.published.published_code import (
+    CODE,
+    check_drawings,
+    files_of_code,
+    run_code,
+)
 from sweep.published.verdicts import Above, Below, Expectation, Value, Within
 from sweep.spec.document import Entry
 from sweep.spec.strict_yaml import read_document
@@ -84,7 +89,8 @@ class Publication:
 def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
     """The files whose code `read_all` runs."""
     files = [file.with_name(CODE) for file in _files(experiments, only)]
-    return [file for file in files if file.exists() and _is_asked(file, only)]
+    asked = [file for file in files if file.exists() and _is_asked(file, only)]
+    return [code for file in asked for code in files_of_code(file)]
 
 
 def read_all(

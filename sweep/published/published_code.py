@@ -1,16 +1,17 @@
 """The code of a publication: its figures.py, beside the specs, with figures and
-functions for claims.
+functions for claims, and the files beside it that figures.py imports relatively.
 
 No other code of the folder is ever run. `sweep reproduce` says which files it runs.
 """
 
+import ast
 import sys
 from collections.abc import Mapping
-from importlib.machinery import SourceFileLoader
+from importlib.machinery import FileFinder, ModuleSpec, SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from traceback import extract_tb
-from types import CodeType
+from types import CodeType, ModuleType
 from typing import Any
 
 from sweep.errors import SpecError
@@ -29,15 +30,57 @@ class _Readable(SourceFileLoader):
         return self.source_to_code(self.get_data(path), path)
 
 
+class _Beside(FileFinder):
+    """Finds the files of a folder that can be read, and nothing in folders below it."""
+
+    def find_spec(
+        self, fullname: str, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        found = super().find_spec(fullname, target)
+        return found if found and found.submodule_search_locations is None else None
+
+
+def files_of_code(file: Path) -> list[Path]:
+    """A figures.py, and the files beside it that it imports relatively, or that these
+    import. A file that cannot be read, or is no Python, imports nothing.
+    """
+    files = [file]
+    for one in files:  # it grows meanwhile
+        beside = [file.with_name(f"{name}.py") for name in _imported(one)]
+        files += [path for path in beside if path.is_file() and path not in files]
+    return files
+
+
+def _imported(file: Path) -> list[str]:
+    """The modules beside a file that it imports, each once."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    names = [
+        name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.level == 1
+        for name in ([node.module] if node.module else [one.name for one in node.names])
+    ]
+    return list(dict.fromkeys(names))
+
+
 def run_code(file: Path) -> dict[str, Any]:
     """The names that a figures.py defines; none if there is no such file. If it cannot
     be run, raises a SpecError with the line.
     """
     if not file.exists():
         return {}
-    name = f"_figures_of_{file.parent.name}"
+    name, folder = f"_figures_of_{file.parent.name}", str(file.parent.resolve())
+    for older in [one for one in sys.modules if one.startswith(f"{name}.")]:
+        del sys.modules[older]
+    # What Python imports from the folder, it finds as `_Beside` says.
+    sys.path_importer_cache[folder] = _Beside(folder, (_Readable, [".py"]))
     loader = _Readable(name, str(file))
-    spec = spec_from_file_location(name, file, loader=loader)
+    spec = spec_from_file_location(
+        name, file, loader=loader, submodule_search_locations=[folder]
+    )
     assert spec is not None
     module = module_from_spec(spec)
     sys.modules[name] = module

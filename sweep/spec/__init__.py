@@ -27,6 +27,7 @@ replication      how many trials a point has
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
 study_folder     names of a study and its files
+built_in         where the built-in studies lie
 search           a checked search
 search_section   its reader
 search_checks    what its parts must fulfil

@@ -4,6 +4,8 @@ It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends 
 several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
+from pathlib import Path
+
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
@@ -23,6 +25,9 @@ from sweep.spec.schema_parts import (
 from sweep.spec.schema_settings import kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
 from sweep.spec.study import SPEC, study_rules
+
+FILE_FOR_EDITORS = Path(__file__).resolve().with_name("spec.schema.json")
+"""The schema as `make documents` has written it."""
 
 
 def json_schema() -> Schema:

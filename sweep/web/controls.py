@@ -12,13 +12,12 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.errors import SpecError
+from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
 from sweep.spec.strict_yaml import read_document
 from sweep.web.protocol import OVERLAYS, Reply, plain
 
-EXPERIMENTS = Path(__file__).parents[2] / "experiments"
-"""Where published numbers lie: in a checkout beside the package; nowhere else."""
 ROUND = (1.0, 2.0, 5.0)
 SLIDER_STEPS = 200
 LOGARITHMIC = 1000.0

@@ -75,6 +75,79 @@ def test_bytecode_does_not_run_in_the_place_of_what_can_be_read(folder: Path) ->
     assert marks(folder) == []
 
 
+HELPED = "from .helper import SIDE\nfrom . import other\n" + FIGURES
+
+
+def test_files_that_are_imported_are_named_too(folder: Path) -> None:
+    tiny = folder / "tiny"
+    (tiny / "figures.py").write_text(HELPED)
+    (tiny / "helper.py").write_text("from .further import SIDE\n")
+    (tiny / "further.py").write_text("SIDE = 3\n")
+    (tiny / "other.py").write_text("")
+    files = ("figures.py", "helper.py", "other.py", "further.py")
+    assert code_files(folder, ("tiny",)) == [tiny / name for name in files]
+    publications = read_all(folder, quick=True, only=("tiny",))
+    assert publications[1].functions.keys() >= {"metric_curves"}
+    assert marks(folder) == []
+
+
+@pytest.mark.parametrize("text", ["from .helper import", "\0", "(" * 10_000])
+def test_what_is_no_python_is_named_all_the_same(folder: Path, text: str) -> None:
+    file = folder / "tiny" / "figures.py"
+    file.write_text(text)
+    assert code_files(folder, ("tiny",)) == [file]
+    with pytest.raises(SpecError, match=r"figures.py.*: cannot be loaded: "):
+        read_all(folder, quick=True, only=("tiny",))
+
+
+def test_what_cannot_be_read_is_named_all_the_same(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    named = [folder / "tiny" / "figures.py"]
+    assert code_files(folder, ("tiny",)) == named
+
+
+def test_an_imported_file_is_that_of_this_folder(folder: Path, tmp_path: Path) -> None:
+    for place in (folder, experiments(tmp_path / "second")):
+        (place / "tiny" / "figures.py").write_text(
+            "from .helper import MARKED\n" + FIGURES
+        )
+        mark = MARK.format(mark=str(place.parent / "helper.py ran"))
+        (place / "tiny" / "helper.py").write_text(mark + "MARKED = 1\n")
+        read_all(place, quick=True, only=("tiny",))
+        assert marks(place) == ["helper.py ran"]
+
+
+@pytest.mark.parametrize("name", ["below", "below.deeper"])
+def test_what_lies_below_the_folder_is_not_imported(folder: Path, name: str) -> None:
+    """It is not named either."""
+    tiny, below = folder / "tiny", folder / "tiny" / "below"
+    below.mkdir()
+    for file in ("__init__", "deeper"):
+        mark = MARK.format(mark=str(folder.parent / f"{file}.py ran"))
+        (below / f"{file}.py").write_text(mark)
+    (tiny / "figures.py").write_text(f"from .{name} import Path\n" + FIGURES)
+    assert code_files(folder, ("tiny",)) == [tiny / "figures.py"]
+    with pytest.raises(SpecError, match=r"figures.py:1: cannot be loaded: ModuleNot"):
+        read_all(folder, quick=True, only=("tiny",))
+    assert marks(folder) == []
+
+
+def test_bytecode_of_an_imported_file_does_not_run(folder: Path) -> None:
+    helper, evil = folder / "tiny" / "helper.py", folder / "evil" / "figures.py"
+    helper.write_text("SIDE = 3\n")
+    helper.with_name("figures.py").write_text("from .helper import SIDE\n" + FIGURES)
+    cached = Path(cache_from_source(str(helper)))
+    mode = py_compile.PycInvalidationMode.UNCHECKED_HASH
+    py_compile.compile(str(evil), str(cached), invalidation_mode=mode)
+    read_all(folder, quick=True, only=("tiny",))
+    assert marks(folder) == []
+
+
 def test_the_command_says_what_it_runs_before_it_runs_it(folder: Path) -> None:
     (folder / "tiny" / "figures.py").write_text(SAYING + FIGURES)
     wanted = ("--only", "tiny", "--scale", "quick")
@@ -90,10 +163,17 @@ def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("sweep.cli.running.OWN_EXPERIMENTS", folder)
+    monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", folder)
     done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
     assert "this runs code" not in done.stderr
     assert "claims: " in done.stderr
+
+
+def test_a_folder_of_experiments_goes_before_the_built_in_ones(folder: Path) -> None:
+    done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
+    first, *_ = done.stderr.splitlines()
+    assert first == "this runs code: experiments/tiny/figures.py"
+    assert "built-in" not in done.stderr
 
 
 def test_the_help_says_that_code_runs(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
 from sweep.spec.sampling import UnitCube, generator, latin_hypercube
+from sweep.spec.schema import FILE_FOR_EDITORS
 from sweep.spec.study import Study, parse_spec
 from sweep.workers.executors import Serial
 from tests.specs import SHORT, short
@@ -267,9 +268,7 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
 
 
 def test_the_schema_has_the_same_limits() -> None:
-    schema = json.loads(
-        (Path(limits.__file__).parents[2] / "spec.schema.json").read_text()
-    )
+    schema = json.loads(FILE_FOR_EDITORS.read_text())
     fixed, until = schema["properties"]["replicates"]["anyOf"]
     assert (
         fixed["maximum"] == until["properties"]["max"]["maximum"] == limits.MOST_TRIALS

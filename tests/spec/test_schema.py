@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 
 from kernels.models import MODELS
 from sweep.design.design import expand
-from sweep.spec.schema import json_schema
+from sweep.spec.schema import FILE_FOR_EDITORS, json_schema
 from sweep.spec.settings import settings_of
 from sweep.spec.study import load_spec, parse_spec
 from tests import ROOT
@@ -247,8 +247,8 @@ def test_what_is_large_stands_once() -> None:
 
 def test_the_file_for_editors_is_up_to_date() -> None:
     """`make documents` renews it."""
-    committed = ROOT / "spec.schema.json"
-    assert json.loads(committed.read_text(encoding="utf-8")) == json_schema()
+    committed = FILE_FOR_EDITORS.read_text(encoding="utf-8")
+    assert json.loads(committed) == json_schema()
 
 
 @pytest.mark.parametrize(

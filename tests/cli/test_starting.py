@@ -1,0 +1,148 @@
+"""`sweep init`, and `sweep reproduce` without a folder of experiments."""
+
+import json
+from contextlib import chdir
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import jsonschema
+import pytest
+
+from sweep.campaigns.search.plan import make_search_plan
+from sweep.design.plan import make_plan
+from sweep.published.starting import begin, built_in_specs
+from sweep.spec.schema import json_schema
+from sweep.spec.strict_yaml import read_document
+from sweep.spec.study import load_spec
+from tests import ROOT
+from tests.commands import sweep
+from tests.publications import experiments
+
+TABLE = "nanobot/one_at_a_time"
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_all_specs_of_the_experiments_are_built_in() -> None:
+    files = set(ROOT.glob("experiments/*/*.yaml"))
+    published = set(ROOT.glob("experiments/*/published.yaml"))
+    assert published
+    assert set(built_in_specs().values()) == files - published
+
+
+def test_without_a_study_all_are_listed(tmp_path: Path) -> None:
+    done = sweep(tmp_path, "init")
+    rows = [line.split("│") for line in done.stdout.splitlines() if "│" in line]
+    listed = {row[1].strip(): [cell.strip() for cell in row[2:-1]] for row in rows}
+    assert listed.keys() - {""} == built_in_specs().keys()
+    model, trials, time, text = listed["nguyen2024/separation"]
+    assert (model, trials) == ("nguyen2024", "2,000")
+    assert time.endswith((" s", " min"))
+    assert text.startswith("Figure 2 of nguyen2024: the separation weight is swept")
+    assert listed["aziel_chen2025/search_cafeteria"][1] == "at most 840"
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", built_in_specs())
+def test_each_is_planned_from_an_empty_folder_as_the_built_in_one(
+    name: str, tmp_path: Path
+) -> None:
+    with chdir(tmp_path):
+        path = begin(name).path
+        own, built_in = load_spec(path), load_spec(built_in_specs()[name])
+        plan = make_search_plan if own.search else make_plan
+        assert own.name == f"my/{path.stem}"
+        assert replace(plan(own, 2), study=built_in.name) == plan(built_in, 2)
+    first, *lines = own.text.splitlines()
+    before = built_in.text.splitlines()
+    assert [line for line in lines if line not in before] == [f"study: {own.name}"]
+    assert len(lines) == len(before)
+    schema = urlsplit(first.removeprefix("# yaml-language-server: $schema="))
+    assert schema.scheme == "file"
+    found = json.loads(Path(unquote(schema.path)).read_text(encoding="utf-8"))
+    assert found == json_schema()
+    jsonschema.validate(read_document(tmp_path / path).value, found)
+
+
+def test_no_study_of_ones_own_is_called_as_a_built_in_one() -> None:
+    used = {load_spec(path).name for path in built_in_specs().values()}
+    assert not {name for name in used if name.startswith("my/")}
+
+
+def test_the_next_commands_are_said(tmp_path: Path) -> None:
+    done = sweep(tmp_path, "init", "aziel_chen2025/search_cafeteria", "wide.yaml")
+    assert done.stderr.splitlines() == [
+        "wide.yaml: study my/wide, as aziel_chen2025/search_cafeteria",
+        "  sweep plan wide.yaml",
+        "  sweep search wide.yaml",
+    ]
+    (tmp_path / "a folder").mkdir()
+    done = sweep(tmp_path, "init", "nguyen2024/cohesion", "a folder/fast.yml")
+    assert done.stderr.endswith("  sweep launch 'a folder/fast.yml'\n")
+    assert sweep(tmp_path, "plan", "a folder/fast.yml").returncode == 0
+
+
+def test_no_file_is_replaced_without_force(tmp_path: Path) -> None:
+    spec = tmp_path / "cohesion.yaml"
+    spec.write_text("mine")
+    done = sweep(tmp_path, "init", "nguyen2024/cohesion")
+    assert done.returncode == 2
+    assert done.stderr == "cohesion.yaml: exists already; --force replaces it\n"
+    assert spec.read_text() == "mine"
+    assert sweep(tmp_path, "init", "nguyen2024/cohesion", "--force").returncode == 0
+    assert "study: my/cohesion\n" in spec.read_text()
+
+
+def test_tables_that_a_spec_names_are_copied(tmp_path: Path) -> None:
+    built_in = built_in_specs()[TABLE].with_suffix(".csv").read_bytes()
+    table = tmp_path / "one_at_a_time.csv"
+    table.write_text("mine")
+    done = sweep(tmp_path, "init", TABLE)
+    assert done.stderr == "one_at_a_time.csv: exists already; --force replaces it\n"
+    assert (names(tmp_path), table.read_text()) == ([table.name], "mine")
+    done = sweep(tmp_path, "init", TABLE, "--force")
+    assert done.stderr.startswith("one_at_a_time.yaml, one_at_a_time.csv: study my/one")
+    assert table.read_bytes() == built_in
+    done = sweep(tmp_path, "init", TABLE, "again.yaml")  # the table is there already
+    assert done.stderr.startswith("again.yaml: study my/again, as nanobot/one_at_a")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("nguyen2024/seperation",), 'did you mean "nguyen2024/separation"?'),
+        (("separation",), 'did you mean "nguyen2024/separation"?'),
+        (("nguyen2024/cohesion", "a b.yaml"), 'a b.yaml:3: study "my/a b" is not'),
+        (("nguyen2024/cohesion", "no/a.yaml"), "no/a.yaml: there is no folder no"),
+        (("nguyen2024/cohesion", "a.txt"), 'a.txt: unknown kind of file ".txt"'),
+    ],
+)
+def test_what_is_wrong_is_one_line_and_nothing_is_written(
+    arguments: tuple[str, ...], message: str, tmp_path: Path
+) -> None:
+    done = sweep(tmp_path, "init", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert names(tmp_path) == []
+
+
+def test_reproduce_takes_the_built_in_studies_where_the_folder_has_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    built_in, here = experiments(tmp_path / "package"), tmp_path / "here"
+    monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", built_in)
+    (here / "experiments" / "mine").mkdir(parents=True)
+    done = sweep(here, "reproduce", "--scale", "quick")
+    assert done.returncode == 0, done.stderr
+    first, *others = done.stderr.splitlines()
+    assert first == (
+        "no folder in experiments has a published.yaml: the built-in studies are"
+        " reproduced, into results"
+    )
+    assert not any("this runs code" in line for line in others)
+    assert (here / "results" / "quick" / "tiny" / "small").is_dir()
+    assert names(built_in.parent) == ["experiments"]

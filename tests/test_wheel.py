@@ -1,0 +1,75 @@
+"""The package as a wheel, in an empty folder."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from sweep.published.starting import built_in_specs
+from tests import ROOT
+from tests.commands import SWEEP
+
+MOST_BYTES = 1_500_000
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the wheel brings, and nothing else."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    (wheel,) = folder.glob("*.whl")
+    assert wheel.stat().st_size < MOST_BYTES
+    with ZipFile(wheel) as packed:
+        packed.extractall(folder / "site")
+    return folder / "site"
+
+
+def run(site: Path, folder: Path, *command: str) -> str:
+    """The output of a command that imports the package from `site`; it must succeed."""
+    environment = os.environ | {"PYTHONPATH": str(site), "PYTHONSAFEPATH": "1"}
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
+    installed: Path, tmp_path: Path
+) -> None:
+    code = (
+        "from sweep.published.starting import begin, built_in_specs;"
+        " from sweep.spec.study import load_spec; names = list(built_in_specs());"
+        " [load_spec(begin(name, force=True).path) for name in names];"
+        " from sweep.web.controls import EXPERIMENTS, published;"
+        " assert published('nguyen2024', 'as_run', EXPERIMENTS);"
+        " print(*names)"
+    )
+    listed = run(installed, tmp_path, sys.executable, "-c", code).split()
+    assert listed == list(built_in_specs())
+    first, *_ = (tmp_path / "quickstart.yaml").read_text().splitlines()
+    schema = installed / "sweep" / "spec" / "spec.schema.json"
+    assert first == f"# yaml-language-server: $schema={schema.as_uri()}"
+    assert schema.is_file()
+
+
+@pytest.mark.slow
+def test_a_wheel_reproduces_a_publication_in_an_empty_folder(
+    installed: Path, tmp_path: Path
+) -> None:
+    wanted = ("reproduce", "--only", "patel2023", "--scale", "quick")
+    said = run(installed, tmp_path, *SWEEP, *wanted)
+    assert "the built-in studies are reproduced, into results" in said
+    assert "this runs code" not in said
+    assert (tmp_path / "results" / "quick" / "scorecard.html").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]
