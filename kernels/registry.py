@@ -39,7 +39,10 @@ class Registry(MutableMapping[str, T]):
         self.refused: dict[str, str] = {}
 
     def __getitem__(self, name: str) -> T:
-        return self._own[name] if name in self._own else self._installed()[name]
+        try:
+            return self._own[name]
+        except KeyError:
+            return self._installed()[name]
 
     def __contains__(self, name: object) -> bool:
         return name in self._own or name in self._installed()
