@@ -108,7 +108,7 @@ it.
 
 def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
     page = opened()
-    for model in reversed(MODELS):
+    for model in reversed(list(MODELS)):
         page.page.get_by_label("model", exact=True).select_option(model)
         until_model(page, model)
         assert live(page).state.model == model
