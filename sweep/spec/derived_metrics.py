@@ -16,6 +16,7 @@ from sweep.spec.axes import read_expression
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
 from sweep.spec.expressions import NUMBER, Expression
+from sweep.spec.limits import MOST_DERIVED
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.schema_parts import Schema, named
 from sweep.spec.setting_values import in_order
@@ -61,6 +62,10 @@ def read_derived(
     if entry is None:
         return ()
     entries = dict(entry.mapping())
+    if len(entries) > MOST_DERIVED:
+        raise entry.error(
+            f"{len(entries):,} derived metrics; at most {MOST_DERIVED} are allowed"
+        )
     for name, child in entries.items():
         _check_name(child, name, settings)
     known = {**_measured(model), **settings}

@@ -52,14 +52,13 @@ def _is(model: str) -> Schema:
 
 def _definitions() -> Schema:
     """The schemas that others refer to by name."""
-    metrics, columns = {"enum": list(METRICS)}, {"enum": columns_of(METRICS)}
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
     derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
     names = {
-        "metric": {"anyOf": [metrics, derived]},
-        "column": {"anyOf": [columns, derived]},
-        "built_in_metric": metrics,
-        "built_in_column": columns,
+        "metric": {"anyOf": [reference("built_in_metric"), derived]},
+        "column": {"anyOf": [reference("built_in_column"), derived]},
+        "built_in_metric": {"enum": list(METRICS)},
+        "built_in_column": {"enum": columns_of(METRICS)},
         "built_in_map": {"enum": list(MAPS)},
     }
     return names | {"statistic": statistic()} | _forms() | kinds() | models
