@@ -88,7 +88,7 @@ def parse(text: str, known: Mapping[str, Setting]) -> Expression:
         raise ExpressionError("the expression is nested too deeply")
     checker = _Checker(known)
     kind = checker.kind(tree)
-    return Expression(text, kind, frozenset(checker.names), checker.parts, tree)
+    return Expression(text.strip(), kind, frozenset(checker.names), checker.parts, tree)
 
 
 def _depth(tree: ast.AST) -> int:

@@ -66,6 +66,11 @@ def test_settings_and_the_words_of_the_model_are_known() -> None:
     assert [one.unit for one in study.record.derive] == ["s/m"]
 
 
+def test_an_expression_may_stand_on_several_lines() -> None:
+    (gain,) = record("derive:\n  gain: >\n    polarization\n    / speed\n").derive
+    assert gain.expression.text == "polarization / speed"
+
+
 def test_metrics_and_series_may_name_it_and_it_stands_once() -> None:
     lines = 'metrics: [gain]\nseries: [gain, speed]\nderive: {gain: "1 / speed"}'
     read = record(lines)

@@ -10,10 +10,10 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-import sweep
 from kernels.models import MODELS
 from sweep.analysis import by_point
 from sweep.campaigns.search.asked_trials import AskedTrials
+from sweep.errors import StoreError
 from sweep.figures import metric_curves, scatter_figure
 from sweep.figures.directions import direction
 from sweep.replays.replay import replay
@@ -22,10 +22,12 @@ from sweep.spec.derived_metrics import read_derived
 from sweep.spec.document import Document, Entry
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
+from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.derived import with_derived
 from sweep.web.state import from_job
-from tests import commands
+from sweep.workers.executors import Serial
+from tests.commands import sweep
 from tests.searches import TINY, asked_by
 from tests.studies import SMALL, launched, relaunch
 from tests.trial.test_trial import in_another_process
@@ -67,7 +69,8 @@ def test_series_are_those_of_numpy_to_the_last_bit(study: StoredStudy) -> None:
     gain = polarization / speed
     np.testing.assert_array_equal(series["gain"].to_numpy(), gain)
     np.testing.assert_array_equal(series["loss"].to_numpy(), 1 - start * gain)
-    assert len(start) == 1 and len(set(gain)) > 20
+    assert len(start) == 1
+    assert len(set(gain)) > 20
 
 
 def test_columns_are_the_last_frame_and_the_mean_of_the_late_frames(
@@ -106,8 +109,9 @@ def test_the_interpreter_gives_the_same_bits(study: StoredStudy) -> None:
     code = (
         "import numba; assert numba.config.DISABLE_JIT\n"
         "from sweep.design.design import expand\nfrom sweep.design.jobs import Jobs\n"
-        "from sweep.spec.study import parse_spec\nfrom sweep.trial.simulation import run"
-        "\nfrom tests.trial.test_derived_metrics import DERIVING\n"
+        "from sweep.spec.study import parse_spec\n"
+        "from sweep.trial.simulation import run\n"
+        "from tests.trial.test_derived_metrics import DERIVING\n"
         "study = parse_spec(DERIVING)\nfor job in Jobs(study, expand(study)):\n"
         "    result = run(job); print(*(result.mean[one.name].hex()"
         " for one in study.record.derive))"
@@ -181,7 +185,7 @@ def test_nan_in_trials_is_left_out_as_that_of_any_metric(tmp_path: Path) -> None
     table = by_point(study.trials, ["separation_weight"], ["none", "speed"])
     assert table["none_n"].tolist() == [0, 0]
     assert table["speed_n"].tolist() == [3, 3]
-    assert verify(study, commands.Serial(), fraction=1.0).same
+    assert verify(study, Serial(), fraction=1.0).same
 
 
 def test_unit_text_and_expression_stand_with_the_column(study: StoredStudy) -> None:
@@ -201,13 +205,11 @@ def test_unit_text_and_expression_stand_with_the_column(study: StoredStudy) -> N
 
 
 def test_an_export_has_the_unit(study: StoredStudy, tmp_path: Path) -> None:
-    study_folder = study.store.folder.parent
-    sweep.tables.exporting.export(study, tmp_path / "trials.csv")
+    export(study, tmp_path / "trials.csv")
     about = json.loads((tmp_path / "trials.csv.json").read_text())
     assert about["columns"]["gain_mean"]["unit"] == "step/px"
     read = pd.read_csv(tmp_path / "trials.csv")
     assert read["gain"].tolist() == study.trials["gain"].tolist()
-    assert study_folder.is_dir()
 
 
 def test_a_trial_is_replayed_and_verified_with_its_expressions(
@@ -216,8 +218,9 @@ def test_a_trial_is_replayed_and_verified_with_its_expressions(
     report, same = replay(study, study.trials["trial_id"][4])
     assert same, report
     assert "equal to what is stored, to the last bit: trials, series" in report
-    found = verify(study, commands.Serial(), fraction=1.0)
-    assert found.same and found.checked.total() == 6
+    found = verify(study, Serial(), fraction=1.0)
+    assert found.same
+    assert found.checked.total() == 6
     job = study.job(study.trial(study.trials["trial_id"][0]))
     assert {one.name for one in job.record.derive} == {"gain", "loss", "size"}
 
@@ -228,8 +231,8 @@ def test_an_edited_expression_runs_again_and_an_earlier_one_is_kept(
     first = SMALL.replace("every: 2", 'every: 2, derive: {gain: "1 / speed"}')
     other = first.replace("1 / speed", "2 * speed")
     before = launched(first, tmp_path)
-    assert relaunch(first, tmp_path).new == 0
-    assert relaunch(other, tmp_path).new == 6
+    assert relaunch(first, tmp_path).missing == 0
+    assert relaunch(other, tmp_path).missing == 6
     study = StoredStudy("small", tmp_path)
     assert (study.trials["gain"] == 2 * study.trials["speed"]).all()
     assert study.units["gain"] == "px/step"
@@ -238,7 +241,7 @@ def test_an_edited_expression_runs_again_and_an_earlier_one_is_kept(
     assert trial not in set(study.trials["trial_id"])
     report, same = replay(study, trial)
     assert same, report
-    assert relaunch(first, tmp_path).new == 0
+    assert relaunch(first, tmp_path).missing == 0
     again = StoredStudy("small", tmp_path)
     pd.testing.assert_frame_equal(again.trials, before.trials, check_exact=True)
     assert again.units["gain"] == "step/px"
@@ -250,7 +253,7 @@ def test_an_expression_that_no_launch_accepts_is_an_error_of_the_store(
     stored = study.trial(study.trials["trial_id"][0])
     for wrong in ("__import__('os')", "speed + dispersion", "", "gain"):
         forged = stored._replace(derive={"gain": wrong})
-        with pytest.raises(sweep.errors.StoreError, match="cannot be run again"):
+        with pytest.raises(StoreError, match="cannot be run again"):
             study.job(forged)
 
 
@@ -258,9 +261,9 @@ def test_tables_comparisons_and_figures_know_it(
     study: StoredStudy, tmp_path: Path
 ) -> None:
     results = study.store.folder.parent
-    said = commands.sweep(results.parent, "table", "small", "--results", str(results))
+    said = sweep(results.parent, "table", "small", "--results", str(results))
     assert said.returncode == 0, said.stderr
-    compared = commands.sweep(
+    compared = sweep(
         tmp_path,
         *("compare", "small:separation_weight=0.5", "small:separation_weight=1"),
         *("--metric", "gain", "--json", "--results", str(results)),
@@ -272,8 +275,9 @@ def test_tables_comparisons_and_figures_know_it(
     assert row["difference"] == pytest.approx(means[1.0] - means[0.5], rel=1e-12)
     labels = [axes.get_ylabel() for axes in scatter_figure(study, "gain_mean").axes]
     assert labels == ["gain, last half (step/px)"]
-    assert direction(study, "gain").high and not direction(study, "gain-").high
-    curves = metric_curves(study, ["gain"])
+    assert direction(study, "gain").high
+    assert not direction(study, "gain-").high
+    curves = metric_curves(study, metrics=["gain"])
     assert [axes.get_ylabel() for axes in curves.axes][:1] == ["gain (step/px)"]
 
 
@@ -304,8 +308,9 @@ def test_a_search_makes_it_better_within_its_bound(tmp_path: Path) -> None:
     study = StoredStudy("tiny", tmp_path)
     assert (study.trials["loss"] == 1 - study.trials["polarization"]).all()
     held_out = table[table["phase"] == "held_out"]
-    assert len(held_out) >= 3 and held_out["crowding_mean"].notna().all()
-    report = commands.sweep(tmp_path, "status", "tiny", "--results", str(tmp_path))
+    assert len(held_out) >= 3
+    assert held_out["crowding_mean"].notna().all()
+    report = sweep(tmp_path, "status", "tiny", "--results", str(tmp_path))
     assert report.returncode == 0, report.stderr
 
 
