@@ -18,7 +18,7 @@ from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
 from sweep.spec.expressions import NUMBER, Expression
 from sweep.spec.limits import MOST_DERIVED
 from sweep.spec.recorded import KnownMetrics
-from sweep.spec.schema_parts import Schema, named
+from sweep.spec.schema_parts import Schema, named, reference
 from sweep.spec.setting_values import in_order
 from sweep.spec.settings import Setting, spelled
 from sweep.spec.units import unit_of
@@ -49,7 +49,7 @@ class DerivedMetric:
 
 def derived_schema() -> Schema:
     """Expressions by the names of new metrics."""
-    names = {"pattern": f"^{NAME.pattern}$", "not": {"enum": list(METRICS)}}
+    names = {"pattern": f"^{NAME.pattern}$", "not": reference("built_in_metric")}
     return named({"type": "string"}, names)
 
 

@@ -95,17 +95,6 @@ class RecordSpec:
             example=f"[{ANY_METRIC}]",
         ),
     ] = ()
-    derive: Annotated[
-        tuple[DerivedMetric, ...],
-        Key(
-            ReadLater(
-                "names with expressions over metrics and settings", derived_schema
-            ),
-            "metrics computed from others, frame by frame, and recorded too",
-            otherwise="none",
-            example='{gain: "polarization / speed"}',
-        ),
-    ] = ()
     every: Annotated[
         int, Key(Whole(1), "number of steps between frames", example="10")
     ] = 1
@@ -120,6 +109,17 @@ class RecordSpec:
             example="true",
         ),
     ] = False
+    derive: Annotated[
+        tuple[DerivedMetric, ...],
+        Key(
+            ReadLater(
+                "names with expressions over metrics and settings", derived_schema
+            ),
+            "metrics computed from others, frame by frame, and recorded too",
+            otherwise="none",
+            example='{gain: "polarization / speed"}',
+        ),
+    ] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
