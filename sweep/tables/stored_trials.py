@@ -55,7 +55,7 @@ class StoredTrial(NamedTuple):
             "metrics": self.metrics,
             **({"series": series} if series else {}),
             **({"derive": self.derive} if self.derive else {}),
-            "every": self.row["every"],
+            "every": self.row.get("every"),
             "heatmaps": "heatmaps" in self.tables,
             "trajectories": "trajectories" in self.tables,
         }

@@ -30,21 +30,8 @@ from sweep.web.state import from_job
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.searches import TINY, asked_by
-from tests.studies import SMALL, launched, relaunch
+from tests.studies import DERIVING, SMALL, launched, relaunch
 from tests.trial.test_trial import in_another_process
-
-DERIVING = SMALL.replace(
-    "record: {series: [speed], every: 2}",
-    """record:
-  metrics: [dispersion]
-  series: [gain, speed, polarization, loss]
-  every: 2
-  derive:
-    loss: 1 - start_speed * gain
-    gain: polarization / speed
-    size: sqrt(dispersion * flock_radius) if dispersion > 170 else dispersion
-""",
-)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +99,7 @@ def test_the_interpreter_gives_the_same_bits(study: StoredStudy) -> None:
         "from sweep.design.design import expand\nfrom sweep.design.jobs import Jobs\n"
         "from sweep.spec.study import parse_spec\n"
         "from sweep.trial.simulation import run\n"
-        "from tests.trial.test_derived_metrics import DERIVING\n"
+        "from tests.studies import DERIVING\n"
         "study = parse_spec(DERIVING)\nfor job in Jobs(study, expand(study)):\n"
         "    result = run(job); print(*(result.mean[one.name].hex()"
         " for one in study.record.derive))"
