@@ -34,6 +34,19 @@ seed: 5
 record: {series: [coverage], heatmaps: true}
 """
 
+DERIVING = SMALL.replace(
+    "record: {series: [speed], every: 2}",
+    """record:
+  metrics: [dispersion]
+  series: [gain, speed, polarization, loss]
+  every: 2
+  derive:
+    loss: 1 - start_speed * gain
+    gain: polarization / speed
+    size: sqrt(dispersion * flock_radius) if dispersion > 170 else dispersion
+""",
+)
+
 ABOUT = dict.fromkeys(("spec", "kernels_sha", "platform", "cpu"), "") | {
     "git": {},
     "versions": dict.fromkeys(("python", "numpy", "numba", "llvmlite"), ""),

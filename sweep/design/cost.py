@@ -64,7 +64,7 @@ def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) ->
 def trial_bytes(settings: dict[str, Value], record: RecordSpec) -> float:
     """The estimated bytes that a trial adds to the store."""
     frames = math.ceil(float(settings["steps"]) / record.every) + 1
-    size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.metrics)
+    size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.names)
     if record.series:
         size += frames * (1.0 + NUMBER_BYTES * len(record.series))
     if record.trajectories:

@@ -10,7 +10,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import repeat
 from typing import Any, Literal, overload
@@ -269,10 +269,13 @@ class Jobs(Sequence[Job]):
 def common_content(study: Study, code: Code, drawn: str, start: str) -> list[Any]:
     """What the ids of all trials with a map and a start cover, ready for JSON."""
     recorded = study.record
-    record = asdict(recorded) | {
+    record = asdict(replace(recorded, derive=())) | {
         "metrics": sorted(recorded.metrics),
         "series": sorted(recorded.series),
+        "derive": {one.name: one.expression.text for one in recorded.derive},
     }
+    if not recorded.derive:  # trials that derive nothing keep the ids they had
+        del record["derive"]
     scene = [code.maps.get(drawn, ""), code.starts[start]]
     stamps = [code.flight, code.models, code.metrics, *scene]
     return [*stamps, asdict(study.streams), record]

@@ -149,7 +149,7 @@ class MeasureReader:
     def _column(self, entry: Entry, study: Study) -> str:
         return entry.one_of(
             "column",
-            columns_of(study.record.metrics),
+            columns_of(study.record.names),
         )
 
     def _series(self, entry: Entry, study: Study) -> str:

@@ -21,11 +21,13 @@ parquet_sizes    what parquet unpacks to
 limits           how large a study may be
 expressions      checked formulas
 evaluation       formulas on whole columns
+units            units of formulas
 maps             shapes, images, ROS maps
 images           pixels as few rectangles
 replication      how many trials a point has
 failure_policy   what follows a failed trial
 recorded         names of metrics and columns
+derived_metrics  metrics that formulas give
 study_folder     names of a study and its files
 built_in         where the built-in studies lie
 search           a checked search

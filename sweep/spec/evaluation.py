@@ -3,6 +3,8 @@
 import ast
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,18 +49,29 @@ def _greatest(*values: Values) -> Values:
     return np.asarray(np.maximum.reduce(values))
 
 
-FUNCTIONS: dict[str, tuple[Callable[..., Values], int, int]] = {
-    "min": (_least, 2, 20),
-    "max": (_greatest, 2, 20),
-    "abs": (np.abs, 1, 1),
-    "sqrt": (np.sqrt, 1, 1),
-    "floor": (np.floor, 1, 1),
-    "ceil": (np.ceil, 1, 1),
-    "round": (np.rint, 1, 1),
-    "log": (np.log, 1, 1),
-    "exp": (np.exp, 1, 1),
+class Function(NamedTuple):
+    """What computes a function, how many arguments it takes at least and at most, and
+    the unit of its value: that of all its arguments, its square root, or none, for
+    arguments without one.
+    """
+
+    compute: Callable[..., Values]
+    least: int = 1
+    most: int = 1
+    unit: Literal["same", "root", "none"] = "same"
+
+
+FUNCTIONS: dict[str, Function] = {
+    "min": Function(_least, 2, 20),
+    "max": Function(_greatest, 2, 20),
+    "abs": Function(np.abs),
+    "sqrt": Function(np.sqrt, unit="root"),
+    "floor": Function(np.floor),
+    "ceil": Function(np.ceil),
+    "round": Function(np.rint),
+    "log": Function(np.log, unit="none"),
+    "exp": Function(np.exp, unit="none"),
 }
-"""What computes each function, and how many arguments it takes at least and at most."""
 
 
 class ExpressionError(ValueError):
@@ -71,17 +84,51 @@ class ExpressionError(ValueError):
         self.point = point
 
 
-def evaluate(tree: ast.expr, columns: Mapping[str, Values], n_points: int) -> Values:
+Undefined = Callable[[ast.expr, Values, NDArray[np.bool_], Rows], Values]
+"""`undefined(node, values, wrong, rows)` is what becomes of `values` (rows,), of which
+those that are `wrong` are no numbers; `node` computed them at the points `rows`.
+"""
+
+
+def refused(
+    node: ast.expr, values: Values, wrong: NDArray[np.bool_], rows: Rows
+) -> Values:
+    """`values`, where all are numbers. Raises ExpressionError for the first that is
+    none.
+    """
+    if wrong.any():
+        raise ExpressionError(
+            f'"{ast.unparse(node)}" is not a finite number', int(rows[wrong.argmax()])
+        )
+    return values
+
+
+def left_open(
+    _node: ast.expr, values: Values, wrong: NDArray[np.bool_], _rows: Rows
+) -> Values:
+    """`values`, with NaN for each that is no number."""
+    return np.where(wrong, np.nan, values)
+
+
+def evaluate(
+    tree: ast.expr,
+    columns: Mapping[str, Values],
+    n_points: int,
+    undefined: Undefined = refused,
+) -> Values:
     """The value of a checked expression at every point, shape (n_points,): float64,
     bool, or object of texts.
 
     `columns` has an array of that shape for each name. Numbers are float64 throughout,
     so that no power can grow without bound. What an `if`, `and`, `or` or chained
     comparison does not need at a point is not computed there, and nothing is computed
-    twice. Raises ExpressionError at a point without a finite value.
+    twice. `undefined` says what becomes of a part that has no finite value at a point.
+    By default ExpressionError is raised.
     """
     firsts = range(0, max(n_points, 1), BLOCK)
-    blocks = (_block(tree, columns, n, min(n + BLOCK, n_points)) for n in firsts)
+    blocks = (
+        _block(tree, columns, n, min(n + BLOCK, n_points), undefined) for n in firsts
+    )
     return np.concatenate(list(blocks))
 
 
@@ -90,56 +137,99 @@ def _block(
     columns: Mapping[str, Values],
     first: int,
     last: int,
+    undefined: Undefined,
 ) -> Values:
     """The value at the points from `first` up to `last`."""
     among = {name: column[first:last] for name, column in columns.items()}
     try:
         with np.errstate(all="ignore"):
-            return _value(tree, among, np.arange(last - first))
+            return _Evaluation(among, undefined).value(tree, np.arange(last - first))
     except ExpressionError as error:
         raise ExpressionError(str(error), first + error.point) from None
 
 
-def _value(node: ast.expr, columns: Mapping[str, Values], rows: Rows) -> Values:
-    def value(child: ast.expr, among: Rows = rows) -> Values:
-        return _value(child, columns, among)
+@dataclass(frozen=True)
+class _Evaluation:
+    """Computes parts of an expression at some rows of the columns."""
 
-    match node:
-        case ast.Constant(value=constant):
-            return _constant(constant, len(rows))
-        case ast.Name(id=name):
-            return (
-                _constant(CONSTANTS[name], len(rows))
-                if name in CONSTANTS
-                else _named(columns[name], rows)
-            )
-        case ast.UnaryOp(op=operator, operand=operand):
-            inner = value(operand)
-            if isinstance(operator, ast.Not):
-                return ~inner
-            return -inner if isinstance(operator, ast.USub) else inner
-        case ast.BinOp(left=left, op=operator, right=right):
-            return _finite(
-                node, ARITHMETIC[type(operator)], [value(left), value(right)], rows
-            )
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            return _finite(
-                node,
-                FUNCTIONS[name][0],
-                [value(argument) for argument in arguments],
-                rows,
-            )
-        case ast.Compare():
-            return _comparison(node, columns, rows)
-        case ast.BoolOp(op=operator, values=conditions):
-            return _junction(isinstance(operator, ast.And), conditions, columns, rows)
-        case ast.IfExp(test=test, body=body, orelse=orelse):
-            chosen = value(test)
-            yes, no = value(body, rows[chosen]), value(orelse, rows[~chosen])
-            result = np.empty(len(rows), dtype=yes.dtype)
-            result[chosen], result[~chosen] = yes, no
+    columns: Mapping[str, Values]
+    undefined: Undefined
+
+    def value(self, node: ast.expr, rows: Rows) -> Values:
+        """The value of a part, shape (rows,)."""
+        match node:
+            case ast.Constant(value=constant):
+                return _constant(constant, len(rows))
+            case ast.Name(id=name):
+                return (
+                    _constant(CONSTANTS[name], len(rows))
+                    if name in CONSTANTS
+                    else _named(self.columns[name], rows)
+                )
+            case ast.UnaryOp(op=operator, operand=operand):
+                inner = self.value(operand, rows)
+                if isinstance(operator, ast.Not):
+                    return ~inner
+                return -inner if isinstance(operator, ast.USub) else inner
+            case ast.BinOp(left=left, op=operator, right=right):
+                return self._number(
+                    node, ARITHMETIC[type(operator)], [left, right], rows
+                )
+            case ast.Call(func=ast.Name(id=name), args=arguments):
+                return self._number(node, FUNCTIONS[name].compute, arguments, rows)
+            case ast.Compare():
+                return self._comparison(node, rows)
+            case ast.BoolOp(op=operator, values=conditions):
+                return self._junction(isinstance(operator, ast.And), conditions, rows)
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                chosen = self.value(test, rows)
+                yes = self.value(body, rows[chosen])
+                no = self.value(orelse, rows[~chosen])
+                result = np.empty(len(rows), dtype=yes.dtype)
+                result[chosen], result[~chosen] = yes, no
+                return result
+        raise AssertionError(f"unchecked expression {ast.dump(node)}")
+
+    def _number(
+        self,
+        node: ast.expr,
+        function: Callable[..., Values],
+        arguments: list[ast.expr],
+        rows: Rows,
+    ) -> Values:
+        """What `function` makes of the arguments; infinity is accepted only where it
+        was given.
+        """
+        operands = [self.value(argument, rows) for argument in arguments]
+        result = function(*operands)
+        if np.isfinite(result).all():
             return result
-    raise AssertionError(f"unchecked expression {ast.dump(node)}")
+        given = np.any([np.isinf(operand) for operand in operands], axis=0)
+        wrong = np.isnan(result) | (np.isinf(result) & ~given)
+        return self.undefined(node, result, wrong, rows)
+
+    def _comparison(self, node: ast.Compare, rows: Rows) -> Values:
+        """`a < b < c`: each term is computed once, and only where the earlier ones
+        hold.
+        """
+        result = np.full(len(rows), True)
+        left = self.value(node.left, rows)
+        for operator, term in zip(node.ops, node.comparators, strict=True):
+            right = self.value(term, rows[result])
+            holds = (ORDER | EQUALITY)[type(operator)](left, right)
+            result[result] = holds
+            left = right[holds]
+        return result
+
+    def _junction(self, every: bool, conditions: list[ast.expr], rows: Rows) -> Values:
+        """`and` (every) or `or`: each condition is computed only where the earlier ones
+        leave it open.
+        """
+        result = np.full(len(rows), every)
+        for condition in conditions:
+            undecided = result if every else ~result
+            result[undecided] = self.value(condition, rows[undecided])
+        return result
 
 
 def _constant(constant: object, length: int) -> Values:
@@ -155,45 +245,3 @@ def _named(column: Values, rows: Rows) -> Values:
     # points.
     picked = column if len(rows) == len(column) else column[rows]
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked
-
-
-def _finite(
-    node: ast.expr, function: Callable[..., Values], operands: list[Values], rows: Rows
-) -> Values:
-    """What `function` makes of the operands; infinity is accepted only where it was
-    given.
-    """
-    result = function(*operands)
-    if not np.isfinite(result).all():
-        given = np.any([np.isinf(operand) for operand in operands], axis=0)
-        wrong = np.flatnonzero(np.isnan(result) | (np.isinf(result) & ~given))
-        if len(wrong):
-            raise ExpressionError(
-                f'"{ast.unparse(node)}" is not a finite number', int(rows[wrong[0]])
-            )
-    return result
-
-
-def _comparison(node: ast.Compare, columns: Mapping[str, Values], rows: Rows) -> Values:
-    """`a < b < c`: each term is computed once, and only where the earlier ones hold."""
-    result = np.full(len(rows), True)
-    left = _value(node.left, columns, rows)
-    for operator, term in zip(node.ops, node.comparators, strict=True):
-        right = _value(term, columns, rows[result])
-        holds = (ORDER | EQUALITY)[type(operator)](left, right)
-        result[result] = holds
-        left = right[holds]
-    return result
-
-
-def _junction(
-    every: bool, conditions: list[ast.expr], columns: Mapping[str, Values], rows: Rows
-) -> Values:
-    """`and` (every) or `or`: each condition is computed only where the earlier ones
-    leave it open.
-    """
-    result = np.full(len(rows), every)
-    for condition in conditions:
-        undecided = result if every else ~result
-        result[undecided] = _value(condition, columns, rows[undecided])
-    return result

@@ -1,4 +1,5 @@
-"""Expressions over the settings of a model, for `derive`, `when` and `require`.
+"""Expressions over the settings of a model, for `derive`, `when` and `require`; below
+`record` they are over its metrics too.
 
 An expression is parsed and checked against the kinds of the settings; Python's eval
 never sees it. It may hold numbers, texts, names of settings, + - * / // % **,
@@ -19,7 +20,9 @@ from sweep.spec.evaluation import (
     FUNCTIONS,
     ORDER,
     ExpressionError,
+    Undefined,
     evaluate,
+    refused,
 )
 from sweep.spec.settings import Setting, Value, Values
 from sweep.text import unknown
@@ -44,19 +47,24 @@ class Expression:
     operations: int
     tree: ast.expr = field(repr=False, compare=False)
 
-    def evaluate(self, columns: Mapping[str, Values | Value], n_points: int) -> Values:
+    def evaluate(
+        self,
+        columns: Mapping[str, Values | Value],
+        n_points: int,
+        undefined: Undefined = refused,
+    ) -> Values:
         """Its value at every point, shape (n_points,): float64, bool, or object holding
         texts.
 
         `columns` gives every setting it needs, as an array of that shape or as one
         value for all points. Raises ExpressionError, with the first such point, where a
-        result is not a finite number.
+        result is not a finite number, unless `undefined` makes something of it.
         """
         needed = {
             name: np.broadcast_to(_array(columns[name]), n_points)
             for name in self.names
         }
-        return evaluate(self.tree, needed, n_points)
+        return evaluate(self.tree, needed, n_points, undefined)
 
 
 def _array(values: Values | Value) -> Values:
@@ -80,7 +88,7 @@ def parse(text: str, known: Mapping[str, Setting]) -> Expression:
         raise ExpressionError("the expression is nested too deeply")
     checker = _Checker(known)
     kind = checker.kind(tree)
-    return Expression(text, kind, frozenset(checker.names), checker.parts, tree)
+    return Expression(text.strip(), kind, frozenset(checker.names), checker.parts, tree)
 
 
 def _depth(tree: ast.AST) -> int:
@@ -202,7 +210,7 @@ class _Checker:
     def _call(self, name: str, arguments: list[ast.expr]) -> str:
         if name not in FUNCTIONS:
             raise ExpressionError(unknown("function", name, FUNCTIONS))
-        _, least, most = FUNCTIONS[name]
+        least, most = FUNCTIONS[name].least, FUNCTIONS[name].most
         if not least <= len(arguments) <= most:
             takes = f"{least} to {most} arguments" if most > least else "1 argument"
             raise ExpressionError(f"{name} takes {takes}, not {len(arguments)}")

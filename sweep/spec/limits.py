@@ -17,6 +17,9 @@ MOST_OPERATIONS = 2_000_000_000
 they are powers.
 """
 
+MOST_DERIVED = 100
+"""Derived metrics. Each is a column over all frames of a trial."""
+
 
 def beyond(asked: str, most: int) -> str:
     """The sentence that refuses what is `asked` for, of which `most` are allowed."""

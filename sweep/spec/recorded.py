@@ -39,25 +39,39 @@ def columns_of(metrics: Iterable[str]) -> list[str]:
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
 
 
-def check_metric(entry: Entry, name: str, model: Model) -> None:
-    """Raise SpecError for a metric that `model` cannot have."""
-    if METRICS[name].potential and not model.pair_potential:
-        having = ", ".join(
-            other.name for other in MODELS.values() if other.pair_potential
-        )
-        raise entry.error(
-            f'metric "{name}" is for models with a pair potential: {having}'
-        )
+class KnownMetrics(NamedTuple):
+    """The metrics that a spec may name: those that its model can have, and those that
+    it derives.
 
-
-def read_column(entry: Entry, model: Model) -> str:
-    """The column that is the key of `entry`: a metric, at the last frame, or
-    `<metric>_mean`, over the last half.
-
-    Raises SpecError where it is neither.
+    The methods raise SpecError for any other.
     """
-    column = Column.read(entry.name)
-    if column.metric not in METRICS:
-        raise entry.error(unknown("metric", entry.name, columns_of(METRICS)))
-    check_metric(entry, column.metric, model)
-    return entry.name
+
+    model: Model
+    derived: tuple[str, ...] = ()
+
+    def read(self, entry: Entry) -> str:
+        """The metric whose name is the value of `entry`."""
+        name = entry.one_of("metric", (*METRICS, *self.derived))
+        self.check(entry, name)
+        return name
+
+    def column(self, entry: Entry) -> str:
+        """The column that is the key of `entry`: a metric, at the last frame, or
+        `<metric>_mean`, over the last half.
+        """
+        column, known = Column.read(entry.name), (*METRICS, *self.derived)
+        if column.metric not in known:
+            raise entry.error(unknown("metric", entry.name, columns_of(known)))
+        self.check(entry, column.metric)
+        return entry.name
+
+    def check(self, entry: Entry, name: str) -> None:
+        """Raise SpecError for a metric that the model cannot have."""
+        metric = METRICS.get(name)
+        if metric and metric.potential and not self.model.pair_potential:
+            having = ", ".join(
+                other.name for other in MODELS.values() if other.pair_potential
+            )
+            raise entry.error(
+                f'metric "{name}" is for models with a pair potential: {having}'
+            )

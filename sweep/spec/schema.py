@@ -11,6 +11,7 @@ from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import POINTS, WHEN
+from sweep.spec.derived_metrics import NAME
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_rules
 from sweep.spec.keys import section_schema
@@ -40,7 +41,7 @@ def json_schema() -> Schema:
         **replication_rules(),
         **study_rules(),
         **policy_rules(),
-        "allOf": [*models, _built_in_maps()],
+        "allOf": [*models, _built_in_maps(), _built_in_metrics()],
         "definitions": _definitions(),
     }
 
@@ -51,10 +52,15 @@ def _is(model: str) -> Schema:
 
 def _definitions() -> Schema:
     """The schemas that others refer to by name."""
-    metrics = {"enum": list(METRICS)}
-    columns = {"enum": columns_of(METRICS)}
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
-    names = {"metric": metrics, "column": columns, "built_in_map": {"enum": list(MAPS)}}
+    derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
+    names = {
+        "metric": {"anyOf": [reference("built_in_metric"), derived]},
+        "column": {"anyOf": [reference("built_in_column"), derived]},
+        "built_in_metric": {"enum": list(METRICS)},
+        "built_in_column": {"enum": columns_of(METRICS)},
+        "built_in_map": {"enum": list(MAPS)},
+    }
     return names | {"statistic": statistic()} | _forms() | kinds() | models
 
 
@@ -117,5 +123,23 @@ def _built_in_maps() -> Schema:
         "if": {"not": {"required": ["maps"]}},
         "then": {
             "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
+        },
+    }
+
+
+def _built_in_metrics() -> Schema:
+    """Without metrics that it derives, a study has the built-in ones to choose from."""
+    deriving = {"properties": {"record": {"required": ["derive"]}}}
+    names = {"items": reference("built_in_metric")}
+    columns = {"propertyNames": reference("built_in_column")}
+    record = dict.fromkeys(("metrics", "series"), names)
+    search = dict.fromkeys(("objectives", "constraints"), columns)
+    return {
+        "if": {"not": deriving | {"required": ["record"]}},
+        "then": {
+            "properties": {
+                "record": {"properties": record},
+                "search": {"properties": search},
+            }
         },
     }

@@ -7,13 +7,12 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from kernels.model import Model
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import check_keys, read_values
 from sweep.spec.objectives import Constraint, Objective, Statistic
-from sweep.spec.recorded import read_column
+from sweep.spec.recorded import KnownMetrics
 from sweep.spec.search import Parameter, Search
 from sweep.spec.search_checks import check_search
 from sweep.spec.search_samplers import FOR_ONE, FOR_SEVERAL
@@ -26,10 +25,13 @@ MOST_REFERENCES = 1000
 
 
 def read_search(
-    entry: Entry, reader: AxisReader, model: Model, given: Mapping[str, Place]
+    entry: Entry,
+    reader: AxisReader,
+    metrics: KnownMetrics,
+    given: Mapping[str, Place],
 ) -> Search:
-    """The section that `entry` writes; `given` are the places of the settings with a
-    value elsewhere in the spec.
+    """The section that `entry` writes; `metrics` are those that it may name, and
+    `given` the places of the settings with a value elsewhere in the spec.
     """
     check_keys(entry, Search)
     read = read_values(Search, entry)
@@ -37,12 +39,12 @@ def read_search(
     names = [parameter.name for parameter in parameters]
     over = _over(read.get("over"), reader, [*given, *names])
     _check_once(entry, names, over, given)
-    objectives = _objectives(read["objectives"], model)
+    objectives = _objectives(read["objectives"], metrics)
     usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
     several = {
         "parameters": parameters,
         "objectives": objectives,
-        "constraints": _constraints(read.get("constraints"), model),
+        "constraints": _constraints(read.get("constraints"), metrics),
         "sampler": read.get("sampler") or usual,
         "over": over,
         "references": _references(read.get("references"), reader.settings, names),
@@ -129,10 +131,10 @@ def _has_a_value(setting: str, place: Place) -> str:
     return f'"{setting}" has a value already, under {where}'
 
 
-def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
+def _objectives(entry: Entry, metrics: KnownMetrics) -> tuple[Objective, ...]:
     found = []
     for _, child in entry.mapping():
-        column = read_column(child, model)
+        column = metrics.column(child)
         child.keys(["minimize", "maximize"])
         if len(child.value) > 1:
             raise child.error(f'"{column}" needs minimize or maximize, not both')
@@ -145,10 +147,10 @@ def _objectives(entry: Entry, model: Model) -> tuple[Objective, ...]:
     return tuple(found)
 
 
-def _constraints(entry: Entry | None, model: Model) -> tuple[Constraint, ...]:
+def _constraints(entry: Entry | None, metrics: KnownMetrics) -> tuple[Constraint, ...]:
     found = []
     for _, child in entry.mapping() if entry else ():
-        column = read_column(child, model)
+        column = metrics.column(child)
         child.keys(["at_most", "at_least", "statistic"])
         bounds = [key for key in ("at_most", "at_least") if key in child.value]
         if len(bounds) != 1:

@@ -5,7 +5,7 @@ All functions raise SpecError for what is not allowed.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from sweep.spec.ablation import is_ablation, read_ablation
 from sweep.spec.axes import Axis, AxisReader, read_expression
@@ -73,6 +73,13 @@ def read_derive(
                 " sweep it with zip or a table"
             )
         unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
+    return in_order(entry, unsorted) if entry else {}
+
+
+def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expression]:
+    """The expressions under `derive`, by what they derive. Each stands after those that
+    it needs.
+    """
     ordered: dict[str, Expression] = {}
     while len(ordered) < len(unsorted):
         pending = {name: unsorted[name] for name in unsorted if name not in ordered}
@@ -81,7 +88,7 @@ def read_derive(
             for name, expression in pending.items()
             if not expression.names & pending.keys()
         }
-        if entry and not ready:
+        if not ready:
             raise entry.child(next(iter(pending))).error(
                 f"derive goes in a circle: {', '.join(pending)}"
             )

@@ -23,14 +23,20 @@ from sweep.spec.contents import (
     Truth,
     Whole,
 )
+from sweep.spec.derived_metrics import (
+    DerivedMetric,
+    derived_schema,
+    needed,
+    read_derived,
+)
 from sweep.spec.document import Document, Entry, Place
 from sweep.spec.expressions import Expression
 from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
-from sweep.spec.recorded import ANY_METRIC, Column, check_metric
+from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
 from sweep.spec.replication import SEEDS, Replicates, read_replication
-from sweep.spec.schema_parts import TEXT, Schema, listed
+from sweep.spec.schema_parts import TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
 from sweep.spec.setting_values import (
@@ -49,18 +55,26 @@ from sweep.text import unknown
 
 Stream = Literal["common", "independent"]
 
+
+class MetricName(Text):
+    """The name of a metric; which there are depends on the model and on `derive`."""
+
+    def schema(self) -> Schema:
+        return reference("metric")
+
+
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
-METRIC_NAMES = ListOf(
-    OneOf("metric", METRICS, definition="metric"), "metrics (`sweep metrics`)"
-)
+METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
 SECONDS = Number(above=0, unit="seconds")
 
 
 @dataclass(frozen=True)
 class RecordSpec:
-    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last. `series`
-    are among `metrics`.
+    """What is kept of a trial: frames 0, `every`, 2 `every`, ... and the last.
+
+    `metrics` are those of the kernels, with all that `derive` needs, each of which
+    stands after those that it needs. `series` are among both.
     """
 
     metrics: Annotated[
@@ -95,6 +109,22 @@ class RecordSpec:
             example="true",
         ),
     ] = False
+    derive: Annotated[
+        tuple[DerivedMetric, ...],
+        Key(
+            ReadLater(
+                "names with expressions over metrics and settings", derived_schema
+            ),
+            "metrics computed from others, frame by frame, and recorded too",
+            otherwise="none",
+            example='{gain: "polarization / speed"}',
+        ),
+    ] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All metrics of a trial, those that are derived last."""
+        return (*self.metrics, *(one.name for one in self.derive))
 
 
 @dataclass(frozen=True)
@@ -391,9 +421,12 @@ def read_study(root: Entry) -> Study:
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
-    search = _search(root, reader, model, {"fixed": fixed, "derive": derive})
-    record = _record(given.get("record"), model, search.columns if search else ())
-    replication = read_replication(root, record.metrics)
+    recorded = given.get("record")
+    derived = _derived(recorded, model, known)
+    metrics = KnownMetrics(model, tuple(one.name for one in derived))
+    search = _search(root, reader, metrics, {"fixed": fixed, "derive": derive})
+    record = _record(recorded, metrics, derived, search.columns if search else ())
+    replication = read_replication(root, record.names)
     noise = {"noise": "common"} if search else {}
     read = {
         "maps": maps,
@@ -410,7 +443,10 @@ def read_study(root: Entry) -> Study:
 
 
 def _search(
-    root: Entry, reader: AxisReader, model: Model, given: dict[str, Iterable[str]]
+    root: Entry,
+    reader: AxisReader,
+    metrics: KnownMetrics,
+    given: dict[str, Iterable[str]],
 ) -> Search | None:
     entry = root.get("search")
     if entry and "sweep" in root.value:
@@ -419,7 +455,7 @@ def _search(
             ' candidate must be good at together stand in "search" under "over"'
         )
     places = {name: (key, name) for key, names in given.items() for name in names}
-    return read_search(entry, reader, model, places) if entry else None
+    return read_search(entry, reader, metrics, places) if entry else None
 
 
 def study_rules() -> Schema:
@@ -427,12 +463,29 @@ def study_rules() -> Schema:
     return {"not": {"required": ["sweep", "search"]}}
 
 
-def _record(entry: Entry | None, model: Model, columns: Iterable[str]) -> RecordSpec:
-    """What the spec says, and the metrics of the `columns` that a search needs."""
-    record = read_section(RecordSpec, entry, metrics=model.metrics)
+def _derived(
+    entry: Entry | None, model: Model, settings: dict[str, Setting]
+) -> tuple[DerivedMetric, ...]:
+    if entry is None:
+        return ()
+    check_keys(entry, RecordSpec)
+    return read_derived(entry.get("derive"), model, settings)
+
+
+def _record(
+    entry: Entry | None,
+    known: KnownMetrics,
+    derived: tuple[DerivedMetric, ...],
+    columns: Iterable[str],
+) -> RecordSpec:
+    """What the spec says, and the metrics that `derived` ones and the `columns` of a
+    search need.
+    """
+    record = read_section(RecordSpec, entry, metrics=known.model.metrics)
     for names in (entry.get("metrics"), entry.get("series")) if entry else ():
         for child in names.entries() if names else ():
-            check_metric(child, child.text(), model)
-    needed = [Column.read(column).metric for column in columns]
-    metrics = dict.fromkeys([*record.metrics, *record.series, *needed])
-    return replace(record, metrics=tuple(metrics))
+            known.read(child)
+    searched = [Column.read(column).metric for column in columns]
+    wanted = [*record.metrics, *record.series, *searched, *needed(derived)]
+    measured = dict.fromkeys(name for name in wanted if name in METRICS)
+    return replace(record, metrics=tuple(measured), derive=derived)

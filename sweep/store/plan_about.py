@@ -88,7 +88,7 @@ class PlanAbout:
         )
         return cls(
             varied=list(varied),
-            record=list(study.record.metrics),
+            record=list(study.record.names),
             maps={name: own.as_json() for name, own in study.maps.items()},
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},

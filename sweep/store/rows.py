@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -19,6 +19,8 @@ from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 from sweep.trial.result import Result
 
+EXPRESSION = b"expression"
+"""The key, in the metadata of a column, of what derives a metric from others."""
 BODIES = pa.list_(pa.float64())
 ARROW = {
     "float": pa.float64(),
@@ -71,13 +73,11 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
     columns += [_setting(setting) for setting in settings_of(study.model).values()]
-    for name in study.record.metrics:
-        metric = METRICS[name]
-        unit = spelled(metric.unit, study.model)
+    for name, (unit, text, expression) in _recorded(study).items():
         columns.append(
-            _column(name, pa.float64(), unit, f"{metric.text}, at the last frame")
+            _column(name, pa.float64(), unit, f"{text}, at the last frame", expression)
         )
-        mean = f"{metric.text}, mean over the frames of the last half"
+        mean = f"{text}, mean over the frames of the last half"
         columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
 
@@ -88,9 +88,9 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
         _column("trial_id", pa.string(), "", "trial"),
         _column("frame", pa.int64(), "step", "steps done"),
     ]
+    recorded = _recorded(study)
     for name in study.record.series:
-        unit = spelled(METRICS[name].unit, study.model)
-        columns.append(_column(name, pa.float64(), unit, METRICS[name].text))
+        columns.append(_column(name, pa.float64(), *recorded[name]))
     return pa.schema(columns, _metadata(provenance))
 
 
@@ -258,8 +258,32 @@ def _joined(arrays: Sequence[np.ndarray[Any, Any]], kind: pa.DataType) -> pa.Arr
     return pa.array(np.concatenate(arrays) if arrays else [], kind)
 
 
-def _column(name: str, kind: pa.DataType, unit: str, text: str) -> pa.Field:
-    return pa.field(name, kind, metadata={"unit": unit, "text": text})
+class _Recorded(NamedTuple):
+    """What the columns of a metric say of it; `expression` derives it from others."""
+
+    unit: str
+    text: str
+    expression: str = ""
+
+
+def _recorded(study: Study) -> dict[str, _Recorded]:
+    metrics = ((name, METRICS[name]) for name in study.record.metrics)
+    measured = {
+        name: _Recorded(spelled(metric.unit, study.model), metric.text)
+        for name, metric in metrics
+    }
+    return measured | {
+        one.name: _Recorded(one.unit, one.expression.text, one.expression.text)
+        for one in study.record.derive
+    }
+
+
+def _column(
+    name: str, kind: pa.DataType, unit: str, text: str, expression: str = ""
+) -> pa.Field:
+    derived = {EXPRESSION: expression.encode()} if expression else {}
+    said = {b"unit": unit.encode(), b"text": text.encode()}
+    return pa.field(name, kind, metadata=said | derived)
 
 
 def _setting(setting: Setting) -> pa.Field:

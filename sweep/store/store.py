@@ -139,10 +139,11 @@ class Store:
         """All current rows of a table, oldest part first, optionally only some trials
         and some columns.
 
-        Columns are united by name and filled with nulls, types widened; metadata is the
-        newest part's. A table that no part has comes back with no rows. `optional`
-        columns are read beside `columns` if any part has them. Raises StoreError for a
-        damaged part and for one of `columns` that the table has in no part.
+        Columns are united by name and filled with nulls, types widened; metadata is of
+        the newest part that has such rows. A table that no part has comes back with no
+        rows. `optional` columns are read beside `columns` if any part has them. Raises
+        StoreError for a damaged part and for one of `columns` that the table has in no
+        part.
         """
         wanted = (
             None
@@ -364,12 +365,13 @@ def _current(
 
 
 def _union(tables: list[pa.Table], columns: list[str] | None) -> pa.Table:
-    """Rows in the order given, metadata of the last table; `columns` are those of no
-    table.
+    """Rows in the order given, metadata of the last table with any; `columns` are
+    those of no table.
     """
     if not tables:
         empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}
         return pa.schema(empty).empty_table()
+    tables = sorted(tables, key=lambda table: table.num_rows > 0)
     newest = tables[-1].schema
     if all(table.schema.equals(newest, check_metadata=True) for table in tables):
         return pa.concat_tables(tables)

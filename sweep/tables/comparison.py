@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from kernels.metrics import METRICS
 from kernels.worlds import MAPS
 from sweep.analysis import (
     CONFIDENCE,
@@ -33,7 +32,6 @@ from sweep.analysis import (
 )
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
-from sweep.spec.settings import spelled
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import Matching, match
 from sweep.text import unknown
@@ -198,7 +196,7 @@ def _metrics(one: Side, other: Side, asked: Sequence[str]) -> list[str]:
 
 
 def _unit(side: Side, metric: str) -> str:
-    return spelled(METRICS[metric].unit, side.model)
+    return side.study.units.get(metric, "")
 
 
 def _check(method: Method, metrics: Sequence[str]) -> None:

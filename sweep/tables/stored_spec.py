@@ -71,20 +71,16 @@ def _accepted(
 def _spec(stored: StoredTrial, cell: Any) -> dict[str, Any]:
     """The spec of a row without its settings and maps."""
     words = cell("streams").text().split()
-    replicate, every = (
-        cell("replicate").whole(0, MOST_TRIALS - 1),
-        cell("every").whole(1),
-    )
+    replicate = cell("replicate").whole(0, MOST_TRIALS - 1)
     spec = {
         "study": "stored",
         "model": cell("model").text(),
         "preset": cell("preset").text(),
         "seed": cell("seed").whole(0),
-        "record": replace(stored.record, every=every),
     }
     if cell("seed_listed").truth():
         spec["seeds"] = (spec["seed"],)
     else:
         spec["replicates"] = replicate + 1
     streams = dict(word.partition("=")[::2] for word in words)
-    return written(spec, *SPEC) | {"streams": streams}
+    return written(spec, *SPEC) | {"streams": streams, "record": stored.record}

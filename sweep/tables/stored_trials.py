@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from kernels.metrics import METRICS
 from sweep.spec.recorded import Column
-from sweep.spec.study import RecordSpec
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import PROVENANCE, part_provenance
 from sweep.store.parquet import each, load_table, load_trials, stored_schema
+from sweep.store.rows import EXPRESSION
 from sweep.store.store import Store
 
 Columns = dict[str, NDArray[Any]]
@@ -29,28 +29,36 @@ one after the other.
 class StoredTrial(NamedTuple):
     """One trial: its `row` in trials, its columns in the other tables that its part
     has, and their provenance.
+
+    `derive` has the expressions by which metrics of it were derived from others.
     """
 
     row: dict[str, Any]
     tables: dict[str, Columns]
     provenance: dict[str, Any]
+    derive: dict[str, str]
 
     @property
-    def record(self) -> RecordSpec:
-        """What was kept of the trial."""
-        return RecordSpec(
-            metrics=tuple(
-                name
-                for name in METRICS
-                if name in self.row and str(Column(name, half=True)) in self.row
-            ),
-            series=tuple(
-                name for name in self.tables.get("series", {}) if name != "frame"
-            ),
-            every=self.row["every"],
-            heatmaps="heatmaps" in self.tables,
-            trajectories="trajectories" in self.tables,
-        )
+    def metrics(self) -> list[str]:
+        """The metrics that kernels measured."""
+        return [
+            name
+            for name in METRICS
+            if name in self.row and str(Column(name, half=True)) in self.row
+        ]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What was kept of the trial, as a spec has it."""
+        series = [name for name in self.tables.get("series", {}) if name != "frame"]
+        return {
+            "metrics": self.metrics,
+            **({"series": series} if series else {}),
+            **({"derive": self.derive} if self.derive else {}),
+            "every": self.row.get("every"),
+            "heatmaps": "heatmaps" in self.tables,
+            "trajectories": "trajectories" in self.tables,
+        }
 
 
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
@@ -114,13 +122,21 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     tables = {name: load_trials(part, name, None, ids) for name in table_names(part)}
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
+    derive = {
+        field.name: field.metadata[EXPRESSION].decode(errors="replace")
+        for field in trials.schema
+        if EXPRESSION in (field.metadata or {})
+    }
     for row in trials.to_pylist():
         own = {
             name: table.filter(pc.equal(table["trial_id"], row["trial_id"]))
             for name, table in tables.items()
         }
         yield StoredTrial(
-            row, {name: _columns(table) for name, table in own.items()}, provenance
+            row,
+            {name: _columns(table) for name, table in own.items()},
+            provenance,
+            derive,
         )
 
 

@@ -2,6 +2,7 @@
 
 simulation  a flight of the kernels, call by call
 scenery     the world and its obstacles, drawn from the job
+derived     metrics that a spec computes from others
 state       what is between two calls
 result      what a trial gave
 generators  random numbers for kernels

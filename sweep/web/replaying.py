@@ -181,7 +181,7 @@ class Replay(Live):
         row, values = self.stored.row, self.track.values
         metrics = {
             name: {"stored": row[name], "replayed": float(values[name][-1])}
-            for name in self.stored.record.metrics
+            for name in self.stored.metrics
             if row[name] is not None
         }
         about = {

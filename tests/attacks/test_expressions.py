@@ -9,12 +9,14 @@ import pytest
 
 import sweep.spec.evaluation as evaluation
 import sweep.spec.expressions as expressions
+import sweep.spec.units as units
 from sweep.design.plan import make_plan
 from sweep.spec.expressions import Expression, ExpressionError, parse
 from sweep.spec.settings import Values, settings_of
 from tests.specs import short_study
 
 KNOWN = settings_of("nguyen2024")
+EVALUATION = evaluation._Evaluation
 
 NESTINGS: dict[str, tuple[str, str]] = {
     "middle of a chain": ("n", "(1 if 0<{}<9 else 1)"),
@@ -47,13 +49,13 @@ def counted(
     place: Any,
     name: str,
     most: int,
-) -> list[object]:
-    """The first arguments of all calls of a function, at most so many."""
-    calls: list[object] = []
+) -> list[Any]:
+    """The arguments of all calls of a function, or of a method, at most so many."""
+    calls: list[Any] = []
     original: Callable[..., Any] = getattr(place, name)
 
     def counting(*arguments: Any) -> Any:
-        calls.append(arguments[0])
+        calls.append(arguments)
         assert len(calls) <= most, f"{name} is called more than {most} times"
         return original(*arguments)
 
@@ -72,10 +74,21 @@ def test_each_part_is_computed_once(
 ) -> None:
     expression = parse(nested(*NESTINGS[nesting]), KNOWN)
     assert expression.operations > 100
-    visited = counted(monkeypatch, evaluation, "_value", expression.operations)
+    visited = counted(monkeypatch, EVALUATION, "value", expression.operations)
     evaluated(expression, np.arange(9))
     assert len(visited) == expression.operations
-    assert len(set(map(id, visited))) == len(visited)
+    assert len({id(node) for _, node, _ in visited}) == len(visited)
+
+
+@pytest.mark.parametrize("nesting", NESTINGS)
+def test_the_unit_of_each_part_is_found_once(
+    nesting: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    expression = parse(nested(*NESTINGS[nesting]), KNOWN)
+    found = counted(monkeypatch, units._Combining, "unit", expression.operations)
+    assert units.unit_of(expression.tree, KNOWN) == ""
+    assert len(found) == expression.operations
 
 
 @pytest.mark.parametrize("nesting", NESTINGS)
@@ -86,7 +99,6 @@ def test_each_part_is_checked_once(
     text = nested(*NESTINGS[nesting])
     checked = counted(monkeypatch, expressions._Checker, "kind", len(text))
     shown = counted(monkeypatch, ast, "unparse", 0)
-    # A method: the first argument is the checker.
     assert parse(text, KNOWN).operations == len(checked)
     assert shown == []
 
@@ -97,7 +109,7 @@ def test_chains_within_chains_are_planned(monkeypatch: pytest.MonkeyPatch) -> No
     for _ in range(28):
         text = f"(1 if 0<{text}<9 else 1)"
     study = short_study("derive:", f'  drag: "0.1*{text}"')
-    counted(monkeypatch, evaluation, "_value", 10_000)
+    counted(monkeypatch, EVALUATION, "value", 10_000)
     assert make_plan(study, 1).points == 1
 
 
@@ -120,13 +132,13 @@ def test_blocks_of_points_add_up_to_the_same_bits(
 
 def test_no_level_holds_more_than_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes: list[int] = []
-    original = evaluation._value
+    original = EVALUATION.value
 
-    def watching(node: ast.expr, columns: Any, rows: Values) -> Values:
+    def watching(self: Any, node: ast.expr, rows: Values) -> Values:
         sizes.append(len(rows))
-        return original(node, columns, rows)
+        return original(self, node, rows)
 
-    monkeypatch.setattr(evaluation, "_value", watching)
+    monkeypatch.setattr(EVALUATION, "value", watching)
     points = 3 * evaluation.BLOCK + 5
     n = np.broadcast_to(np.array([5]), points)
     evaluated(parse(nested(*NESTINGS["body"]), KNOWN), n)

@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,13 @@ from kernels.models import MODELS
 from sweep.errors import StoreError
 from sweep.replays.replay import replay
 from sweep.spec.settings import preset_settings
+from sweep.spec.study import parse_spec
 from sweep.store.manifest import MANIFEST, write_manifest
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.replaying import Replay
 from tests.attacks.hostile import give, give_plan
 from tests.commands import sweep
-from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched
+from tests.studies import COVERING, DERIVING, IMPOSSIBLE, SMALL, launched
 
 OWN = SMALL.replace(
     "fixed: {n: 12, steps: 9}",
@@ -206,14 +208,14 @@ def test_verify_of_refused_trials_alone_is_a_report_too(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     "spec",
-    [SMALL, COVERING, OWN, IMPOSSIBLE],
-    ids=["small", "covering", "own map", "failing"],
+    [SMALL, COVERING, OWN, IMPOSSIBLE, DERIVING],
+    ids=["small", "covering", "own map", "failing", "deriving"],
 )
 def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) -> None:
     """To the last bit and in every type, also where the trial has failed: nothing is
     coerced to something else.
     """
-    study = launched(spec, tmp_path)
+    study, record = launched(spec, tmp_path), parse_spec(spec).record
     for trial in study.plan["trial_id"].to_pylist():
         stored = study.trial(trial)
         job = study.job(stored)
@@ -226,7 +228,8 @@ def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) ->
             name: (value, type(value)) for name, value in job.settings.items()
         }
         assert (job.trial_id, job.point) == (trial, stored.row["point"])
-        assert job.record == stored.record
+        assert sorted(job.record.metrics) == sorted(record.metrics)
+        assert job.record == replace(record, metrics=job.record.metrics)
         assert [job.seed, job.literal, job.replicate] == [
             stored.row[name] for name in ("seed", "seed_listed", "replicate")
         ]

@@ -49,6 +49,7 @@ def content_of_then(study: Study, *_: object) -> list[Any]:
         "metrics": sorted(study.record.metrics),
         "series": sorted(study.record.series),
     }
+    assert record.pop("derive") == ()  # a key that it did not know
     if not study.record.trajectories:
         del record["trajectories"]
     return [THEN, asdict(study.streams), record]

@@ -218,6 +218,20 @@ def test_parts_with_different_columns_are_united_by_name(store: Store) -> None:
     assert store.read("trials", columns=["map"])["map"].to_pylist() == [None, "empty"]
 
 
+def test_what_columns_say_is_that_of_the_newest_part_with_such_rows(
+    store: Store,
+) -> None:
+    for name, unit in (("a", "m"), ("b", "s")):
+        table = trials({name: "ok"})
+        field = pa.field("gain", pa.float64(), metadata={"unit": unit})
+        store.append({"trials": table.append_column(field, pa.array([1.0]))})
+    units = [
+        store.read("trials", trial_ids=pa.array(ids)).schema.field("gain").metadata
+        for ids in (["a"], ["b"], ["a", "b"], ["c"])
+    ]
+    assert units == [{b"unit": b"m"}, *[{b"unit": b"s"}] * 3]
+
+
 @pytest.mark.parametrize(
     ("tables", "message"),
     [

@@ -19,7 +19,9 @@ import pytest
 from kernels import flight
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.design.jobs import Job
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.spec.study import parse_spec
 from sweep.store.store import Store
 from sweep.trial import simulation
 from sweep.trial.result import Result
@@ -161,6 +163,20 @@ def test_a_trial_goes_on_from_any_call_to_the_same_bits(
         assert numbers(resumed(wanted, folder, monkeypatch)) == numbers(run(wanted)), (
             wanted
         )
+
+
+def test_metrics_that_are_derived_go_on_to_the_same_bits_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    derive = 'derive: {gain: "polarization / speed", loss: "log(gain * start_speed)"}'
+    spec = SMALL.replace("{series: [speed]", f"{{series: [speed, loss], {derive}")
+    study = parse_spec(spec)
+    for a_job in Jobs(study, expand(study))[:2]:
+        killed_after(2, a_job, tmp_path, monkeypatch)
+        result = resumed(a_job, tmp_path, monkeypatch)
+        assert numbers(result) == numbers(run(a_job))
+        assert {"gain", "loss"} <= result.mean.keys()
+        assert np.isfinite(result.series["loss"]).all()
 
 
 @pytest.mark.parametrize("model", MODELS)

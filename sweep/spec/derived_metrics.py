@@ -1,0 +1,138 @@
+"""Metrics that a spec derives from others: `{gain: "polarization / speed"}` under
+`derive` of `record`.
+
+An expression may hold metrics, settings and other derived metrics. Its value in a frame
+is that of the metrics in this frame.
+"""
+
+import keyword
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from kernels.metrics import METRICS
+from kernels.model import Model
+from sweep.spec.axes import read_expression
+from sweep.spec.document import Entry
+from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
+from sweep.spec.expressions import NUMBER, Expression
+from sweep.spec.limits import MOST_DERIVED
+from sweep.spec.recorded import KnownMetrics
+from sweep.spec.schema_parts import Schema, named, reference
+from sweep.spec.setting_values import in_order
+from sweep.spec.settings import Setting, spelled
+from sweep.spec.units import unit_of
+
+NAME = re.compile("[a-z][a-z0-9_]{0,59}")
+ENDINGS = ("_mean", "_low", "_high", "_n")
+"""Of the columns that tables have for a metric."""
+TAKEN = (
+    *("trial_id", "point", "replicate", "seed", "seed_listed", "streams", "model"),
+    *("preset", "every", "status", "error", "replay", "last_step", "seconds"),
+    *("frame", "x", "y", "vx", "vy", "boid", "rows", "columns", "visits", "row"),
+    *("column", "index", "run", "phase", "candidate", "batch", "block", "scenario"),
+    *("detail", "view", "not_done"),
+)
+"""The other columns of tables."""
+
+
+@dataclass(frozen=True)
+class DerivedMetric:
+    """A metric that is computed from others, frame by frame; `unit` is in the words of
+    the model.
+    """
+
+    name: str
+    expression: Expression
+    unit: str
+
+
+def derived_schema() -> Schema:
+    """Expressions by the names of new metrics."""
+    names = {"pattern": f"^{NAME.pattern}$", "not": reference("built_in_metric")}
+    return named({"type": "string"}, names)
+
+
+def read_derived(
+    entry: Entry | None, model: Model, settings: Mapping[str, Setting]
+) -> tuple[DerivedMetric, ...]:
+    """The metrics that `entry` derives. Each stands after those that it needs. Raises
+    SpecError.
+    """
+    if entry is None:
+        return ()
+    entries = dict(entry.mapping())
+    if len(entries) > MOST_DERIVED:
+        raise entry.error(
+            f"{len(entries):,} derived metrics; at most {MOST_DERIVED} are allowed"
+        )
+    for name, child in entries.items():
+        _check_name(child, name, settings)
+    known = {**_measured(model), **settings}
+    known |= {name: _numbers(name) for name in entries}
+    expressions = {
+        name: read_expression(child, known, NUMBER) for name, child in entries.items()
+    }
+    found = []
+    for name, expression in in_order(entry, expressions).items():
+        child = entries[name]
+        _check_needs(child, expression, model, entries)
+        try:
+            unit = unit_of(expression.tree, known)
+        except ExpressionError as error:
+            raise child.error(f"{name}: {error}") from None
+        known[name] = replace(known[name], unit=unit)
+        found.append(DerivedMetric(name, expression, unit))
+    return tuple(found)
+
+
+def needed(derived: Iterable[DerivedMetric]) -> list[str]:
+    """The metrics of the kernels that these need, each once."""
+    names = dict.fromkeys(
+        name for one in derived for name in sorted(one.expression.names)
+    )
+    return [name for name in names if name in METRICS]
+
+
+def _measured(model: Model) -> dict[str, Setting]:
+    return {
+        name: _numbers(name, spelled(metric.unit, model.name))
+        for name, metric in METRICS.items()
+    }
+
+
+def _numbers(name: str, unit: str = "") -> Setting:
+    """A metric as expressions meet it: like a setting, it is a number with a unit."""
+    return Setting(name, "float", "metrics", "", unit)
+
+
+def _check_name(entry: Entry, name: str, settings: Mapping[str, Setting]) -> None:
+    def refused(why: str) -> None:
+        raise entry.error(f'a derived metric cannot be called "{name}": {why}')
+
+    if not NAME.fullmatch(name) or name.endswith(ENDINGS):
+        refused(
+            "its name has small letters, digits and _, begins with a letter and does"
+            f" not end in {', '.join(ENDINGS)}"
+        )
+    for kind, names in (
+        ("metric", METRICS),
+        ("setting", settings),
+        ("column of the tables", TAKEN),
+        ("word of expressions", {*CONSTANTS, *FUNCTIONS, *keyword.kwlist}),
+    ):
+        if name in names:
+            refused(f"there is a {kind} of that name")
+
+
+def _check_needs(
+    entry: Entry, expression: Expression, model: Model, derived: Iterable[str]
+) -> None:
+    names = sorted(expression.names)
+    for name in names:
+        KnownMetrics(model).check(entry, name)
+    if not any(name in METRICS or name in derived for name in names):
+        raise entry.error(
+            f'{entry.name}: "{expression.text}" has no metric (`sweep metrics`): what'
+            ' settings alone give stands under "derive" of the spec'
+        )

@@ -1,0 +1,190 @@
+"""Units of expressions: combined as the numbers are, or refused.
+
+A number that is written has no unit of its own. In a sum or a comparison it has that of
+the others, as in `100 - coverage`, and elsewhere none.
+"""
+
+import ast
+import re
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+
+from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
+from sweep.spec.settings import Setting
+
+Unit = dict[str, Fraction]
+"""The power of each base unit, as {"px": 1, "step": -1}; none of them is zero."""
+
+NO_UNIT: Unit = {}
+FACTOR = re.compile(r"(?P<over>/)?(?P<base>[^*/^]+)(\^(?P<power>[0-9.]+))?")
+MOST_POWER = 20
+"""A power of a unit beyond this is a mistake."""
+SIMPLEST = 12
+"""The largest denominator of a power, so that roots of roots have units."""
+
+
+def parsed(text: str) -> Unit:
+    """The unit that a text as "px^2/step^2" writes; "1/s" is one too.
+
+    >>> parsed("px/step")
+    {'px': Fraction(1, 1), 'step': Fraction(-1, 1)}
+    """
+    unit = NO_UNIT
+    for factor in FACTOR.finditer(text.replace(" ", "")):
+        base, power = factor["base"], Fraction(factor["power"] or 1)
+        if base != "1":
+            unit = _product(unit, {base: -power if factor["over"] else power})
+    return unit
+
+
+def written_out(unit: Unit) -> str:
+    """The text of a unit, as "px^2/step".
+
+    >>> written_out({"step": Fraction(-1), "px": Fraction(1, 2)})
+    'px^0.5/step'
+    """
+    above = [_factor(base, power) for base, power in unit.items() if power > 0]
+    below = [f"/{_factor(base, -power)}" for base, power in unit.items() if power < 0]
+    return ("*".join(above) or "1" * bool(below)) + "".join(below)
+
+
+def _factor(base: str, power: Fraction) -> str:
+    return base if power == 1 else f"{base}^{float(power):.6g}"
+
+
+def _product(one: Unit, other: Unit) -> Unit:
+    powers = {base: one.get(base, 0) + other.get(base, 0) for base in {**one, **other}}
+    return {base: Fraction(power) for base, power in powers.items() if power}
+
+
+def _raised(unit: Unit, power: Fraction) -> Unit:
+    raised = {base: (own * power) for base, own in unit.items()}
+    return {base: own for base, own in raised.items() if own}
+
+
+def unit_of(tree: ast.expr, known: Mapping[str, Setting]) -> str:
+    """The unit of a checked expression over `known`, "" for none.
+
+    Raises ExpressionError where units do not go together.
+    """
+    return written_out(_Combining(known).unit(tree) or NO_UNIT)
+
+
+class _Combining:
+    """Finds the unit of every part; None for a part of written numbers alone."""
+
+    def __init__(self, known: Mapping[str, Setting]) -> None:
+        self.known = known
+
+    def unit(self, node: ast.expr) -> Unit | None:
+        match node:
+            case ast.Constant():
+                return None
+            case ast.Name(id=name):
+                return None if name in CONSTANTS else parsed(self.known[name].unit)
+            case ast.UnaryOp(operand=operand):
+                return self.unit(operand)
+            case ast.BinOp(left=left, op=ast.Pow(), right=right):
+                return self._power(left, right)
+            case ast.BinOp(left=left, op=ast.Mult() | ast.Div() as operator):
+                return self._product(left, node.right, isinstance(operator, ast.Div))
+            case ast.BinOp(left=left, op=operator, right=right):
+                equal = self._equal(node, [left, right])
+                return NO_UNIT if isinstance(operator, ast.FloorDiv) else equal
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                self.unit(test)
+                return self._equal(node, [body, orelse])
+            case ast.Compare(left=left, comparators=others):
+                self._equal(node, [left, *others])
+                return NO_UNIT
+            case ast.BoolOp(values=conditions):
+                for condition in conditions:
+                    self.unit(condition)
+                return NO_UNIT
+            case ast.Call(func=ast.Name(id=name), args=arguments):
+                return self._call(node, name, arguments)
+        raise AssertionError(f"unchecked expression {ast.dump(node)}")
+
+    def _product(
+        self, left: ast.expr, right: ast.expr, is_quotient: bool
+    ) -> Unit | None:
+        first, second = self.unit(left), self.unit(right)
+        if first is None and second is None:
+            return None
+        sign = Fraction(-1 if is_quotient else 1)
+        return _product(first or NO_UNIT, _raised(second or NO_UNIT, sign))
+
+    def _power(self, base: ast.expr, power: ast.expr) -> Unit | None:
+        unit, exponent = self.unit(base), self.unit(power)
+        self._without(power, exponent, "a power")
+        if not unit:
+            return unit if exponent is None else NO_UNIT
+        if exponent is not None:
+            raise ExpressionError(
+                f"{_in(base, unit)}: its power must be a number that stands there, not"
+                f' "{ast.unparse(power)}"; {self._way_out(base, unit)}'
+            )
+        number = float(evaluate(power, {}, 1)[0])
+        simple = Fraction(number).limit_denominator(SIMPLEST)
+        if abs(number) > MOST_POWER or abs(simple - number) > 1e-9:
+            raise ExpressionError(
+                f"{_in(base, unit)}: its power must be a whole number or a simple"
+                f" fraction, at most {MOST_POWER}, not {number:g}"
+            )
+        return _raised(unit, simple)
+
+    def _call(
+        self, node: ast.expr, name: str, arguments: list[ast.expr]
+    ) -> Unit | None:
+        rule = FUNCTIONS[name].unit
+        unit = self._equal(node, arguments)
+        if rule == "none":
+            self._without(arguments[0], unit, name)
+        return _raised(unit, Fraction(1, 2)) if rule == "root" and unit else unit
+
+    def _without(self, node: ast.expr, unit: Unit | None, what: str) -> None:
+        if unit:
+            raise ExpressionError(
+                f"{what} needs a number without unit, but {_in(node, unit)};"
+                f" {self._way_out(node, unit)}"
+            )
+
+    def _equal(self, whole: ast.expr, nodes: Iterable[ast.expr]) -> Unit | None:
+        """The unit that all of these have. Written numbers have that of the others."""
+        having = [
+            (node, unit)
+            for node, unit in ((node, self.unit(node)) for node in nodes)
+            if unit is not None
+        ]
+        if not having:
+            return None
+        (node, unit), *others = having
+        for other, found in others:
+            if found != unit:
+                known = node if unit else other
+                raise ExpressionError(
+                    f'"{ast.unparse(whole)}" needs equal units, but {_in(node, unit)}'
+                    f" and {_in(other, found)};"
+                    f" {self._way_out(known, unit or found)}"
+                )
+        return unit
+
+    def _way_out(self, node: ast.expr, unit: Unit) -> str:
+        """How `node` loses its unit: divided by a setting, or a metric, of its unit."""
+        text = ast.unparse(node)
+        quotient = text if isinstance(node, ast.Name) else f"({text})"
+        divisor = next(
+            (
+                name
+                for name, setting in self.known.items()
+                if parsed(setting.unit) == unit and name != text
+            ),
+            "",
+        )
+        example = f', as in "{quotient} / {divisor}"' if divisor else ""
+        return f"divide by something in {written_out(unit)}{example}"
+
+
+def _in(node: ast.expr, unit: Unit) -> str:
+    found = f"is in {written_out(unit)}" if unit else "has no unit"
+    return f'"{ast.unparse(node)}" {found}'

@@ -1,0 +1,33 @@
+"""The values of metrics that are derived from others."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.spec.derived_metrics import DerivedMetric
+from sweep.spec.evaluation import left_open
+from sweep.spec.settings import Value
+
+Floats = NDArray[np.float64]
+
+
+def with_derived(
+    derived: tuple[DerivedMetric, ...],
+    values: Mapping[str, Floats],
+    settings: Mapping[str, Value],
+) -> dict[str, Floats]:
+    """The `values` of metrics by name, each (F,) over frames, with those of `derived`
+    ones, each of which stands after those that it needs.
+
+    A part of an expression that has no finite value in a frame, as the quotient of
+    zeros, is NaN there, like a metric that has no value. What is computed from NaN is
+    NaN, and no comparison with it holds.
+    """
+    found = dict(values)
+    for one in derived:
+        frames = len(next(iter(found.values())))
+        found[one.name] = one.expression.evaluate(
+            {**settings, **found}, frames, left_open
+        )
+    return found
