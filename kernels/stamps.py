@@ -37,13 +37,23 @@ class Definition(NamedTuple):
     name: str
 
 
+class Statement(NamedTuple):
+    """A statement at the top of a module: its code, the names in it with the attributes
+    that follow them, and what it imports within. Its tree would take far more memory.
+    """
+
+    code: str
+    names: frozenset[str]
+    imported: dict[str, str]
+
+
 @dataclass
 class Source:
     """The top of a module: the statements that define each name, and the dotted names
     of what is imported.
     """
 
-    statements: dict[str, list[ast.stmt]] = field(default_factory=dict)
+    statements: dict[str, list[Statement]] = field(default_factory=dict)
     imported: dict[str, str] = field(default_factory=dict)
 
 
@@ -91,9 +101,8 @@ def _used(definition: Definition) -> frozenset[Definition]:
     source = _read(module)
     found = {Definition(module, "")}
     for statement in source.statements.get(name, []):
-        nodes = list(ast.walk(statement))
-        imported = source.imported | _imports(nodes, module)
-        for used in _names(nodes):
+        imported = source.imported | statement.imported
+        for used in statement.names:
             first, _, rest = used.partition(".")
             if first in imported:
                 meant = f"{imported[first]}.{rest}" if rest else imported[first]
@@ -133,9 +142,17 @@ def _read(module: str) -> Source:
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
             source.imported |= _imports(ast.walk(statement), module)
         if not isinstance(statement, ast.Import | ast.ImportFrom):
+            said = _said(statement, module)
             for name in _bound(statement) or [""]:
-                source.statements.setdefault(name, []).append(_Bare().visit(statement))
+                source.statements.setdefault(name, []).append(said)
     return source
+
+
+def _said(statement: ast.stmt, module: str) -> Statement:
+    bare = _Bare().visit(statement)
+    nodes = list(ast.walk(bare))
+    names = frozenset(_names(nodes))
+    return Statement(ast.unparse(bare), names, _imports(nodes, module))
 
 
 def _bound(statement: ast.stmt) -> set[str]:
@@ -226,5 +243,5 @@ def _is_constant(statement: ast.stmt) -> bool:
 @cache
 def _hash(definition: Definition) -> str:
     statements = _read(definition.module).statements.get(definition.name, [])
-    code = "\n".join(ast.unparse(statement) for statement in statements)
+    code = "\n".join(statement.code for statement in statements)
     return hashlib.sha256(code.encode()).hexdigest()

@@ -102,4 +102,7 @@ def _places(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> Counts:
         found = pc.index_in(ids, value_set=some)
         here = pc.is_valid(found).to_numpy()
         places[here] = first + found.filter(pa.array(here)).to_numpy()
+        # Else what each turn has freed would be kept beside what the next one takes.
+        del some, found, here
+        pa.default_memory_pool().release_unused()
     return places
