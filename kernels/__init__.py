@@ -8,6 +8,7 @@ prints nothing, validates nothing.
     flight       one flock under way, from its start to its numbers
     inspection   what can be seen of a flight
     registry     entries by name, ours and those of installed packages
+    catalogue    what names in specs stand for
     identity     which code the numbers of a trial come from
     stamps       what code computes, as a hash
     jit          how kernels are compiled

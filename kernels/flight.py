@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
-from kernels.metrics import METRICS, Ground
+from kernels.metrics import Ground, Metric
 from kernels.model import NO_POTENTIAL, Model, OccupancySettings
 from kernels.neighbours import build_grid
 from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
@@ -39,11 +39,11 @@ class Scenery(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What is to be remembered of a flight: what the `metrics` of these names need, and
-    a frame `every` so many steps; in any case `visits` by pixel, and `bodies`.
+    """What is to be remembered of a flight: what these `metrics` need, and a frame
+    `every` so many steps; in any case `visits` by pixel, and `bodies`.
     """
 
-    metrics: tuple[str, ...]
+    metrics: tuple[Metric, ...]
     every: int = 1
     visits: bool = False
     bodies: bool = False
@@ -51,7 +51,7 @@ class Memory(NamedTuple):
     @property
     def covering(self) -> bool:
         """Whether visits must be counted."""
-        return self.visits or any(METRICS[name].covers for name in self.metrics)
+        return self.visits or any(metric.covers for metric in self.metrics)
 
 
 @dataclass
@@ -156,7 +156,7 @@ def _record(
     """Nothing remembered yet. There is room for FRAME_BYTES of frames, and for two at
     least: one on time, the last.
     """
-    metrics = [METRICS[name] for name in memory.metrics]
+    metrics = memory.metrics
     looks = memory.bodies or any(metric.looks for metric in metrics)
     n = schedule.n if looks else 0
     room = max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * n + 48)))
@@ -210,11 +210,11 @@ def rebuild_grid(flight: Flight, capacity: int) -> None:
     flight.work = flight.work._replace(grid=grid)
 
 
-def measure(flight: Flight, metrics: Sequence[str]) -> NDArray[np.float64]:
+def measure(flight: Flight, metrics: Sequence[Metric]) -> NDArray[np.float64]:
     """The values of metrics in the frames kept, shape (number of metrics, F)."""
     values = np.empty((len(metrics), flight.filled))
-    for row, name in zip(values, metrics, strict=True):
-        METRICS[name].measure(
+    for row, metric in zip(values, metrics, strict=True):
+        metric.measure(
             flight.record.frames, flight.filled, flight.ground, flight.observation, row
         )
     return values

@@ -7,14 +7,15 @@ metric what records it.
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 from kernels import coverage, flight
-from kernels.metrics import METRICS
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
+from kernels.metrics import Metric
+from kernels.model import Model
 from kernels.settings import (
     About,
     Observation,
@@ -23,8 +24,8 @@ from kernels.settings import (
     WorldSettings,
 )
 from kernels.stamps import stamp, stamp_of_all
-from kernels.starts import STARTS
-from kernels.worlds import MAPS
+from kernels.starts import Start
+from kernels.worlds import Map
 
 FLIGHT: tuple[Callable[..., Any], ...] = (
     flight.build_scenery,
@@ -65,33 +66,31 @@ class Code(NamedTuple):
         return found
 
 
-def as_now(then: Code) -> Code:
+def as_now(then: Code, known: Catalogue) -> Code:
     """The stamps that the names in `then` have now; "" where one is not known."""
-    return Code(
-        _flight_stamp(),
-        {name: _model_stamp(*name.split(" ")) for name in then.models},
-        {name: _metric_stamp(name) for name in then.metrics},
-        {name: _map_stamp(name) for name in then.maps},
-        {name: _start_stamp(name) for name in then.starts},
-    )
+    models = [name.split(" ") for name in then.models]
+    return code_of(known, models, then.metrics, then.maps, then.starts)
 
 
 def code_of(
-    model: str,
-    preset: str,
+    known: Catalogue,
+    models: Iterable[Sequence[str]],
     metrics: Iterable[str],
     maps: Iterable[str],
     starts: Iterable[str],
 ) -> Code:
-    """The code by which trials of a preset of a model record these metrics, on maps and
-    from starts of these names. All are built in.
+    """The code by which trials of these models, each with a preset, record these
+    metrics, on maps and from starts of these names; "" where one is not known.
     """
     return Code(
         _flight_stamp(),
-        {f"{model} {preset}": _model_stamp(model, preset)},
-        {name: _metric_stamp(name) for name in sorted(metrics)},
-        {name: _map_stamp(name) for name in sorted(maps)},
-        {name: _start_stamp(name) for name in sorted(starts)},
+        {
+            f"{name} {preset}": _model_stamp(known.models.get(name), preset)
+            for name, preset in models
+        },
+        {name: _metric_stamp(known.metrics.get(name)) for name in sorted(metrics)},
+        {name: _map_stamp(known.maps.get(name)) for name in sorted(maps)},
+        {name: _start_stamp(known.starts.get(name)) for name in sorted(starts)},
     )
 
 
@@ -107,14 +106,12 @@ def _flight_stamp() -> str:
     return _hash([[stamp(one) for one in FLIGHT], [_shape(group) for group in groups]])
 
 
-@cache
-def _model_stamp(name: str, preset: str) -> str:
+def _model_stamp(model: Model | None, preset: str) -> str:
     """Of the functions of a model, the shape of its settings, and the preset's values,
     which points leave out.
     """
-    if name not in MODELS or preset not in MODELS[name].presets:
+    if model is None or preset not in model.presets:
         return ""
-    model = MODELS[name]
     functions = {
         field: stamp(value)
         for field, value in model._asdict().items()
@@ -123,26 +120,19 @@ def _model_stamp(name: str, preset: str) -> str:
     return _hash([functions, _shape(model.params), model.presets[preset]])
 
 
-@cache
-def _metric_stamp(name: str) -> str:
-    if name not in METRICS:
+def _metric_stamp(metric: Metric | None) -> str:
+    if metric is None:
         return ""
-    metric = METRICS[name]
     needs = metric.covers, metric.counts, metric.pairs
     return _hash([stamp(metric.measure), needs])
 
 
-@cache
-def _map_stamp(name: str) -> str:
-    if name not in MAPS:
-        return ""
-    drawn = MAPS[name]
-    return _hash([stamp(drawn.draw), drawn.size])
+def _map_stamp(drawn: Map | None) -> str:
+    return "" if drawn is None else _hash([stamp(drawn.draw), drawn.size])
 
 
-@cache
-def _start_stamp(name: str) -> str:
-    return stamp(STARTS[name].draw) if name in STARTS else ""
+def _start_stamp(start: Start | None) -> str:
+    return "" if start is None else stamp(start.draw)
 
 
 def _shape(group: type[Any]) -> list[Any]:

@@ -57,6 +57,7 @@ class Source:
     imported: dict[str, str] = field(default_factory=dict)
 
 
+@cache
 def stamp(function: Callable[..., Any]) -> str:
     """The sha256, in hexadecimal, of what a function computes, compiled or not.
 

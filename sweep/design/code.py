@@ -1,17 +1,16 @@
 """The code that computes the trials of a study."""
 
 from kernels.identity import Code, code_of
-from sweep.spec.settings import preset_settings
 from sweep.spec.study import Study
 
 
 def study_code(study: Study) -> Code:
     """The stamps of the flight, the model, the metrics that are recorded, and those
-    built-in maps and starts that points of the study may have.
+    maps with code and starts that points of the study may have.
     """
     return code_of(
-        study.model,
-        study.preset,
+        study.known,
+        [(study.model, study.preset)],
         study.record.metrics,
         _values(study, "map") - study.maps.keys(),
         _values(study, "start_draws"),
@@ -20,8 +19,7 @@ def study_code(study: Study) -> Code:
 
 def _values(study: Study, setting: str) -> set[str]:
     """The values that a setting, which is a choice, may have at points."""
-    preset = preset_settings(study.model, study.preset)
-    found = {study.fixed.get(setting, preset[setting])}
+    found = {study.fixed.get(setting, study.preset_settings[setting])}
     axes, search = study.axes, study.search
     for axis in (*axes, *search.over) if search else axes:
         found.update(axis.columns.get(setting, ()))

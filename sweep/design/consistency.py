@@ -4,10 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
 from kernels.settings import PIXELS, Demand
-from kernels.starts import STARTS
 from sweep.design.points import SIDES, Points
 from sweep.spec.expressions import parse
 from sweep.spec.study import Study
@@ -60,9 +57,9 @@ def check_consistency(study: Study, points: Points) -> None:
 
 def _demands(study: Study) -> Iterator[Demand]:
     """The demands of starts, of every study, of what is recorded, and of the model."""
-    metrics = [METRICS[name] for name in study.record.metrics]
-    model = MODELS[study.model]
-    for name, start in STARTS.items():
+    metrics = [study.known.metrics[name] for name in study.record.metrics]
+    model = study.known.models[study.model]
+    for name, start in study.known.starts.items():
         for demand in start.demands:
             condition = f"start_draws != '{name}' or ({demand.condition})"
             yield demand._replace(condition=condition)

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
 from sweep.design.design import Design
 from sweep.design.jobs import Job, SomeJobs
 from sweep.spec.settings import Value, settings_of, settings_tuple
@@ -37,26 +36,28 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
         whole = jobs.jobs
         return point_seconds(whole.study, whole.design)[jobs.points]
     return np.array(
-        [trial_seconds(job.model, job.settings, job.record) for job in jobs]
+        [trial_seconds(job.model, job.known, job.settings, job.record) for job in jobs]
     )
 
 
-def trial_seconds(model: str, settings: dict[str, Value], record: RecordSpec) -> float:
+def trial_seconds(
+    model: str, known: Catalogue, settings: dict[str, Value], record: RecordSpec
+) -> float:
     """The estimated seconds of a trial with these settings, from its boid-steps, their
     neighbours, its frames and its metrics.
     """
-    params = settings_tuple(MODELS[model].params, settings, settings_of(model))
+    about = known.models[model]
+    params = settings_tuple(about.params, settings, settings_of(model, known))
     n, steps = float(settings["n"]), float(settings["steps"])
-    side = 3.0 * MODELS[model].sight(params).range
+    side = 3.0 * about.sight(params).range
     width, height = float(settings["width"]), float(settings["height"])
     share = min(1.0, side / width) * min(1.0, side / height)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
     frames = steps / record.every + 1.0
-    looking = sum(METRICS[name].looks for name in record.metrics)
-    boid_step += PAIR_METRIC_SECONDS * any(
-        METRICS[name].pairs for name in record.metrics
-    )
-    pairing = sum(METRICS[name].pairwise for name in record.metrics)
+    measured = [known.metrics[name] for name in record.metrics]
+    looking = sum(metric.looks for metric in measured)
+    boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
+    pairing = sum(metric.pairwise for metric in measured)
     metrics = n * frames * (METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing)
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 
@@ -87,7 +88,8 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
     """
 
     def estimate(point: int) -> float:
-        return trial_seconds(study.model, design.settings(point), study.record)
+        settings = design.settings(point)
+        return trial_seconds(study.model, study.known, settings, study.record)
 
     matters = [
         column
@@ -113,7 +115,8 @@ def _matters(study: Study, design: Design, name: str) -> bool:
     probes = np.unique(np.linspace(0, design.n_points - 1, PROBES).astype(int)).tolist()
     for one in map(design.settings, probes):
         low, high = (
-            trial_seconds(study.model, one | {name: end}, study.record) for end in ends
+            trial_seconds(study.model, study.known, one | {name: end}, study.record)
+            for end in ends
         )
         if low != high:
             return True
@@ -129,7 +132,10 @@ def study_cost(study: Study, design: Design) -> tuple[float, float]:
     )
     settings: list[dict[str, Any]] = [design.settings(int(point)) for point in sample]
     seconds = np.mean(
-        [trial_seconds(study.model, one, study.record) for one in settings]
+        [
+            trial_seconds(study.model, study.known, one, study.record)
+            for one in settings
+        ]
     )
     size = np.mean([trial_bytes(one, study.record) for one in settings])
     trials = design.n_points * study.trials_per_point

@@ -60,7 +60,7 @@ def expand(study: Study) -> Design:
     """
     _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
     points = fitted_to_map(
-        study, Points(preset_settings(study.model, study.preset) | study.fixed, {}, 1)
+        study, Points(study.preset_settings | study.fixed, {}, 1)
     )
     for axis in study.axes:
         points = _multiplied(study, points, axis)

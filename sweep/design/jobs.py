@@ -20,12 +20,13 @@ import pyarrow as pa
 from numpy.random import SeedSequence
 from numpy.typing import NDArray
 
+from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import Design
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_numbers
-from sweep.spec.settings import Value, preset_settings
+from sweep.spec.settings import Value
 from sweep.spec.study import RecordSpec, Streams, Study
 
 Purpose = Literal["start", "world", "noise"]
@@ -47,7 +48,7 @@ class Job:
     With `literal`, `seed` is one of the listed seeds and `replicate` only its place in
     the list. Otherwise `seed` is that of the study, and `replicate` tells apart the
     trials of a point. `obstacles` are those of a map that the spec brings, None for a
-    built-in one.
+    built-in one. `known` has what names of models, metrics, maps and starts stand for.
     """
 
     trial_id: str
@@ -62,6 +63,7 @@ class Job:
     streams: Streams
     time_limit: float | None
     obstacles: Obstacles | None = None
+    known: Catalogue = BUILT_IN
 
 
 def stream(job: Job, purpose: Purpose) -> SeedSequence:
@@ -88,14 +90,14 @@ def point_id(
     model: str,
     preset: str,
     settings: Mapping[str, Value],
+    defaults: Mapping[str, Value],
     maps: Mapping[str, OwnMap] = NO_MAPS,
 ) -> str:
     """16 hexadecimal digits that stand for a point: a hash of the settings that differ
-    from the preset's.
+    from those of the preset, `defaults`.
 
     Of a map that the spec brings it covers the obstacles too.
     """
-    defaults = preset_settings(model, preset)
     values = {**settings, "map": _identity("map", settings["map"], maps)}
     different = {
         name: value for name, value in values.items() if value != defaults[name]
@@ -229,6 +231,7 @@ class Jobs(Sequence[Job]):
             streams=study.streams,
             time_limit=study.time_limit,
             obstacles=own.obstacles if own else None,
+            known=study.known,
         )
 
     def _seed(self, replicate: int) -> int:
@@ -321,7 +324,7 @@ def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
 def _point_ids_between(
     study: Study, design: Design, first: int, last: int
 ) -> list[str]:
-    preset, columns = preset_settings(study.model, study.preset), design.columns
+    preset, columns = study.preset_settings, design.columns
     members: list[Iterable[str]] = [repeat("", last - first)]
     for name in sorted(preset):
         if name in columns:

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.models import MODELS
-from kernels.worlds import MAPS
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
@@ -90,15 +88,15 @@ def check_maps(study: Study, points: Points) -> None:
     """Raise SpecError for a map in another unit than the model's, and for a width or
     height that is not the map's.
     """
-    length = MODELS[study.model].length
+    length, maps = study.known.models[study.model].length, study.known.maps
     for name in _maps(points):
-        if name in MAPS and MAPS[name].unit not in ("", length):
+        if name in maps and maps[name].unit not in ("", length):
             fitting = ", ".join(
-                other for other, map_ in MAPS.items() if map_.unit in ("", length)
+                other for other, map_ in maps.items() if map_.unit in ("", length)
             )
             raise study.document.error(
                 study.place_of("map") or ("model",),
-                f"map {name} is measured in {MAPS[name].unit}, and {study.model} in"
+                f"map {name} is measured in {maps[name].unit}, and {study.model} in"
                 f" {length}; "
                 f'maps in {length}: {fitting}; or give shapes of your own under "maps"',
             )

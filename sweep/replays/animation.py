@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map
@@ -42,7 +41,7 @@ class Scene:
     """
 
     def __init__(self, study: str, job: Job) -> None:
-        self.job, self.world, self.model = job, world_of(job), MODELS[job.model]
+        self.job, self.world, self.model = job, world_of(job), job.known.models[job.model]
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
             self.figure = Figure(figsize=self._size(), dpi=DPI)

@@ -59,7 +59,7 @@ def write_flight(
     about   the metadata of the table
     report  is told how many of how many steps are done
     """
-    schema = trajectories_schema(job.model, {}).with_metadata(about)
+    schema = trajectories_schema(job.known.models[job.model], {}).with_metadata(about)
     count = 0
     with unfinished(path) as file, table_writer(file, schema) as writer:
         for taken in frames(job, every, report):

@@ -7,12 +7,11 @@ study gives elsewhere stay as given, and so do `n` and `steps`. The map with its
 and height is one detail, and stays where the study gives any of the three.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from kernels.models import MODELS
-from kernels.worlds import MAPS
+from kernels.catalogue import Catalogue
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.document import Entry
 from sweep.spec.settings import DTYPES, Value, Values, preset_settings
@@ -41,32 +40,34 @@ def read_ablation(
         )
     entry.keys(["ablate", "when"])
     chosen = entry.child("ablate")
-    other = chosen.one_of(f"preset of {reader.model}", MODELS[reader.model].presets)
+    presets = reader.known.models[reader.model].presets
+    other = chosen.one_of(f"preset of {reader.model}", presets)
     if other == reader.preset:
-        others = ", ".join(
-            preset for preset in MODELS[reader.model].presets if preset != other
-        )
+        others = ", ".join(preset for preset in presets if preset != other)
         raise chosen.error(
             f"{other} is the preset of the study: ablate needs another one."
             f" Allowed: {others}"
         )
-    details = differing(reader.model, reader.preset, other, given)
+    before, after = (
+        fitted_preset(reader.model, preset, reader.known)
+        for preset in (reader.preset, other)
+    )
+    details = differing(before, after, given)
     if not details:
         raise chosen.error(
             f"nothing would change: {other} differs from {reader.preset} in no setting"
             " that the spec leaves open"
         )
-    columns = _columns(reader, other, details)
+    columns = _columns(reader, before, after, details)
     return Axis(name, columns, reader.when(entry), ablated=other, details=details)
 
 
 def differing(
-    model: str, preset: str, other: str, given: Collection[str]
+    one: Mapping[str, Value], two: Mapping[str, Value], given: Collection[str]
 ) -> tuple[Detail, ...]:
-    """The details in which two presets of `model` differ. A detail is the name of one
-    setting, or those of the settings of the world, which change together.
+    """The details in which two presets differ. A detail is the name of one setting, or
+    those of the settings of the world, which change together.
     """
-    one, two = fitted_preset(model, preset), fitted_preset(model, other)
     names = [
         name for name in one if one[name] != two[name] and name not in (*SCALE, *given)
     ]
@@ -77,23 +78,22 @@ def differing(
     return tuple(dict.fromkeys(details))
 
 
-def fitted_preset(model: str, preset: str) -> dict[str, Value]:
+def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
     """The settings of a preset, with the width and height that its map brings along."""
-    settings = preset_settings(model, preset)
-    size = MAPS[str(settings["map"])].size
+    settings = preset_settings(model, preset, known)
+    size = known.maps[str(settings["map"])].size
     return settings | (
         dict(zip(("width", "height"), size, strict=True)) if size else {}
     )
 
 
 def _columns(
-    reader: AxisReader, other: str, details: tuple[Detail, ...]
+    reader: AxisReader,
+    before: Mapping[str, Value],
+    after: Mapping[str, Value],
+    details: tuple[Detail, ...],
 ) -> dict[str, Values]:
     """Rows: no change, each detail, and all of them where there are several."""
-    before, after = (
-        fitted_preset(reader.model, reader.preset),
-        fitted_preset(reader.model, other),
-    )
     rows = [set[str](), *map(set, details)]
     if len(details) > 1:
         rows.append({name for detail in details for name in detail})

@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kernels.catalogue import Catalogue
 from sweep.spec.axis_keys import POINTS, SAMPLE
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry
@@ -79,9 +80,11 @@ class Axis:
 class AxisReader:
     """Reads axes for a preset of a model with these settings.
 
-    Tables stand in `folder`, random points come from `seed`.
+    Tables stand in `folder`, random points come from `seed`, and `known` has what names
+    stand for.
     """
 
+    known: Catalogue
     model: str
     preset: str
     settings: dict[str, Setting]

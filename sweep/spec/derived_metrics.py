@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from kernels.metrics import METRICS
-from kernels.model import Model
+from kernels.catalogue import Catalogue
+from kernels.metrics import Metric
 from sweep.spec.axes import read_expression
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
@@ -54,10 +54,15 @@ def derived_schema() -> Schema:
 
 
 def read_derived(
-    entry: Entry | None, model: Model, settings: Mapping[str, Setting]
+    entry: Entry | None, model: str, known: Catalogue, settings: Mapping[str, Setting]
 ) -> tuple[DerivedMetric, ...]:
     """The metrics that `entry` derives. Each stands after those that it needs. Raises
     SpecError.
+
+        entry     the section of the spec
+        model     the name of the model
+        known     what this name, and those of metrics, stand for
+        settings  those of the study
     """
     if entry is None:
         return ()
@@ -67,37 +72,38 @@ def read_derived(
             f"{len(entries):,} derived metrics; at most {MOST_DERIVED} are allowed"
         )
     for name, child in entries.items():
-        _check_name(child, name, settings)
-    known = {**_measured(model), **settings}
-    known |= {name: _numbers(name) for name in entries}
+        _check_name(child, name, settings, known.metrics)
+    numbers = {**_measured(model, known), **settings}
+    numbers |= {name: _numbers(name) for name in entries}
     expressions = {
-        name: read_expression(child, known, NUMBER) for name, child in entries.items()
+        name: read_expression(child, numbers, NUMBER) for name, child in entries.items()
     }
+    metrics = KnownMetrics(model, known, tuple(entries))
     found = []
     for name, expression in in_order(entry, expressions).items():
         child = entries[name]
-        _check_needs(child, expression, model, entries)
+        _check_needs(child, expression, metrics)
         try:
-            unit = unit_of(expression.tree, known)
+            unit = unit_of(expression.tree, numbers)
         except ExpressionError as error:
             raise child.error(f"{name}: {error}") from None
-        known[name] = replace(known[name], unit=unit)
+        numbers[name] = replace(numbers[name], unit=unit)
         found.append(DerivedMetric(name, expression, unit))
     return tuple(found)
 
 
 def needed(derived: Iterable[DerivedMetric]) -> list[str]:
-    """The metrics of the kernels that these need, each once."""
+    """The names in their expressions, each once."""
     names = dict.fromkeys(
         name for one in derived for name in sorted(one.expression.names)
     )
-    return [name for name in names if name in METRICS]
+    return list(names)
 
 
-def _measured(model: Model) -> dict[str, Setting]:
+def _measured(model: str, known: Catalogue) -> dict[str, Setting]:
     return {
-        name: _numbers(name, spelled(metric.unit, model.name))
-        for name, metric in METRICS.items()
+        name: _numbers(name, spelled(metric.unit, known.models[model]))
+        for name, metric in known.metrics.items()
     }
 
 
@@ -106,7 +112,12 @@ def _numbers(name: str, unit: str = "") -> Setting:
     return Setting(name, "float", "metrics", "", unit)
 
 
-def _check_name(entry: Entry, name: str, settings: Mapping[str, Setting]) -> None:
+def _check_name(
+    entry: Entry,
+    name: str,
+    settings: Mapping[str, Setting],
+    metrics: Mapping[str, Metric],
+) -> None:
     def refused(why: str) -> None:
         raise entry.error(f'a derived metric cannot be called "{name}": {why}')
 
@@ -116,7 +127,7 @@ def _check_name(entry: Entry, name: str, settings: Mapping[str, Setting]) -> Non
             f" not end in {', '.join(ENDINGS)}"
         )
     for kind, names in (
-        ("metric", METRICS),
+        ("metric", metrics),
         ("setting", settings),
         ("column of the tables", TAKEN),
         ("word of expressions", {*CONSTANTS, *FUNCTIONS, *keyword.kwlist}),
@@ -125,13 +136,11 @@ def _check_name(entry: Entry, name: str, settings: Mapping[str, Setting]) -> Non
             refused(f"there is a {kind} of that name")
 
 
-def _check_needs(
-    entry: Entry, expression: Expression, model: Model, derived: Iterable[str]
-) -> None:
+def _check_needs(entry: Entry, expression: Expression, metrics: KnownMetrics) -> None:
     names = sorted(expression.names)
     for name in names:
-        KnownMetrics(model).check(entry, name)
-    if not any(name in METRICS or name in derived for name in names):
+        metrics.check(entry, name)
+    if not any(name in metrics.known.metrics or name in metrics.derived for name in names):
         raise entry.error(
             f'{entry.name}: "{expression.text}" has no metric (`sweep metrics`): what'
             ' settings alone give stands under "derive" of the spec'

@@ -17,7 +17,7 @@ the folder of its file.
 import hashlib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +26,6 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.worlds import MAPS
 from sweep.spec.contents import Content, Number, ReadLater, Text
 from sweep.spec.document import Entry
 from sweep.spec.images import ImageError, brightness, obstacles_of
@@ -241,15 +240,15 @@ def from_json(stored: Any) -> OwnMap:
     return OwnMap((width, height), rows)
 
 
-def maps_from_json(stored: Any) -> dict[str, OwnMap]:
-    """The maps by name, each as `as_json` wrote it. Raises ValueError as
-    `from_json`.
+def maps_from_json(stored: Any, built_in: Collection[str]) -> dict[str, OwnMap]:
+    """The maps by name, each as `as_json` wrote it; none has a name that is `built_in`.
+    Raises ValueError as `from_json`.
     """
     if not isinstance(stored, dict):
         raise ValueError("they are no maps by name")
     found = {}
     for name, about in stored.items():
-        if not MAP_NAME.fullmatch(name) or name in MAPS:
+        if not MAP_NAME.fullmatch(name) or name in built_in:
             raise ValueError(f'"{name}" is no name of a map of a spec')
         try:
             found[name] = from_json(about)
@@ -258,9 +257,11 @@ def maps_from_json(stored: Any) -> dict[str, OwnMap]:
     return found
 
 
-def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
-    """The maps by name. Paths start in `folder`. Raises SpecError for what is no
-    map.
+def read_maps(
+    entry: Entry | None, folder: Path, built_in: Collection[str]
+) -> dict[str, OwnMap]:
+    """The maps by name, none of which is `built_in`. Paths start in `folder`. Raises
+    SpecError for what is no map.
     """
     if entry is None:
         return {}
@@ -270,19 +271,24 @@ def read_maps(entry: Entry | None, folder: Path) -> dict[str, OwnMap]:
             f"the study has {len(entries):,} maps; at most {MOST_MAPS} are allowed"
         )
         raise entry.error(message)
+    for name, child in entries.items():
+        _check_name(name, child, built_in)
     return {name: _map(name, child, folder) for name, child in entries.items()}
 
 
-def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
+def _check_name(name: str, entry: Entry, built_in: Collection[str]) -> None:
     if not MAP_NAME.fullmatch(name):
         raise entry.error(
             f'map "{name}" is not allowed: names of small letters, digits and "_",'
             " a letter first"
         )
-    if name in MAPS:
+    if name in built_in:
         raise entry.error(
             f'"{name}" is a map already: one of your own needs another name'
         )
+
+
+def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
     entry.keys([key.name for key in keys_of(*MAP_FORMS)])
     forms = [form for form in READERS if form in entry.value]
     if len(forms) != 1:

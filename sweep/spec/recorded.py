@@ -3,9 +3,8 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS
-from kernels.model import Model
-from kernels.models import MODELS
 from sweep.spec.document import Entry
 from sweep.text import unknown
 
@@ -30,7 +29,7 @@ class Column(NamedTuple):
     @classmethod
     def read(cls, name: str) -> "Column":
         """The column of that name: `coverage`, or `coverage_mean`."""
-        half = name.endswith(MEAN) and name not in METRICS
+        half = name.endswith(MEAN)
         return cls(name.removesuffix(MEAN) if half else name, half)
 
 
@@ -46,12 +45,13 @@ class KnownMetrics(NamedTuple):
     The methods raise SpecError for any other.
     """
 
-    model: Model
+    model: str
+    known: Catalogue
     derived: tuple[str, ...] = ()
 
     def read(self, entry: Entry) -> str:
         """The metric whose name is the value of `entry`."""
-        name = entry.one_of("metric", (*METRICS, *self.derived))
+        name = entry.one_of("metric", (*self.known.metrics, *self.derived))
         self.check(entry, name)
         return name
 
@@ -59,18 +59,18 @@ class KnownMetrics(NamedTuple):
         """The column that is the key of `entry`: a metric, at the last frame, or
         `<metric>_mean`, over the last half.
         """
-        column, known = Column.read(entry.name), (*METRICS, *self.derived)
-        if column.metric not in known:
-            raise entry.error(unknown("metric", entry.name, columns_of(known)))
+        column, names = Column.read(entry.name), (*self.known.metrics, *self.derived)
+        if column.metric not in names:
+            raise entry.error(unknown("metric", entry.name, columns_of(names)))
         self.check(entry, column.metric)
         return entry.name
 
     def check(self, entry: Entry, name: str) -> None:
         """Raise SpecError for a metric that the model cannot have."""
-        metric = METRICS.get(name)
-        if metric and metric.potential and not self.model.pair_potential:
+        metric, models = self.known.metrics.get(name), self.known.models
+        if metric and metric.potential and not models[self.model].pair_potential:
             having = ", ".join(
-                other.name for other in MODELS.values() if other.pair_potential
+                other.name for other in models.values() if other.pair_potential
             )
             raise entry.error(
                 f'metric "{name}" is for models with a pair potential: {having}'

@@ -2,10 +2,10 @@
 interval needs.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from kernels.metrics import METRICS
 from sweep.analysis.sequential import Until
 from sweep.spec.contents import Content, ListOf, Number, Text, Whole
 from sweep.spec.document import Entry
@@ -110,9 +110,11 @@ class Replication(NamedTuple):
     until: Until | None = None
 
 
-def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
-    """What the spec says under `replicates` or `seeds`; `recorded` are its metrics.
-    Raises SpecError.
+def read_replication(
+    root: Entry, recorded: tuple[str, ...], metrics: Collection[str]
+) -> Replication:
+    """What the spec says under `replicates` or `seeds`; it has `recorded` some of these
+    `metrics`. Raises SpecError.
     """
     replicates, seeds = root.get("replicates"), root.get("seeds")
     if (replicates is None) == (seeds is None):
@@ -131,7 +133,7 @@ def read_replication(root: Entry, recorded: tuple[str, ...]) -> Replication:
             "a search races its candidates itself:"
             ' "replicates" must be a whole number there'
         )
-    _check_recorded(replicates.child("until").child("metric"), recorded)
+    _check_recorded(replicates.child("until").child("metric"), recorded, metrics)
     return Replication(until=asked)
 
 
@@ -140,9 +142,11 @@ def replication_rules() -> Schema:
     return one_of(["replicates", "seeds"])
 
 
-def _check_recorded(entry: Entry, recorded: tuple[str, ...]) -> None:
+def _check_recorded(
+    entry: Entry, recorded: tuple[str, ...], metrics: Collection[str]
+) -> None:
     name = entry.text()
-    if name in METRICS and name not in recorded:
+    if name in metrics and name not in recorded:
         raise entry.error(
             f'metric "{name}" is not recorded: list it under "metrics" of "record"'
         )

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.spec.axis_keys import ABLATE, POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
@@ -35,7 +36,7 @@ TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 def kinds() -> Schema:
     """What settings may be, by the name of each kind; with `each.` what several may."""
-    settings = [setting for model in MODELS for setting in settings_of(model).values()]
+    settings = [setting for model in MODELS for setting in settings_of(model, BUILT_IN).values()]
     every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
     return {kind: _value(setting) for kind, setting in every.items()} | several
@@ -70,7 +71,7 @@ def _each(value: Schema) -> Schema:
 
 def of_model(model: str) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
-    known = settings_of(model)
+    known = settings_of(model, BUILT_IN)
     values = {name: reference(_kind(setting)) for name, setting in known.items()}
     texts = {name: {"description": _text(model, known[name])} for name in known}
     not_derived = {"properties": {"map": texts.pop("map")}}
@@ -96,7 +97,7 @@ def _by_kind(known: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
 
 def _text(model: str, setting: Setting) -> str:
     """What editors show of a setting: what it is, its unit, and its presets' values."""
-    presets = {name: preset_settings(model, name) for name in MODELS[model].presets}
+    presets = {name: preset_settings(model, name, BUILT_IN) for name in MODELS[model].presets}
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
     unit = f" ({setting.unit})" if setting.unit else ""
     return f"{setting.text}{unit}. {', '.join(values)}"
@@ -104,7 +105,7 @@ def _text(model: str, setting: Setting) -> str:
 
 def _spec(model: str) -> Schema:
     settings, axes = reference(f"{model}.settings"), reference(f"{model}.sweep")
-    derived = [name for name in settings_of(model) if name != "map"]
+    derived = [name for name in settings_of(model, BUILT_IN) if name != "map"]
     properties = {
         "preset": {"enum": list(MODELS[model].presets)},
         "fixed": settings,
@@ -124,7 +125,7 @@ def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Sch
 def _written(model: str, form: str) -> Schema:
     """Settings of the model, each written in that form."""
     each = {"allOf": [reference(f"{model}.each")]}
-    return _named(settings_of(model), reference(form)) | each
+    return _named(settings_of(model, BUILT_IN), reference(form)) | each
 
 
 def _swept(model: str) -> Schema:
@@ -135,13 +136,13 @@ def _swept(model: str) -> Schema:
 
 def _sampled(model: str) -> Schema:
     parts = [reference("sampled"), reference(f"{model}.each")]
-    return _named(settings_of(model), reference("distribution"), _sampled_keys()) | {
+    return _named(settings_of(model, BUILT_IN), reference("distribution"), _sampled_keys()) | {
         "allOf": parts
     }
 
 
 def _table(model: str) -> Schema:
-    names = list(settings_of(model))
+    names = list(settings_of(model, BUILT_IN))
     columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
     table = {"sample": {"const": TABLE}, "file": TEXT, "columns": columns}
     return mapping(table | ON_CONDITION, ["sample", "file"])

@@ -12,10 +12,9 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
+from kernels.model import Model
 from kernels.settings import About, Observation, Schedule, StartSettings, WorldSettings
-from kernels.starts import STARTS
-from kernels.worlds import MAPS
 from sweep.text import unknown
 
 Value = float | int | bool | str
@@ -142,22 +141,26 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
-def _entered(name: str, about: About) -> tuple[tuple[str, ...], str]:
+def _entered(
+    name: str, about: About, known: Catalogue
+) -> tuple[tuple[str, ...], str]:
     """The choices of a setting, and what it is: maps and starts have entries of their
     own.
     """
     if name == "map":
-        return tuple(MAPS), about.text
+        return tuple(known.maps), about.text
     if name == "start_draws":
-        texts = [f"{start}: {entry.text}" for start, entry in STARTS.items()]
-        return tuple(STARTS), "; ".join(texts)
+        texts = [f"{start}: {entry.text}" for start, entry in known.starts.items()]
+        return tuple(known.starts), "; ".join(texts)
     return about.choices, about.text
 
 
-def _setting(name: str, hint: Any, group: str, model: str) -> Setting:
+def _setting(
+    name: str, hint: Any, group: str, model: Model, known: Catalogue
+) -> Setting:
     base, about = get_args(hint)[:2]
     assert isinstance(about, About)
-    choices, text = _entered(name, about)
+    choices, text = _entered(name, about, known)
     kind = "choice" if choices else base.__name__
     unit = spelled(about.unit, model)
     return Setting(
@@ -175,38 +178,40 @@ def _setting(name: str, hint: Any, group: str, model: str) -> Setting:
 
 
 @cache
-def settings_of(model: str) -> dict[str, Setting]:
-    """Every setting of `model`: its own parameters first, then schedule, world, start
-    and observation.
+def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
+    """Every setting of the model of this name: its own parameters first, then schedule,
+    world, start and observation.
     """
-    groups = (("parameters", MODELS[model].params), *GROUPS)
+    about = known.models[model]
+    groups = (("parameters", about.params), *GROUPS)
     return {
-        name: _setting(name, hint, group, model)
+        name: _setting(name, hint, group, about, known)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
 
 
-def settings_of_study(model: str, maps: Iterable[str]) -> dict[str, Setting]:
-    """Every setting of `model` in a study that brings maps with these names."""
-    known = settings_of(model)
-    return known | {
-        "map": replace(known["map"], choices=(*known["map"].choices, *maps))
-    }
+def settings_of_study(
+    model: str, known: Catalogue, maps: Iterable[str]
+) -> dict[str, Setting]:
+    """Every setting of a model in a study that brings maps with these names."""
+    settings = settings_of(model, known)
+    choices = (*settings["map"].choices, *maps)
+    return settings | {"map": replace(settings["map"], choices=choices)}
 
 
-def spelled(unit: str, model: str) -> str:
+def spelled(unit: str, model: Model) -> str:
     """A unit in the words of `model`: length and time are px and step, or m and s."""
-    own = {"length": MODELS[model].length, "time": MODELS[model].time}
+    own = {"length": model.length, "time": model.time}
     return re.sub(r"\b(length|time)\b", lambda word: own[word[0]], unit)
 
 
-def preset_settings(model: str, preset: str) -> dict[str, Value]:
-    """The value of every setting in a preset of `model`."""
-    values = MODELS[model].presets[preset]
+def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
+    """The value of every setting in a preset of a model."""
+    values = known.models[model].presets[preset]
     return {
         name: setting.coerce(values[name])
-        for name, setting in settings_of(model).items()
+        for name, setting in settings_of(model, known).items()
     }
 
 

@@ -6,10 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from kernels.metrics import METRICS
-from kernels.model import Model
+from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.models import MODELS
-from kernels.worlds import MAPS
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.contents import (
@@ -48,7 +46,12 @@ from sweep.spec.setting_values import (
     read_fixed,
     read_require,
 )
-from sweep.spec.settings import Setting, Value, settings_of_study
+from sweep.spec.settings import (
+    Setting,
+    Value,
+    preset_settings,
+    settings_of_study,
+)
 from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.study_folder import STUDY_NAME, taken_name
 from sweep.text import unknown
@@ -186,7 +189,8 @@ class ModelName(OneOf):
 class Study:
     """A checked spec, whose keys are the fields that have a `Key`, and those of Policy.
 
-    `derive` is in an order in which each expression needs only what stands before it.
+    `known` has what names of models, metrics, maps and starts stand for. `derive` is in
+    an order in which each expression needs only what stands before it.
     `maps` are those of the spec's own, `policy` says what becomes of trials that fail.
     `checkpoint` is after how many seconds a trial writes down where it is, None for
     never. One of `replicates` (trials a point), `seeds` (one literal seed a trial) and
@@ -194,6 +198,7 @@ class Study:
     """
 
     document: Document
+    known: Catalogue
     name: Annotated[
         str,
         Key(
@@ -339,13 +344,19 @@ class Study:
     @cached_property
     def settings(self) -> dict[str, Setting]:
         """Every setting of the model; the choices of `map` include the study's own."""
-        return settings_of_study(self.model, self.maps)
+        return settings_of_study(self.model, self.known, self.maps)
+
+    @cached_property
+    def preset_settings(self) -> dict[str, Value]:
+        """The value of every setting in the preset of the study."""
+        return preset_settings(self.model, self.preset, self.known)
 
     def map_size(self, name: str) -> tuple[float, float] | None:
         """The width and height of a map, built-in or the study's own; None for a map
         that suits every size.
         """
-        return self.maps[name].size if name in self.maps else MAPS[name].size
+        drawn = self.maps[name] if name in self.maps else self.known.maps[name]
+        return drawn.size
 
     @property
     def trials_per_point(self) -> int:
@@ -398,8 +409,9 @@ SPEC: tuple[type[Any], ...] = (Study, Policy)
 """Whose fields are the keys of a spec, in the order of the guide."""
 
 
-def read_study(root: Entry) -> Study:
-    """The study that a whole document describes. Raises SpecError.
+def read_study(root: Entry, known: Catalogue = BUILT_IN) -> Study:
+    """The study that a whole document describes, in which names stand for what is
+    `known`. Raises SpecError.
 
     First each key is read alone. Then comes what needs several of them.
     """
@@ -408,25 +420,26 @@ def read_study(root: Entry) -> Study:
     check_keys(root, *SPEC)
     given = read_values(Study, root)
     name, preset = given["model"], given["preset"]
-    model, folder = MODELS[name], root.document.path.parent
+    root.child("model").one_of("model", known.models)
+    model, folder = known.models[name], root.document.path.parent
     if preset not in model.presets:
         message = unknown(f"preset of {name}", preset, model.presets)
         raise root.document.error(("preset",), message)
-    maps = read_maps(given.get("maps"), folder)
-    known = settings_of_study(name, maps)
-    reader = AxisReader(name, preset, known, given["seed"], folder)
-    fixed = read_fixed(given.get("fixed"), known)
-    derive = read_derive(given.get("derive"), known)
+    maps = read_maps(given.get("maps"), folder, known.maps)
+    settings = settings_of_study(name, known, maps)
+    reader = AxisReader(known, name, preset, settings, given["seed"], folder)
+    fixed = read_fixed(given.get("fixed"), settings)
+    derive = read_derive(given.get("derive"), settings)
     axes = read_axes(given.get("axes"), reader, [*fixed, *derive])
     check_once(root, fixed, axes, derive)
     check_conditions(root, axes, derive)
     check_complete(root, axes)
     recorded = given.get("record")
-    derived = _derived(recorded, model, known)
-    metrics = KnownMetrics(model, tuple(one.name for one in derived))
+    derived = _derived(recorded, name, known, settings)
+    metrics = KnownMetrics(name, known, tuple(one.name for one in derived))
     search = _search(root, reader, metrics, {"fixed": fixed, "derive": derive})
     record = _record(recorded, metrics, derived, search.columns if search else ())
-    replication = read_replication(root, record.names)
+    replication = read_replication(root, record.names, known.metrics)
     noise = {"noise": "common"} if search else {}
     read = {
         "maps": maps,
@@ -434,12 +447,13 @@ def read_study(root: Entry) -> Study:
         "axes": axes,
         "search": search,
         "derive": derive,
-        "require": read_require(given.get("require"), known),
+        "require": read_require(given.get("require"), settings),
         "streams": read_section(Streams, given.get("streams"), **noise),
         "record": record,
         "policy": read_policy(root),
     }
-    return Study(document=root.document, **(given | read | replication._asdict()))
+    values = given | read | replication._asdict()
+    return Study(document=root.document, known=known, **values)
 
 
 def _search(
@@ -464,28 +478,30 @@ def study_rules() -> Schema:
 
 
 def _derived(
-    entry: Entry | None, model: Model, settings: dict[str, Setting]
+    entry: Entry | None, model: str, known: Catalogue, settings: dict[str, Setting]
 ) -> tuple[DerivedMetric, ...]:
     if entry is None:
         return ()
     check_keys(entry, RecordSpec)
-    return read_derived(entry.get("derive"), model, settings)
+    return read_derived(entry.get("derive"), model, known, settings)
 
 
 def _record(
     entry: Entry | None,
-    known: KnownMetrics,
+    metrics: KnownMetrics,
     derived: tuple[DerivedMetric, ...],
     columns: Iterable[str],
 ) -> RecordSpec:
     """What the spec says, and the metrics that `derived` ones and the `columns` of a
     search need.
     """
-    record = read_section(RecordSpec, entry, metrics=known.model.metrics)
+    known = metrics.known
+    usual = known.models[metrics.model].metrics
+    record = read_section(RecordSpec, entry, metrics=usual)
     for names in (entry.get("metrics"), entry.get("series")) if entry else ():
         for child in names.entries() if names else ():
-            known.read(child)
+            metrics.read(child)
     searched = [Column.read(column).metric for column in columns]
     wanted = [*record.metrics, *record.series, *searched, *needed(derived)]
-    measured = dict.fromkeys(name for name in wanted if name in METRICS)
+    measured = dict.fromkeys(name for name in wanted if name in known.metrics)
     return replace(record, metrics=tuple(measured), derive=derived)

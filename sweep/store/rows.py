@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 
-from kernels.metrics import METRICS
+from kernels.model import Model
 from sweep.design.jobs import Job
 from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, settings_of, spelled
@@ -72,7 +72,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
-    columns += [_setting(setting) for setting in settings_of(study.model).values()]
+    columns += [_setting(setting) for setting in settings_of(study.model, study.known).values()]
     for name, (unit, text, expression) in _recorded(study).items():
         columns.append(
             _column(name, pa.float64(), unit, f"{text}, at the last frame", expression)
@@ -113,7 +113,7 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
-def trajectories_schema(model: str, provenance: dict[str, Any]) -> pa.Schema:
+def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all
     boids in the order of theirs.
     """
@@ -137,7 +137,9 @@ class Tables:
         self.trials = trials_schema(study, provenance)
         self.series = series_schema(study, provenance)
         self.heatmaps = heatmaps_schema(provenance)
-        self.trajectories = trajectories_schema(study.model, provenance)
+        self.trajectories = trajectories_schema(
+            study.known.models[study.model], provenance
+        )
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
         """`trials`; if recorded also `series`, `heatmaps` and `trajectories`."""
@@ -267,9 +269,11 @@ class _Recorded(NamedTuple):
 
 
 def _recorded(study: Study) -> dict[str, _Recorded]:
-    metrics = ((name, METRICS[name]) for name in study.record.metrics)
+    known = study.known
+    model = known.models[study.model]
+    metrics = ((name, known.metrics[name]) for name in study.record.metrics)
     measured = {
-        name: _Recorded(spelled(metric.unit, study.model), metric.text)
+        name: _Recorded(spelled(metric.unit, model), metric.text)
         for name, metric in metrics
     }
     return measured | {

@@ -21,9 +21,7 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
-from kernels.models import MODELS
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
-from kernels.starts import STARTS
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.settings import settings_of, settings_tuple
@@ -116,7 +114,8 @@ class Simulation:
         as far as what the job records is enough for them.
         """
         record, flight = wanted or self.job.record, self.flight
-        values, frames = measure(flight, record.metrics), flight.record.frames
+        metrics = [self.job.known.metrics[name] for name in record.metrics]
+        values, frames = measure(flight, metrics), flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
         taken = Taken(
             frames.step[: flight.filled].copy(),
@@ -209,18 +208,19 @@ class Simulation:
 
 def _flight(job: Job) -> Flight:
     """The flight of a job at its start."""
-    known = settings_of(job.model)
+    known, settings_known = job.known, settings_of(job.model, job.known)
 
     def group(kind: type[Any]) -> Any:
-        return settings_tuple(kind, job.settings, known)
+        return settings_tuple(kind, job.settings, settings_known)
 
-    model, record = MODELS[job.model], job.record
+    model, record = known.models[job.model], job.record
     params, settings = group(model.params), group(WorldSettings)
     schedule, observation = group(Schedule), group(Observation)
     scenery = scenery_of(job, params, settings)
-    memory = Memory(record.metrics, record.every, record.heatmaps, record.trajectories)
+    metrics = tuple(known.metrics[name] for name in record.metrics)
+    memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
     with Randomness(stream(job, "start")).lent() as rng:
-        flock = STARTS[str(job.settings["start_draws"])].draw(
+        flock = known.starts[str(job.settings["start_draws"])].draw(
             schedule.n,
             group(StartSettings),
             scenery.world,

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.trial.scenery import obstacles
@@ -28,8 +27,9 @@ class TrialWorld(NamedTuple):
 
 def world_of(job: Job) -> TrialWorld:
     """The world in which the trial of `job` runs."""
-    settings, model = job.settings, MODELS[job.model]
-    params = settings_tuple(model.params, settings, settings_of(job.model))
+    settings, model = job.settings, job.known.models[job.model]
+    known = settings_of(job.model, job.known)
+    params = settings_tuple(model.params, settings, known)
     width, height, x, y, radius = (
         float(settings[name])
         for name in ("width", "height", "goal_x", "goal_y", "goal_radius")
