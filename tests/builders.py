@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.catalogue import BUILT_IN
 from kernels.events import note_start
 from kernels.metrics import METRICS
 from kernels.models import MODELS
@@ -58,17 +59,18 @@ def job(
     """A job with the settings of a preset but for `changes`; those that the model does
     not have are left out.
     """
-    known = settings_of(model)
+    known = settings_of(model, BUILT_IN)
     changed = {
         name: known[name].coerce(value)
         for name, value in changes.items()
         if name in known
     }
-    settings = preset_settings(model, preset) | changed
+    defaults = preset_settings(model, preset, BUILT_IN)
+    settings = defaults | changed
     recorded = MODELS[model].metrics if metrics is None else metrics
     return Job(
         trial_id="",
-        point=point_id(model, preset, settings),
+        point=point_id(model, preset, settings, defaults),
         replicate=replicate,
         seed=seed,
         literal=literal,
@@ -125,13 +127,17 @@ def weightless(model: str) -> dict[str, Any]:
     """The changes that switch off every force of a model, and what else would change
     its velocities.
     """
-    off = {name: 0.0 for name in settings_of(model) if name.endswith("_weight")}
+    off = {
+        name: 0.0 for name in settings_of(model, BUILT_IN) if name.endswith("_weight")
+    }
     off |= {
-        name: 0.0 for name in ("border_turn", "min_speed") if name in settings_of(model)
+        name: 0.0
+        for name in ("border_turn", "min_speed")
+        if name in settings_of(model, BUILT_IN)
     }
     return off | (
         {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model)
+        if "border_adds_velocity" in settings_of(model, BUILT_IN)
         else {}
     )
 
@@ -149,11 +155,11 @@ def isotropic(model: str) -> dict[str, Any]:
     )
     others += ("seek_weight", "arrival_weight")
     off = {"map": "empty"} | {
-        name: 0.0 for name in others if name in settings_of(model)
+        name: 0.0 for name in others if name in settings_of(model, BUILT_IN)
     }
     return off | (
         {"border_adds_velocity": "never"}
-        if "border_adds_velocity" in settings_of(model)
+        if "border_adds_velocity" in settings_of(model, BUILT_IN)
         else {}
     )
 

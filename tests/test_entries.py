@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.jit import jit
 from kernels.metrics import METRICS, Metric
 from kernels.models import MODELS, _skeleton
@@ -101,7 +102,9 @@ def test_a_model_knows_no_other(model: str) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_a_weight_is_called_by_its_rule(model: str) -> None:
     rules = {rule.weight: rule.name for rule in MODELS[model].rules}
-    weights = [name for name in settings_of(model) if name.endswith("_weight")]
+    weights = [
+        name for name in settings_of(model, BUILT_IN) if name.endswith("_weight")
+    ]
     assert list(rules) == weights
     assert [rules[name] + "_weight" for name in weights] == weights
 
@@ -227,9 +230,9 @@ def test_what_they_demand_is_checked(
 
 @pytest.mark.usefixtures("entered")
 def test_a_metric_that_compares_pairs_costs_more() -> None:
-    settings = preset_settings("skeleton", "as_run")
+    settings = preset_settings("skeleton", "as_run", BUILT_IN)
     compared, plain = (
-        trial_seconds("skeleton", settings, RecordSpec((name,)))
+        trial_seconds("skeleton", BUILT_IN, settings, RecordSpec((name,)))
         for name in ("eastward", "speed")
     )
     assert compared > plain

@@ -10,6 +10,7 @@ from typing import get_args, get_type_hints
 
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from kernels.metrics.ground import Better
 from kernels.models import MODELS
@@ -303,20 +304,20 @@ def test_a_preset_gives_exactly_every_setting_an_allowed_value(
     model: str, preset: str
 ) -> None:
     values = MODELS[model].presets[preset]
-    assert set(values) == set(settings_of(model))
-    assert preset_settings(model, preset) == values
+    assert set(values) == set(settings_of(model, BUILT_IN))
+    assert preset_settings(model, preset, BUILT_IN) == values
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_setting_has_a_text_and_one_name_one_group(model: str) -> None:
-    assert all(setting.text for setting in settings_of(model).values())
+    assert all(setting.text for setting in settings_of(model, BUILT_IN).values())
     for group in (MODELS[model].params, *(group for _, group in GROUPS)):
         for hint in get_type_hints(group, include_extras=True).values():
             assert get_args(hint)[1].unit in UNITS
     names = [name for _, group in GROUPS for name in group._fields] + list(
         MODELS[model].params._fields
     )
-    assert sorted(names) == sorted(set(names)) == sorted(settings_of(model))
+    assert sorted(names) == sorted(set(names)) == sorted(settings_of(model, BUILT_IN))
 
 
 @pytest.mark.parametrize("name", METRICS)

@@ -17,6 +17,7 @@ import pytest
 
 import sweep.spec.images as images
 import sweep.spec.point_tables as tables
+from kernels.catalogue import BUILT_IN
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import settings_of
@@ -112,7 +113,9 @@ def test_expressions_are_never_evaluated_by_python(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ExpressionError):
-        parse(attack, settings_of("nguyen2024")).evaluate({"n": np.array([2])}, 1)
+        parse(attack, settings_of("nguyen2024", BUILT_IN)).evaluate(
+            {"n": np.array([2])}, 1
+        )
     assert list(tmp_path.iterdir()) == []
 
 

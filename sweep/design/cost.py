@@ -132,10 +132,7 @@ def study_cost(study: Study, design: Design) -> tuple[float, float]:
     )
     settings: list[dict[str, Any]] = [design.settings(int(point)) for point in sample]
     seconds = np.mean(
-        [
-            trial_seconds(study.model, study.known, one, study.record)
-            for one in settings
-        ]
+        [trial_seconds(study.model, study.known, one, study.record) for one in settings]
     )
     size = np.mean([trial_bytes(one, study.record) for one in settings])
     trials = design.n_points * study.trials_per_point

@@ -15,7 +15,7 @@ from sweep.spec.limits import (
     MOST_TRIALS,
     beyond,
 )
-from sweep.spec.settings import NotAllowedError, Value, Values, preset_settings
+from sweep.spec.settings import NotAllowedError, Value, Values
 from sweep.spec.study import Study
 
 
@@ -59,9 +59,7 @@ def expand(study: Study) -> Design:
     computed from others is not allowed.
     """
     _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
-    points = fitted_to_map(
-        study, Points(study.preset_settings | study.fixed, {}, 1)
-    )
+    points = fitted_to_map(study, Points(study.preset_settings | study.fixed, {}, 1))
     for axis in study.axes:
         points = _multiplied(study, points, axis)
         if "map" in axis.columns:

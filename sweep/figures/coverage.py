@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
-from kernels.metrics import METRICS
 from sweep.analysis import CONFIDENCE, mean_interval
 from sweep.errors import ChoiceError, StoreError
 from sweep.figures.drawing import (
@@ -190,7 +189,7 @@ def _named(selection: Selection) -> dict[str, str]:
     """The short names of the recorded metrics that have one."""
     return {
         name: about.short
-        for name, about in METRICS.items()
+        for name, about in selection.study.known.metrics.items()
         if about.short and name in selection.study.metrics
     }
 

@@ -4,7 +4,6 @@ for low ones.
 
 from typing import NamedTuple
 
-from kernels.metrics import METRICS
 from sweep.figures.selection import recorded
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
@@ -29,15 +28,17 @@ def direction(study: StoredStudy, text: str) -> Direction:
     metric = recorded(study, text.rstrip("+-"))
     return Direction(
         metric,
-        not text.endswith("-") if text[-1:] in ("+", "-") else more_is_better(metric),
+        not text.endswith("-")
+        if text[-1:] in ("+", "-")
+        else more_is_better(study, metric),
     )
 
 
-def more_is_better(column: str) -> bool:
-    """Whether high values of a metric, or of its mean over the last half, are the
-    better ones where nobody says it.
+def more_is_better(study: StoredStudy, column: str) -> bool:
+    """Whether high values of a metric of a study, or of its mean over the last half,
+    are the better ones where nobody says it.
 
     They are for a metric that this version does not know.
     """
-    about = METRICS.get(Column.read(column).metric)
+    about = study.known.metrics.get(Column.read(column).metric)
     return about is None or about.better == "high"

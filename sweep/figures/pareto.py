@@ -94,8 +94,8 @@ def pareto_layout(
 
 def opposed_metrics(study: StoredStudy) -> list[str]:
     """The first metric of which more is better and the first of which less is."""
-    better = [name for name in study.metrics if more_is_better(name)][:1]
-    worse = [name for name in study.metrics if not more_is_better(name)][:1]
+    better = [name for name in study.metrics if more_is_better(study, name)][:1]
+    worse = [name for name in study.metrics if not more_is_better(study, name)][:1]
     return [*better, *worse] if better and worse else []
 
 

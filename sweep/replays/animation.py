@@ -41,7 +41,11 @@ class Scene:
     """
 
     def __init__(self, study: str, job: Job) -> None:
-        self.job, self.world, self.model = job, world_of(job), job.known.models[job.model]
+        self.job, self.world, self.model = (
+            job,
+            world_of(job),
+            job.known.models[job.model],
+        )
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
             self.figure = Figure(figsize=self._size(), dpi=DPI)

@@ -215,7 +215,9 @@ def _drawn(
 def _code_changes(study: StoredStudy) -> list[str]:
     """What is no longer the code that computed the trials, in words."""
     then = study.code
-    return then.changes(as_now(then)) if then else ["by a version before 0.7"]
+    return (
+        then.changes(as_now(then, study.known)) if then else ["by a version before 0.7"]
+    )
 
 
 def _worker_died(trial: StoredTrial) -> bool:

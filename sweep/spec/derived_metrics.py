@@ -140,7 +140,9 @@ def _check_needs(entry: Entry, expression: Expression, metrics: KnownMetrics) ->
     names = sorted(expression.names)
     for name in names:
         metrics.check(entry, name)
-    if not any(name in metrics.known.metrics or name in metrics.derived for name in names):
+    if not any(
+        name in metrics.known.metrics or name in metrics.derived for name in names
+    ):
         raise entry.error(
             f'{entry.name}: "{expression.text}" has no metric (`sweep metrics`): what'
             ' settings alone give stands under "derive" of the spec'

@@ -36,7 +36,9 @@ TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 def kinds() -> Schema:
     """What settings may be, by the name of each kind; with `each.` what several may."""
-    settings = [setting for model in MODELS for setting in settings_of(model, BUILT_IN).values()]
+    settings = [
+        setting for model in MODELS for setting in settings_of(model, BUILT_IN).values()
+    ]
     every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
     return {kind: _value(setting) for kind, setting in every.items()} | several
@@ -97,7 +99,9 @@ def _by_kind(known: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
 
 def _text(model: str, setting: Setting) -> str:
     """What editors show of a setting: what it is, its unit, and its presets' values."""
-    presets = {name: preset_settings(model, name, BUILT_IN) for name in MODELS[model].presets}
+    presets = {
+        name: preset_settings(model, name, BUILT_IN) for name in MODELS[model].presets
+    }
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
     unit = f" ({setting.unit})" if setting.unit else ""
     return f"{setting.text}{unit}. {', '.join(values)}"
@@ -136,9 +140,9 @@ def _swept(model: str) -> Schema:
 
 def _sampled(model: str) -> Schema:
     parts = [reference("sampled"), reference(f"{model}.each")]
-    return _named(settings_of(model, BUILT_IN), reference("distribution"), _sampled_keys()) | {
-        "allOf": parts
-    }
+    return _named(
+        settings_of(model, BUILT_IN), reference("distribution"), _sampled_keys()
+    ) | {"allOf": parts}
 
 
 def _table(model: str) -> Schema:

@@ -141,9 +141,7 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 )
 
 
-def _entered(
-    name: str, about: About, known: Catalogue
-) -> tuple[tuple[str, ...], str]:
+def _entered(name: str, about: About, known: Catalogue) -> tuple[tuple[str, ...], str]:
     """The choices of a setting, and what it is: maps and starts have entries of their
     own.
     """

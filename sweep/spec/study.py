@@ -395,14 +395,18 @@ def load_spec(path: Path) -> Study:
     return read_study(read_document(path))
 
 
-def parse_spec(spec: str | Mapping[str, Any], path: Path = Path("spec.yaml")) -> Study:
+def parse_spec(
+    spec: str | Mapping[str, Any],
+    path: Path = Path("spec.yaml"),
+    known: Catalogue = BUILT_IN,
+) -> Study:
     """The study that a YAML text or a mapping describes, as if it stood in the file
-    `path`.
+    `path`; its names stand for what is `known`.
 
     Raises SpecError.
     """
     text = spec if isinstance(spec, str) else dump(spec)
-    return read_study(parse_document(text, path))
+    return read_study(parse_document(text, path), known)
 
 
 SPEC: tuple[type[Any], ...] = (Study, Policy)

@@ -72,7 +72,9 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     last frame and as `<metric>_mean`.
     """
     columns = [_column(*about) for about in ABOUT_TRIAL]
-    columns += [_setting(setting) for setting in settings_of(study.model, study.known).values()]
+    columns += [
+        _setting(setting) for setting in settings_of(study.model, study.known).values()
+    ]
     for name, (unit, text, expression) in _recorded(study).items():
         columns.append(
             _column(name, pa.float64(), unit, f"{text}, at the last frame", expression)

@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from kernels.worlds import MAPS
 from sweep.analysis import (
     CONFIDENCE,
     Contrast,
@@ -223,7 +222,10 @@ def _streams(one: Side, other: Side) -> tuple[str, ...]:
     """The random streams in common; that of worlds only where worlds are drawn."""
     common = common_streams(one.trials) & common_streams(other.trials)
     drawn = all(
-        any(name in MAPS and MAPS[name].random for name in side.trials["map"].unique())
+        any(
+            name in side.study.known.maps and side.study.known.maps[name].random
+            for name in side.trials["map"].unique()
+        )
         for side in (one, other)
     )
     return tuple(

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from sweep.analysis import replicates
 from sweep.errors import ChoiceError
-from sweep.spec.settings import settings_of
 from sweep.store.origin import same_code
 from sweep.tables.comparison_sides import Side
 
@@ -112,10 +111,8 @@ def telling(settings: pd.DataFrame) -> list[str]:
 
 def _settings(one: Side, other: Side) -> list[str]:
     """The settings of both sides, varied ones first, in the order of the specs."""
-    names = dict.fromkeys(
-        [*one.study.varied, *other.study.varied, *settings_of(one.model)]
-    )
-    known = [set(settings_of(side.model)) & set(side.trials) for side in (one, other)]
+    names = dict.fromkeys([*one.study.varied, *other.study.varied, *one.study.settings])
+    known = [set(side.study.settings) & set(side.trials) for side in (one, other)]
     return [name for name in names if name in known[0] & known[1]]
 
 
@@ -171,7 +168,7 @@ def _check_single(
     group = several.loc[[several.index[0]]]
     free = [
         name
-        for name in settings_of(side.model)
+        for name in side.study.settings
         if name in group and group[name].nunique() > 1
     ]
     where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)

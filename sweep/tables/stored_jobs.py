@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from kernels.worlds import MAPS
+from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job, point_id
 from sweep.errors import StoreError
 from sweep.spec.maps import OwnMap
@@ -10,9 +10,11 @@ from sweep.tables.stored_spec import accepted
 from sweep.tables.stored_trials import StoredTrial
 
 
-def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> Job:
+def stored_job(
+    study: str, known: Catalogue, maps: Mapping[str, OwnMap], stored: StoredTrial
+) -> Job:
     """The job that runs a stored trial of `study` again; `maps` are those that its plan
-    brings.
+    brings, and `known` has what other names stand for.
 
     Its point is that of the settings in the row.
 
@@ -20,10 +22,10 @@ def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> J
     `accepted`, and where the spec as last launched has another map of that name.
     """
     row, name = stored.row, str(stored.row.get("map"))
-    if name not in MAPS and name not in maps:
+    if name not in known.maps and name not in maps:
         raise _without_map(study, name)
-    once, settings = accepted(study, stored, maps)
-    point = point_id(once.model, once.preset, settings, maps)
+    once, settings = accepted(study, known, stored, maps)
+    point = point_id(once.model, once.preset, settings, once.preset_settings, maps)
     if name in maps and row["point"] != point:
         raise _without_map(study, name)
     return Job(
@@ -39,6 +41,7 @@ def stored_job(study: str, maps: Mapping[str, OwnMap], stored: StoredTrial) -> J
         streams=once.streams,
         time_limit=None,
         obstacles=maps[name].obstacles if name in maps else None,
+        known=known,
     )
 
 

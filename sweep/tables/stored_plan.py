@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
 from sweep.errors import SpecError, StoreError
 from sweep.spec.document import Document, Entry
 from sweep.spec.limits import MOST_TRIALS
@@ -21,24 +21,26 @@ MOST_BEFORE = 10**9
 """Up to version 0.4.0 a study could have so many trials."""
 
 
-def check_plan(study: str, about: dict[str, Any]) -> None:
-    """Raise StoreError where a plan's provenance is not what a launch writes."""
+def check_plan(study: str, about: dict[str, Any], named: Catalogue) -> None:
+    """Raise StoreError where a plan's provenance is not what a launch writes; its names
+    are those of the catalogue.
+    """
     try:
-        _check(about)
+        _check(about, named)
     except ValueError as error:
         raise StoreError(
             f"its plan is not what a launch writes: {error}", study
         ) from None
 
 
-def _check(about: dict[str, Any]) -> None:
-    known = _settings(about)
+def _check(about: dict[str, Any], named: Catalogue) -> None:
+    known = _settings(about, named)
     _check_names("setting", about["varied"], known)
     _check_names("metric", about["record"], set(about["record"]) - known)
     if not about["record"]:
         raise ValueError("it records nothing")
     for preset, groups in about.get("ablated", {}).items():
-        if preset not in MODELS[about["model"]].presets:
+        if preset not in named.models[about["model"]].presets:
             raise ValueError(f'there is no preset "{preset}"')
         if not groups or not all(groups):
             raise ValueError(f'"{preset}" ablates nothing')
@@ -51,21 +53,22 @@ def _check(about: dict[str, Any]) -> None:
         if axis["sampler"] in in_blocks():
             _check_blocks(name, axis)
     if "until" in about:
-        _check_until(about["until"], tuple(about["record"]))
+        _check_until(about["until"], tuple(about["record"]), named)
 
 
-def _settings(about: dict[str, Any]) -> set[str]:
+def _settings(about: dict[str, Any], named: Catalogue) -> set[str]:
     """The names of the model's settings; of any model's if a plan names none."""
+    models = named.models
     if "model" not in about:
-        return {name for model in MODELS for name in settings_of(model)}
+        return {name for model in models for name in settings_of(model, named)}
     if (
-        about["model"] not in MODELS
-        or about["preset"] not in MODELS[about["model"]].presets
+        about["model"] not in models
+        or about["preset"] not in models[about["model"]].presets
     ):
         raise ValueError(
             f'there is no preset "{about["preset"]}" of "{about["model"]}"'
         )
-    return set(settings_of(about["model"]))
+    return set(settings_of(about["model"], named))
 
 
 def _check_names(what: str, names: list[str], known: Iterable[str]) -> None:
@@ -94,13 +97,16 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
         raise ValueError(f'axis "{name}" has no levels')
 
 
-def _check_until(rule: dict[str, Any], recorded: tuple[str, ...]) -> None:
+def _check_until(
+    rule: dict[str, Any], recorded: tuple[str, ...], named: Catalogue
+) -> None:
     """The rule passes the checks of `replicates` in a spec."""
     asked = {name: rule[name] for name in ("metric", "half_width", "confidence")}
     most = MOST_TRIALS if MOST_TRIALS < rule["max"] <= MOST_BEFORE else rule["max"]
     spec = {"replicates": {"until": asked, "min": rule["min"], "max": most}}
     try:
-        read_replication(Entry(Document(Path("plan.parquet"), ""), (), spec), recorded)
+        entry = Entry(Document(Path("plan.parquet"), ""), (), spec)
+        read_replication(entry, recorded, named.metrics)
     except SpecError as error:
         raise ValueError(f"{error}") from None
     if not 0.0 < rule["nominal_confidence"] < 1.0:

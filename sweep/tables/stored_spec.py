@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from kernels.catalogue import Catalogue
 from sweep.design.design import expand
 from sweep.design.jobs import TRIAL_ID
 from sweep.errors import SpecError, StoreError
@@ -29,17 +30,18 @@ class _Row(Document):
 
 
 def accepted(
-    study: str, stored: StoredTrial, maps: Mapping[str, OwnMap]
+    study: str, known: Catalogue, stored: StoredTrial, maps: Mapping[str, OwnMap]
 ) -> tuple[Study, dict[str, Value]]:
     """The study of one point that launches a stored trial of `study`, and all settings
     of it.
 
-    `maps` are those that the plan brings. Values are those of the row, to the last bit.
+    `maps` are those that the plan brings, and `known` has what other names stand for.
+    Values are those of the row, to the last bit.
     Raises StoreError, which names the trial, the column, its value and what is allowed,
     for a row that no launch can have written.
     """
     try:
-        return _accepted(stored, maps)
+        return _accepted(known, stored, maps)
     except SpecError as error:
         trial = stored.row["trial_id"]
         message = "cannot be run again, as no launch accepts what is stored of it"
@@ -47,7 +49,7 @@ def accepted(
 
 
 def _accepted(
-    stored: StoredTrial, maps: Mapping[str, OwnMap]
+    known: Catalogue, stored: StoredTrial, maps: Mapping[str, OwnMap]
 ) -> tuple[Study, dict[str, Value]]:
     row, document = stored.row, _Row(Path("trials.parquet"), "")
 
@@ -59,12 +61,11 @@ def _accepted(
     cell("status").text()
     if row.get("error"):
         cell("error").text()
-    study = read_study(Entry(document, (), _spec(stored, cell)))
-    known = settings_of_study(study.model, maps)
-    settings = Entry(
-        document, (), {name: row.get(name) for name in settings_of(study.model)}
-    )
-    study = replace(study, maps=dict(maps), fixed=read_fixed(settings, known))
+    study = read_study(Entry(document, (), _spec(stored, cell)), known)
+    values = {name: row.get(name) for name in settings_of(study.model, known)}
+    settings = settings_of_study(study.model, known, maps)
+    fixed = read_fixed(Entry(document, (), values), settings)
+    study = replace(study, maps=dict(maps), fixed=fixed)
     return study, expand(study).settings(0)
 
 

@@ -14,12 +14,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
 from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.maps import OwnMap, maps_from_json
-from sweep.spec.settings import settings_of
+from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance
@@ -67,7 +68,7 @@ class StoredStudy:
             )
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
-        check_plan(name, self.provenance)
+        check_plan(name, self.provenance, self.known)
 
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
@@ -143,10 +144,9 @@ class StoredStudy:
         }
         if len(self.trials) and "model" in self.trials:
             same = self.trials.iloc[0]
-            known = settings_of(str(same["model"]))
             columns |= {
                 name: same[name]
-                for name in known
+                for name in self.settings
                 if name in same.index and name not in columns
             }
         return Chooser(columns, len(points), self.name)
@@ -177,7 +177,8 @@ class StoredStudy:
 
     def _details(self, preset: str, points: pd.DataFrame) -> list[str]:
         """What is changed at each of `points`, as `details` has it."""
-        before = fitted_preset(self.provenance["model"], self.provenance["preset"])
+        origin = self.provenance
+        before = fitted_preset(origin["model"], origin["preset"], self.known)
         groups = self.about.ablated[preset]
         changed = np.column_stack(
             [
@@ -186,6 +187,17 @@ class StoredStudy:
             ]
         )
         return [_label(row, [names[0] for names in groups]) for row in changed]
+
+    @property
+    def known(self) -> Catalogue:
+        """What its names of models, metrics, maps and starts stand for."""
+        return BUILT_IN
+
+    @property
+    def settings(self) -> dict[str, Setting]:
+        """Every setting of its model. Up to 0.1 a plan does not name the model."""
+        model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
+        return settings_of(model, self.known)
 
     @property
     def spec(self) -> str:
@@ -198,7 +210,7 @@ class StoredStudy:
         and is none.
         """
         try:
-            return maps_from_json(self.about.maps)
+            return maps_from_json(self.about.maps, self.known.maps)
         except ValueError as error:
             raise StoreError(
                 f"the stored maps are not allowed: {error}", self.name
@@ -382,7 +394,7 @@ class StoredStudy:
         # Here, as it brings the kernels along, which tables do without.
         from sweep.tables.stored_jobs import stored_job
 
-        return stored_job(self.name, self.maps, stored)
+        return stored_job(self.name, self.known, self.maps, stored)
 
     def world(self, trial: str) -> "TrialWorld":
         """The world of a stored trial, drawn again from its row. Raises as `trial` and
@@ -426,9 +438,8 @@ class StoredStudy:
 
         Raises StoreError for what no launch writes.
         """
-        return checked(
-            self.name, name, self.store.read(name, trial_ids=trial_ids), columns
-        )
+        table = self.store.read(name, trial_ids=trial_ids)
+        return checked(self.name, name, table, self.known, columns)
 
     def _table(self, name: str, columns: Iterable[str] = ()) -> pa.Table:
         return self.read(name, self.plan["trial_id"].combine_chunks(), columns)

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
 from kernels.settings import MOST_PIXELS
 from sweep.errors import StoreError
 from sweep.spec.settings import settings_of
@@ -33,10 +33,14 @@ FULL = {
 
 
 def checked(
-    study: str, name: str, table: pa.Table, columns: Iterable[str] = ()
+    study: str,
+    name: str,
+    table: pa.Table,
+    known: Catalogue,
+    columns: Iterable[str] = (),
 ) -> pa.Table:
     """`table`, the rows of one or more parts in a table of `study`, which has these
-    columns too.
+    columns too; `known` are the models that may have flown.
 
     Raises StoreError, which names the study, the table and the column, where no launch
     writes it.
@@ -51,7 +55,7 @@ def checked(
     try:
         _check_names(table)
         _check_full(table, FULL[name])
-        CHECKS[name](table)
+        CHECKS[name](table, known)
     except ValueError as error:
         raise StoreError(
             f"the stored {name} are not what a launch writes: {error}", study
@@ -92,29 +96,28 @@ def _check_names(table: pa.Table) -> None:
         raise ValueError("a column stands twice")
 
 
-def _check_trials(table: pa.Table) -> None:
+def _check_trials(table: pa.Table, known: Catalogue) -> None:
     _check_types(
         table,
         {name: kind for name, kind, *_ in ABOUT_TRIAL if name in table.column_names},
     )
     models = pc.unique(table["model"]).to_pylist()
-    if len(models) > 1 or models[0] not in MODELS:
+    if len(models) > 1 or models[0] not in known.models:
         raise ValueError(f"they are of the models {', '.join(models[:5])}")
-    known = settings_of(models[0])
-    settings = {
-        name: ARROW[known[name].kind] for name in known if name in table.column_names
-    }
-    _check_types(table, settings)
-    named = {"trial_id", *(name for name, *_ in ABOUT_TRIAL), *known}
+    settings = settings_of(models[0], known)
+    kinds = {name: ARROW[one.kind] for name, one in settings.items()}
+    there = {name: kinds[name] for name in kinds if name in table.column_names}
+    _check_types(table, there)
+    named = {"trial_id", *(name for name, *_ in ABOUT_TRIAL), *settings}
     _check_numbers(table, set(table.column_names) - named)
 
 
-def _check_series(table: pa.Table) -> None:
+def _check_series(table: pa.Table, _known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     _check_numbers(table, set(table.column_names) - {"trial_id", "frame"})
 
 
-def _check_heatmaps(table: pa.Table) -> None:
+def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
     _check_types(
         table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()}
     )
@@ -128,7 +131,7 @@ def _check_heatmaps(table: pa.Table) -> None:
         raise ValueError("visits are not as many as rows times columns")
 
 
-def _check_trajectories(table: pa.Table) -> None:
+def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     boids = _lengths(table, "x", pa.float64())
     if boids.min() < 1 or not all(
@@ -186,7 +189,7 @@ def _lengths(table: pa.Table, name: str, kind: pa.DataType) -> NDArray[np.int64]
     return lengths
 
 
-CHECKS: dict[str, Callable[[pa.Table], None]] = {
+CHECKS: dict[str, Callable[[pa.Table, Catalogue], None]] = {
     "trials": _check_trials,
     "series": _check_series,
     "heatmaps": _check_heatmaps,

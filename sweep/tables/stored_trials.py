@@ -11,7 +11,6 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from kernels.metrics import METRICS
 from sweep.spec.recorded import Column
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
@@ -43,8 +42,8 @@ class StoredTrial(NamedTuple):
         """The metrics that kernels measured."""
         return [
             name
-            for name in METRICS
-            if name in self.row and str(Column(name, half=True)) in self.row
+            for name in self.row
+            if str(Column(name, half=True)) in self.row and name not in self.derive
         ]
 
     @property

@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
-from kernels.worlds import MAPS
+from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.metrics import Metric
+from kernels.model import Model
 from sweep.errors import SpecError
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.recorded import Column
@@ -25,29 +25,34 @@ LOGARITHMIC = 1000.0
 
 
 def controls(
-    model: str, preset: str, own: tuple[str, ...] = (), experiments: Path = EXPERIMENTS
+    model: str,
+    preset: str,
+    own: tuple[str, ...] = (),
+    known: Catalogue = BUILT_IN,
+    experiments: Path = EXPERIMENTS,
 ) -> Reply:
     """The controls message of a preset: models, groups of settings, maps, metrics.
 
         model        the model whose settings are shown
         preset       its preset, which gives the default values
         own          names of maps that the spec brings
+        known        what names stand for
         experiments  the folder with published numbers
 
     A setting has name, kind, text, unit, allowed, low, high, slider, logarithmic, rule,
     choices and default.
     """
-    values = preset_settings(model, preset)
+    values, about = preset_settings(model, preset, known), known.models[model]
     groups: dict[str, list[Reply]] = {}
-    for setting in settings_of(model).values():
+    for setting in settings_of(model, known).values():
         groups.setdefault(setting.group, []).append(
             _control(setting, values[setting.name])
         )
     return {
         "type": "controls",
         "models": [
-            {"name": name, "source": about.source, "presets": list(about.presets)}
-            for name, about in MODELS.items()
+            {"name": name, "source": one.source, "presets": list(one.presets)}
+            for name, one in known.models.items()
         ],
         "model": model,
         "preset": preset,
@@ -55,13 +60,13 @@ def controls(
             {"name": name, "fields": members} for name, members in groups.items()
         ],
         "maps": [
-            *_maps(model),
+            *_maps(about, known),
             *({"name": name, "text": "of the spec", "size": None} for name in own),
         ],
         "metrics": [
-            _metric(name, model, preset, experiments)
-            for name in METRICS
-            if _fits(name, model)
+            _metric(name, metric, about, preset, experiments)
+            for name, metric in known.metrics.items()
+            if not metric.potential or about.pair_potential is not None
         ],
         "overlays": list(OVERLAYS),
     }
@@ -115,20 +120,19 @@ def _round_up(value: float) -> float:
     )
 
 
-def _maps(model: str) -> Iterator[Reply]:
-    for name, about in MAPS.items():
-        if about.unit in ("", MODELS[model].length):
+def _maps(model: Model, known: Catalogue) -> Iterator[Reply]:
+    for name, about in known.maps.items():
+        if about.unit in ("", model.length):
             yield {"name": name, "text": about.text, "size": about.size}
 
 
-def _fits(metric: str, model: str) -> bool:
-    return not METRICS[metric].potential or MODELS[model].pair_potential is not None
-
-
-def _metric(name: str, model: str, preset: str, experiments: Path) -> Reply:
-    about = METRICS[name]
+def _metric(
+    name: str, about: Metric, model: Model, preset: str, experiments: Path
+) -> Reply:
     numbers = [
-        number for own, number in published(model, preset, experiments) if own == name
+        number
+        for own, number in published(model.name, preset, experiments)
+        if own == name
     ]
     return {
         "name": name,

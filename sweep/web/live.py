@@ -5,7 +5,6 @@ the Session into messages.
 import time
 from collections.abc import Callable
 
-from kernels.models import MODELS
 from sweep.errors import SpecError
 from sweep.trial import looking
 from sweep.web import encoding, messages
@@ -33,7 +32,7 @@ class Live(Session):
         """
         own = (str(self.state.settings["map"]),) if self.state.own else ()
         return [
-            controls(self.state.model, self.state.preset, own),
+            controls(self.state.model, self.state.preset, own, self.state.known),
             self.scene(),
             self.status(),
         ]
@@ -135,7 +134,7 @@ class Live(Session):
     def scene(self) -> Reply:
         """The scene message."""
         simulation = self.simulation
-        world, model = simulation.world, MODELS[self.state.model]
+        world, model = simulation.world, self.state.known.models[self.state.model]
         columns = (
             world.obstacle_x,
             world.obstacle_y,

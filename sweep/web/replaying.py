@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.errors import SpecError, StoreError, UserError
 from sweep.replays.bits import differences
@@ -217,5 +215,7 @@ def _measured(job: Job) -> tuple[str, ...]:
     """The metrics that were recorded, and the default ones of the model, without those
     that count visits: there may be very many pixels.
     """
-    own = (name for name in MODELS[job.model].metrics if not METRICS[name].covers)
+    known = job.known
+    usual = known.models[job.model].metrics
+    own = (name for name in usual if not known.metrics[name].covers)
     return tuple(dict.fromkeys((*job.record.metrics, *own)))

@@ -5,7 +5,7 @@ run.
 from dataclasses import replace
 from functools import cache
 
-from kernels.metrics import METRICS
+from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
@@ -23,30 +23,34 @@ def simulation_of(job: Job) -> Simulation:
     The flight is the same as without all this. In a world of more than MOST_PIXELS,
     visits are counted only if the metrics of the job need them.
     """
-    _compile(job.model, job.preset)
+    _compile(job.model, job.preset, job.known)
     wanted = [
         name
-        for name, metric in METRICS.items()
+        for name, metric in job.known.metrics.items()
         if metric.counts or metric.pairs or metric.covers
     ]
     if not _can_cover(job):
         wanted = [
             name
             for name in wanted
-            if not METRICS[name].covers or name in job.record.metrics
+            if not job.known.metrics[name].covers or name in job.record.metrics
         ]
     return Simulation(replace(job, record=RecordSpec(tuple(wanted), trajectories=True)))
 
 
 @cache
-def _compile(model: str, preset: str) -> None:
+def _compile(model: str, preset: str, known: Catalogue) -> None:
     """Compile what a model needs beforehand, so that the first step does not wait for
     it.
     """
-    settings = preset_settings(model, preset) | {"n": 2, "map": "empty"}
+    settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
     streams = Streams("common", "common", "common")  # the job belongs to no point
     job = Job(
-        "", "", 0, 0, False, model, preset, settings, RecordSpec(()), streams, None
+        *("", "", 0, 0, False, model, preset, settings),
+        RecordSpec(()),
+        streams,
+        time_limit=None,
+        known=known,
     )
     simulation = Simulation(job)
     simulation.advance(1)

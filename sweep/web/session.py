@@ -11,7 +11,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.metrics import METRICS
 from kernels.settings import StartSettings
 from sweep.errors import SpecError
 from sweep.spec.study import RecordSpec
@@ -196,9 +195,9 @@ class Session:
         needs visits and they were not counted.
         """
         state = self.state.follow(metrics)
-        uncounted = any(METRICS[name].covers for name in metrics) and not counts_visits(
-            self.simulation
-        )
+        uncounted = any(
+            state.known.metrics[name].covers for name in metrics
+        ) and not counts_visits(self.simulation)
         if self.step == 0 or uncounted:
             self._again(state)
         else:

@@ -12,9 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import METRICS
-from kernels.models import MODELS
-from kernels.worlds import MAPS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.points import SIDES
@@ -22,7 +21,13 @@ from sweep.errors import SpecError
 from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
 from sweep.spec.maps import DrawnMap, OwnMap, read_maps
-from sweep.spec.settings import NotAllowedError, Value, preset_settings, settings_of
+from sweep.spec.settings import (
+    NotAllowedError,
+    Setting,
+    Value,
+    preset_settings,
+    settings_of,
+)
 from sweep.spec.strict_yaml import MOST_BYTES, dump
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
 from sweep.text import unknown
@@ -83,6 +88,7 @@ class ViewState:
     streams: Streams = COMMON
     plots: tuple[str, ...] = ()
     sweeps: Mapping[str, Range] = field(default_factory=dict)
+    known: Catalogue = BUILT_IN
 
     @cached_property
     def job(self) -> Job:
@@ -98,6 +104,14 @@ class ViewState:
                 f" at most {MOST_BOIDS:,} can"
             )
         return job
+
+    @cached_property
+    def _known_settings(self) -> dict[str, Setting]:
+        return settings_of(self.model, self.known)
+
+    @cached_property
+    def _preset(self) -> dict[str, Value]:
+        return preset_settings(self.model, self.preset, self.known)
 
     @property
     def settings(self) -> dict[str, Value]:
@@ -159,9 +173,9 @@ class ViewState:
                 f"{name}: {range_.points} points are not allowed;"
                 f" a sweep has 2 to {MOST_POINTS:,}"
             )
-        if name not in settings_of(self.model):
-            raise SpecError(unknown("setting", name, settings_of(self.model)))
-        if settings_of(self.model)[name].kind not in ("float", "int"):
+        if name not in self._known_settings:
+            raise SpecError(unknown("setting", name, self._known_settings))
+        if self._known_settings[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: only numbers are swept over a range")
         others = {other: swept for other, swept in self.sweeps.items() if other != name}
         return replace(
@@ -183,7 +197,7 @@ class ViewState:
         """The spec that launches what is on the screen, with the sweeps that the user
         has marked.
         """
-        known = settings_of(self.model)
+        known = self._known_settings
         values: dict[str, Any] = {
             "model": self.model,
             "preset": self.preset,
@@ -228,7 +242,7 @@ class ViewState:
         values: dict[str, Any] = {"metrics": self.plots or (ANY_METRIC,), "every": 1}
         if self.plots:
             values["series"] = self.plots
-        known = preset_settings(self.model, self.preset) | dict(self.fixed)
+        known = self._preset | dict(self.fixed)
         frames = (self.replicate + 1) * int(known["steps"])
         if not self.sweeps and frames * int(known["n"]) <= MOST_STORED:
             values["trajectories"] = True
@@ -238,7 +252,7 @@ class ViewState:
         """The state with other values of settings. `fixed` has only those that differ
         from the preset.
         """
-        known, preset = self._fields(), preset_settings(self.model, self.preset)
+        known, preset = self._fields(), self._preset
         fixed = dict(self.fixed)
         for name, value in changes.items():
             if name not in known:
@@ -255,7 +269,7 @@ class ViewState:
         )
 
     def _fields(self) -> dict[str, Any]:
-        known = settings_of(self.model)
+        known = self._known_settings
         own = (str(self.fixed["map"]),) if self.own else ()
         return known | {
             "map": replace(known["map"], choices=(*known["map"].choices, *own))
@@ -270,11 +284,7 @@ class ViewState:
             for key, value in self.fixed.items()
             if key not in (*SIDES, "map")
         }
-        return (
-            kept
-            if name == preset_settings(self.model, self.preset)["map"]
-            else kept | {"map": name}
-        )
+        return kept if name == self._preset["map"] else kept | {"map": name}
 
     def _resized(self, size: Mapping[str, object]) -> "ViewState":
         """The state with an own map of another size and the same shapes."""
@@ -284,19 +294,22 @@ class ViewState:
 
 
 def begin(
-    model: str | None = None, preset: str | None = None, seed: int = 1
+    model: str | None = None,
+    preset: str | None = None,
+    seed: int = 1,
+    known: Catalogue = BUILT_IN,
 ) -> ViewState:
     """The state that shows a preset as it is, and plots the first metrics of the model.
-    The default is the first of all models.
+    The default is the first of all models that are known.
     """
-    model, preset = model or next(iter(MODELS)), preset or PRESET
-    if model not in MODELS:
-        raise SpecError(unknown("model", model, MODELS))
-    if preset not in MODELS[model].presets:
-        raise SpecError(unknown(f"preset of {model}", preset, MODELS[model].presets))
-    return ViewState(
-        model, preset, seed, plots=MODELS[model].metrics[:MOST_PLOTS]
-    ).checked()
+    model, preset = model or next(iter(known.models)), preset or PRESET
+    if model not in known.models:
+        raise SpecError(unknown("model", model, known.models))
+    about = known.models[model]
+    if preset not in about.presets:
+        raise SpecError(unknown(f"preset of {model}", preset, about.presets))
+    plots = about.metrics[:MOST_PLOTS]
+    return ViewState(model, preset, seed, plots=plots, known=known).checked()
 
 
 def from_study(study: Study) -> ViewState:
@@ -308,14 +321,14 @@ def from_job(job: Job) -> ViewState:
     """The state of a stored trial, with its random numbers and the first of its
     metrics.
     """
-    preset = preset_settings(job.model, job.preset)
+    preset = preset_settings(job.model, job.preset, job.known)
     name, width, height = (
         str(job.settings["map"]),
         float(job.settings["width"]),
         float(job.settings["height"]),
     )
     own = None if job.obstacles is None else OwnMap((width, height), job.obstacles)
-    brought = SIDES if own or MAPS[name].size else ()
+    brought = SIDES if own or job.known.maps[name].size else ()
     return ViewState(
         model=job.model,
         preset=job.preset,
@@ -328,6 +341,7 @@ def from_job(job: Job) -> ViewState:
         own=own,
         literal=job.literal,
         replicate=0 if job.literal else job.replicate,
+        known=job.known,
         streams=job.streams,
         plots=job.record.metrics[:MOST_PLOTS],
     ).checked()
@@ -339,18 +353,19 @@ def _study(state: ViewState) -> Study:
     """
     spec = state.as_spec()
     if state.own is None:
-        return parse_spec(spec)
+        return parse_spec(spec, known=state.known)
     name, map_ = next(iter(spec["maps"].items()))
     width, height = state.own.size
     stand_in = {
         "disc": {"x": width / 2, "y": height / 2, "radius": min(width, height) / 4}
     }
-    study = parse_spec(spec | {"maps": {name: map_ | {"shapes": [stand_in]}}})
+    light = spec | {"maps": {name: map_ | {"shapes": [stand_in]}}}
+    study = parse_spec(light, known=state.known)
     return replace(study, maps=_read({name: map_}))
 
 
 def _read(maps: Mapping[str, Any]) -> dict[str, OwnMap]:
-    return read_maps(Entry(Document(Path("spec.yaml"), ""), (), maps), Path())
+    return read_maps(Entry(Document(Path("spec.yaml"), ""), (), maps), Path(), ())
 
 
 def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:

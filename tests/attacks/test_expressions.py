@@ -10,12 +10,13 @@ import pytest
 import sweep.spec.evaluation as evaluation
 import sweep.spec.expressions as expressions
 import sweep.spec.units as units
+from kernels.catalogue import BUILT_IN
 from sweep.design.plan import make_plan
 from sweep.spec.expressions import Expression, ExpressionError, parse
 from sweep.spec.settings import Values, settings_of
 from tests.specs import short_study
 
-KNOWN = settings_of("nguyen2024")
+KNOWN = settings_of("nguyen2024", BUILT_IN)
 EVALUATION = evaluation._Evaluation
 
 NESTINGS: dict[str, tuple[str, str]] = {

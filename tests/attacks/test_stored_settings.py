@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.errors import StoreError
 from sweep.replays.replay import replay
@@ -238,7 +239,7 @@ def test_an_honest_row_gives_the_job_of_its_launch(tmp_path: Path, spec: str) ->
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("preset", ["as_written", "as_run"])
 def test_every_preset_passes_as_a_row(tmp_path: Path, model: str, preset: str) -> None:
-    settings = preset_settings(model, preset)
+    settings = preset_settings(model, preset, BUILT_IN)
     spec = {
         "study": "one",
         "model": model,

@@ -11,6 +11,7 @@ from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
 import sweep.workers.attempts as attempts_module
+from kernels.metrics import METRICS
 from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import Until, looks, nominal_confidence
 from sweep.campaigns.launch import launch
@@ -458,4 +459,4 @@ def test_a_search_has_a_fixed_number() -> None:
     with pytest.raises(
         SpecError, match=r"spec.yaml:5: a search races its candidates itself"
     ):
-        read_replication(root, ("speed",))
+        read_replication(root, ("speed",), METRICS)

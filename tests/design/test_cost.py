@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.cost import (
     job_seconds,
@@ -25,8 +26,8 @@ from tests.studies import COVERING, SMALL
 def test_larger_trials_cost_more(model: str, setting: str) -> None:
     preset, record = MODELS[model].presets["as_run"], RecordSpec(MODELS[model].metrics)
     larger = preset | {setting: 10 * preset[setting]}
-    assert trial_seconds(model, larger, record) > 5 * trial_seconds(
-        model, preset, record
+    assert trial_seconds(model, BUILT_IN, larger, record) > 5 * trial_seconds(
+        model, BUILT_IN, preset, record
     )
 
 
@@ -34,8 +35,8 @@ def test_metrics_and_frames_cost_time_and_space() -> None:
     settings = MODELS["nguyen2024"].presets["as_run"]
     rare = RecordSpec(("speed",), ("speed",), every=100)
     often = RecordSpec(("speed", "flock_count"), ("speed", "flock_count"))
-    assert trial_seconds("nguyen2024", settings, often) > trial_seconds(
-        "nguyen2024", settings, rare
+    assert trial_seconds("nguyen2024", BUILT_IN, settings, often) > trial_seconds(
+        "nguyen2024", BUILT_IN, settings, rare
     )
     assert trial_bytes(settings, often) > 20 * trial_bytes(settings, rare)
     flown = RecordSpec(("speed",), every=100, trajectories=True)
@@ -50,7 +51,7 @@ def test_a_study_costs_the_sum_of_its_trials() -> None:
     )
     design = expand(study)
     each = [
-        trial_seconds(study.model, design.settings(point), study.record)
+        trial_seconds(study.model, BUILT_IN, design.settings(point), study.record)
         for point in range(2)
     ]
     assert study_cost(study, design)[0] == pytest.approx(3 * sum(each))
@@ -72,7 +73,7 @@ def test_the_estimate_of_every_point_is_that_of_its_settings(axes: str) -> None:
     )
     design = expand(study)
     each = [
-        trial_seconds(study.model, design.settings(point), study.record)
+        trial_seconds(study.model, BUILT_IN, design.settings(point), study.record)
         for point in range(design.n_points)
     ]
     assert point_seconds(study, design).tolist() == each

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from sweep.design.design import Design, Rejection, expand
 from sweep.errors import SpecError
 from sweep.spec.settings import Value, preset_settings, settings_of
@@ -44,7 +45,9 @@ def test_examples_expand() -> None:
 def test_study_without_axes_has_one_point() -> None:
     design = expand(short_study("fixed: {n: 7}"))
     assert design.n_points == 1
-    assert design.settings(0) == preset_settings("nguyen2024", "as_run") | {"n": 7}
+    assert design.settings(0) == preset_settings("nguyen2024", "as_run", BUILT_IN) | {
+        "n": 7
+    }
 
 
 def test_settings_are_plain_python_values_of_every_field() -> None:
@@ -54,7 +57,7 @@ def test_settings_are_plain_python_values_of_every_field() -> None:
         )
     )
     settings = design.settings(1)
-    assert set(settings) == set(settings_of("nguyen2024"))
+    assert set(settings) == set(settings_of("nguyen2024", BUILT_IN))
     assert {
         name: repr(settings[name]) for name in ("n", "drag", "map", "minimum_image")
     } == {

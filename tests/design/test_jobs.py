@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernels import identity
+from kernels.catalogue import BUILT_IN
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs, literal_seed, point_id, stream
 from sweep.spec.settings import preset_settings
@@ -65,12 +66,14 @@ def test_table_agrees_with_jobs(spec: str) -> None:
     for index in range(0, len(jobs), len(jobs) // 97):
         job = jobs[index]
         assert rows[index] == {name: getattr(job, name) for name in table.column_names}
-        assert job.point == point_id(job.model, job.preset, job.settings)
+        defaults = jobs.study.preset_settings
+        assert job.point == point_id(job.model, job.preset, job.settings, defaults)
     assert len({row["trial_id"] for row in rows}) == len(jobs)
 
 
 def test_point_id_is_the_hash_of_what_differs_from_the_preset() -> None:
-    settings = preset_settings("nguyen2024", "as_run") | {
+    defaults = preset_settings("nguyen2024", "as_run", BUILT_IN)
+    settings = defaults | {
         "n": 50,
         "obstacle_range": float("inf"),
         "map": "empty",
@@ -84,7 +87,7 @@ def test_point_id_is_the_hash_of_what_differs_from_the_preset() -> None:
         separators=(",", ":"),
     )
     assert (
-        point_id("nguyen2024", "as_run", settings)
+        point_id("nguyen2024", "as_run", settings, defaults)
         == sha256(content.encode()).hexdigest()[:16]
     )
 
@@ -192,8 +195,10 @@ def test_another_map_or_start_makes_other_trials_with_it_alone(
 ) -> None:
     study, stamp = study_of(sweep={setting: values}), getattr(identity, kind)
     before = jobs_of(study).table().to_pandas()
+    entries = {"map": BUILT_IN.maps, "start_draws": BUILT_IN.starts}
+    changed = entries[setting][values[0]]
     monkeypatch.setattr(
-        identity, kind, lambda name: "other" if name == values[0] else stamp(name)
+        identity, kind, lambda one: "other" if one is changed else stamp(one)
     )
     after = jobs_of(study).table().to_pandas()
     assert before["point"].equals(after["point"])
@@ -208,7 +213,11 @@ def test_the_hash_of_a_trial_spelled_out() -> None:
     record = {"metrics": ["speed"], "series": [], "every": 1} | kept
     streams = {"start": "common", "world": "common", "noise": "independent"}
     code = identity.code_of(
-        "nguyen2024", study.preset, ["speed"], ["random_obstacles"], ["numpy"]
+        BUILT_IN,
+        [("nguyen2024", study.preset)],
+        ["speed"],
+        ["random_obstacles"],
+        ["numpy"],
     )
     scene = [*code.maps.values(), *code.starts.values()]
     stamps = [code.flight, code.models, code.metrics, *scene]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from sweep.design.jobs import stream
 from sweep.spec.settings import settings_of
 from sweep.trial.simulation import Simulation, run
@@ -340,7 +341,7 @@ def test_the_sizes_of_the_world_and_of_a_step_are_the_models_own(model: str) -> 
     code.
     """
     assert {"n", "steps", "dt", "update", "map", "width", "height", "borders"} <= set(
-        settings_of(model)
+        settings_of(model, BUILT_IN)
     )
 
 

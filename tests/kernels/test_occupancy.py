@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from kernels.model import OccupancySettings
 from kernels.occupancy import build_occupancy, is_taken
 from kernels.settings import WorldSettings
@@ -118,9 +119,11 @@ def test_a_way_leads_from_one_corner_of_an_arena_to_the_other(
     """
     width, height = MAPS[name].size
     changes = {"map": name, "width": width, "height": height}
-    known = builders.settings_of("rustamani2024")
+    known = builders.settings_of("rustamani2024", BUILT_IN)
     settings = settings_tuple(
-        WorldSettings, preset_settings("rustamani2024", "as_run") | changes, known
+        WorldSettings,
+        preset_settings("rustamani2024", "as_run", BUILT_IN) | changes,
+        known,
     )
     world = build_world(settings, MAPS[name].draw(settings, np.random.default_rng(0)))
     occupancy = build_occupancy(world, OccupancySettings(0.05, inflation))

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.metrics.energy import _boid_potential
 from kernels.models import MODELS
 from sweep.spec.settings import settings_of
@@ -51,12 +52,12 @@ CASES = [
     (
         model,
         {"protected_count_once": once}
-        if "protected_count_once" in settings_of(model)
+        if "protected_count_once" in settings_of(model, BUILT_IN)
         else {},
     )
     for model in WITH_POTENTIAL
     for once in (True, False)
-    if once or "protected_count_once" in settings_of(model)
+    if once or "protected_count_once" in settings_of(model, BUILT_IN)
 ]
 
 

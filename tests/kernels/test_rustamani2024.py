@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from kernels.arbitration import add_in_turn, limit_components
+from kernels.catalogue import BUILT_IN
 from kernels.events import DEAD_ENDS
 from kernels.model import OccupancySettings
 from kernels.models import MODELS
@@ -215,7 +216,7 @@ def test_as_run_safety_leaves_nothing_once_separation_has_passed_the_pool() -> N
     """
     weights = {
         name: value
-        for name, value in builders.preset_settings(MODEL, "as_run").items()
+        for name, value in builders.preset_settings(MODEL, "as_run", BUILT_IN).items()
         if "weight" in name
     }
     settings = weights | {"acceleration_pool": 6.65, "max_acceleration": 10}

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.cli.listing import point_table, table_text
 from sweep.design.design import expand
@@ -32,10 +33,13 @@ PAIRS = [
 def test_each_difference_comes_alone_in_the_order_of_the_fields_and_last_all(
     model: str, preset: str, other: str
 ) -> None:
-    before, after = preset_settings(model, preset), preset_settings(model, other)
+    before, after = (
+        preset_settings(model, preset, BUILT_IN),
+        preset_settings(model, other, BUILT_IN),
+    )
     differing = [
         name
-        for name in settings_of(model)
+        for name in settings_of(model, BUILT_IN)
         if before[name] != after[name] and name not in ("n", "steps")
     ]
     world = [name for name in differing if name in WORLD]

@@ -7,6 +7,7 @@ from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
 from kernels.metrics import METRICS
+from kernels.models import MODELS
 from sweep.campaigns.search.asked_trials import COLUMNS
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
@@ -150,7 +151,11 @@ def test_so_many_and_no_more() -> None:
 
 
 def test_no_column_of_a_table_can_be_taken() -> None:
-    schemas = (heatmaps_schema({}), trajectories_schema("nguyen2024", {}), COLUMNS)
+    schemas = (
+        heatmaps_schema({}),
+        trajectories_schema(MODELS["nguyen2024"], {}),
+        COLUMNS,
+    )
     names = {name for name, *_ in ABOUT_TRIAL}
     assert names.union(*(schema.names for schema in schemas)) <= set(TAKEN)
 

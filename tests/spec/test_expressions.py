@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from sweep.spec.expressions import CONDITION, NUMBER, TEXT, ExpressionError, parse
 from sweep.spec.settings import settings_of
 
-KNOWN = settings_of("nguyen2024")
+KNOWN = settings_of("nguyen2024", BUILT_IN)
 NAMES = ("drag", "n", "width", "steps")
 ROUNDED = {"round": round, "floor": math.floor, "ceil": math.ceil}
 PYTHON = {

@@ -145,7 +145,14 @@ def test_points_stand_for_a_maps_content_and_those_of_built_in_maps_stay() -> No
     assert points(short_study(*moved, swept))[1] != room
     assert points(short_study(*ROOM, "fixed: {map: room}")) == [room]
     assert (
-        point_id("nguyen2024", "as_run", expand(study).settings(1), study.maps) == room
+        point_id(
+            "nguyen2024",
+            "as_run",
+            expand(study).settings(1),
+            study.preset_settings,
+            study.maps,
+        )
+        == room
     )
 
 

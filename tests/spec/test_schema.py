@@ -11,6 +11,7 @@ import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.spec.schema import FILE_FOR_EDITORS, json_schema
@@ -76,7 +77,7 @@ def test_maps_ablations_and_trajectories_are_valid(lines: tuple[str, ...]) -> No
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_value_is_valid(model: str) -> None:
     for preset, values in MODELS[model].presets.items():
-        fixed = {name: values[name] for name in settings_of(model)}
+        fixed = {name: values[name] for name in settings_of(model, BUILT_IN)}
         head = content(SHORT) | {"model": model, "preset": preset}
         VALIDATOR.validate(head | {"fixed": fixed})
         VALIDATOR.validate(
@@ -188,7 +189,7 @@ def places(name: str, value: Any) -> list[dict[str, Any]]:
     ]
 
 
-NAMES = sorted({name for model in MODELS for name in settings_of(model)})
+NAMES = sorted({name for model in MODELS for name in settings_of(model, BUILT_IN)})
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -196,7 +197,9 @@ def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) ->
     head, preset = content(SHORT) | {"model": model}, MODELS[model].presets["as_run"]
     for name in NAMES:
         for part in places(name, preset.get(name, 1)):
-            assert VALIDATOR.is_valid(head | part) == (name in settings_of(model)), part
+            assert VALIDATOR.is_valid(head | part) == (
+                name in settings_of(model, BUILT_IN)
+            ), part
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -213,7 +216,7 @@ def test_editors_suggest_and_describe_the_settings_of_the_model(model: str) -> N
     derived = part[f"{model}.derived"]["properties"]
     about = derived | part[f"{model}.about"]["properties"]
     values = part[f"{model}.settings"]["properties"]
-    assert set(about) == set(values) == set(settings_of(model))
+    assert set(about) == set(values) == set(settings_of(model, BUILT_IN))
     assert set(derived) == set(about) - {"map"}
     assert all(text["description"] for text in about.values())
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.spec.settings import (
     NotAllowedError,
@@ -18,7 +19,7 @@ from sweep.spec.settings import (
     spelled,
 )
 
-SETTINGS = settings_of("nguyen2024")
+SETTINGS = settings_of("nguyen2024", BUILT_IN)
 NUMBERS = st.one_of(
     st.floats(),
     st.integers(-(2**40), 2**40),
@@ -29,7 +30,9 @@ NUMBERS = st.one_of(
 @pytest.mark.parametrize("model", MODELS)
 def test_every_preset_is_allowed(model: str) -> None:
     for preset in MODELS[model].presets:
-        assert set(preset_settings(model, preset)) == set(settings_of(model))
+        assert set(preset_settings(model, preset, BUILT_IN)) == set(
+            settings_of(model, BUILT_IN)
+        )
 
 
 def test_equal_numbers_are_the_same_value() -> None:
@@ -78,9 +81,9 @@ def test_units_are_those_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(
         MODELS, "metric", MODELS["nguyen2024"]._replace(length="m", time="s")
     )
-    assert settings_of("metric")["start_speed"].unit == "m/s"
+    assert settings_of("metric", BUILT_IN)["start_speed"].unit == "m/s"
     assert (
-        spelled("length/time^2 at times of any lengths", "metric")
+        spelled("length/time^2 at times of any lengths", MODELS["metric"])
         == "m/s^2 at times of any lengths"
     )
 

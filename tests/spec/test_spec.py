@@ -9,13 +9,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.errors import SpecError
 from sweep.spec.settings import settings_of
 from sweep.spec.study import RecordSpec, Streams, load_spec, parse_spec
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
-SETTINGS = settings_of("nguyen2024")
+SETTINGS = settings_of("nguyen2024", BUILT_IN)
 
 
 def test_first_example_loads() -> None:

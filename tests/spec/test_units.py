@@ -5,6 +5,7 @@ import doctest
 import pytest
 
 import sweep.spec.units
+from kernels.catalogue import BUILT_IN
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import parse
 from sweep.spec.settings import Setting, settings_of
@@ -19,7 +20,7 @@ UNITS = {
     "polarization": "",
     "count": "boids",
 }
-KNOWN = settings_of("aziel_chen2025") | {
+KNOWN = settings_of("aziel_chen2025", BUILT_IN) | {
     name: Setting(name, "float", "metrics", "", unit) for name, unit in UNITS.items()
 }
 
@@ -105,7 +106,7 @@ def test_the_way_out_that_an_error_names_is_one() -> None:
 
 @pytest.mark.parametrize("model", ["aziel_chen2025", "rustamani2024", "patel2023"])
 def test_the_unit_of_every_setting_is_read_as_it_is_written(model: str) -> None:
-    units = {setting.unit for setting in settings_of(model).values()}
+    units = {setting.unit for setting in settings_of(model, BUILT_IN).values()}
     assert len(units) > 5
     assert {written_out(parsed(one)) for one in units} == units
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from kernels.models import MODELS
+from kernels.catalogue import BUILT_IN
 from sweep.analysis import by_point
 from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.errors import StoreError
@@ -44,7 +44,8 @@ def values(
 ) -> dict[str, list[float]]:
     """The values of derived metrics, where others have these."""
     entry = Entry(Document(Path("spec.yaml"), ""), ("derive",), expressions)
-    derived = read_derived(entry, MODELS["nguyen2024"], settings_of("nguyen2024"))
+    model = "nguyen2024"
+    derived = read_derived(entry, model, BUILT_IN, settings_of(model, BUILT_IN))
     given = {name: np.array(column) for name, column in measured.items()}
     found = with_derived(derived, given, settings)
     return {one.name: found[one.name].tolist() for one in derived}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from kernels.models import MODELS, _skeleton
 from sweep.spec.settings import settings_of
@@ -77,11 +78,11 @@ def test_neighbours_are_those_in_range_and_in_view(
 def test_the_view_is_about_the_velocity_and_at_rest_as_the_model_says(
     model: str, preset: str
 ) -> None:
-    changes = {"fov": 120} if "fov" in settings_of(model) else {}
+    changes = {"fov": 120} if "fov" in settings_of(model, BUILT_IN) else {}
     simulation = flown(model, preset, **changes)
     flock = simulation.flock
     seen = looking.seen_by(simulation, 7)
-    limited = "fov" in settings_of(model)
+    limited = "fov" in settings_of(model, BUILT_IN)
     assert seen.range == simulation.flight.model.sight(simulation.flight.params).range
     assert seen.fov == (120 if limited else 360)
     assert seen.heading == (math.atan2(flock.vy[7], flock.vx[7]) if limited else None)
@@ -245,7 +246,7 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
             for group in message["groups"]
             for setting in group["fields"]
         }
-        assert list(shown) == list(settings_of(model))
+        assert list(shown) == list(settings_of(model, BUILT_IN))
         for name, setting in shown.items():
             assert setting["text"]
             assert setting["default"] == (
@@ -254,8 +255,8 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
             if setting["slider"]:
                 low, high, step = setting["slider"]
                 assert low <= values[name] <= high, name
-                assert settings_of(model)[name].coerce(low) == low
-                assert settings_of(model)[name].coerce(high) == high
+                assert settings_of(model, BUILT_IN)[name].coerce(low) == low
+                assert settings_of(model, BUILT_IN)[name].coerce(high) == high
                 assert 0 < step <= high - low
         assert {entry["name"] for entry in message["metrics"]} >= set(
             MODELS[model].metrics

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import SpecError
@@ -113,7 +114,7 @@ def test_every_model_has_a_control_for_every_setting(opened: Open) -> None:
         until_model(page, model)
         assert live(page).state.model == model
         assert set(page.ask("[...boidsweep.view.groups.fields.keys()]")) == set(
-            settings_of(model)
+            settings_of(model, BUILT_IN)
         ) - {"map"} | {"seed"}
 
 
@@ -134,7 +135,7 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
     monkeypatch.setattr(Live, "change", noted)
     page.ask(CHANGE_ALL)
     preset = MODELS["nguyen2024"].presets["as_run"]
-    assert set(met) == set(settings_of("nguyen2024")) - {"map"}
+    assert set(met) == set(settings_of("nguyen2024", BUILT_IN)) - {"map"}
     assert [
         name
         for name, values in met.items()

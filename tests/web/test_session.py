@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.errors import SpecError
@@ -100,7 +101,7 @@ def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
     """With the same settings; some boids are at rest, where it matters what they faced
     before.
     """
-    view = {"fov": 200} if "fov" in settings_of(model) else {}
+    view = {"fov": 200} if "fov" in settings_of(model, BUILT_IN) else {}
     job = begin(model, preset).with_settings({"n": 90, "steps": 30} | view).job
     whole, earlier = simulation_of(job), simulation_of(job)
     for simulation in (whole, earlier):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -39,7 +40,7 @@ def test_a_preset_as_it_is_becomes_a_spec_of_the_same_trial(
 ) -> None:
     state = begin(model, preset, seed=7)
     assert state.fixed == {}
-    assert state.settings == preset_settings(model, preset)
+    assert state.settings == preset_settings(model, preset, BUILT_IN)
     assert copied(state) == state.job
 
 

@@ -21,7 +21,6 @@ from sweep.campaigns.search.repetitions import (
 from sweep.campaigns.search.sentences import FEWEST_BLOCKS, edges, thin_tail
 from sweep.errors import ChoiceError
 from sweep.spec.objectives import Objective
-from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
 
 
@@ -152,8 +151,8 @@ def warnings(found: Findings) -> list[str]:
         for who, amount in violated.items()
         if amount > 0.0
     ]
-    known = settings_of(found.study.provenance["model"])
-    return said + [f"{sentence}." for sentence in edges(best, about["ranges"], known)]
+    sentences = edges(best, about["ranges"], found.study.settings)
+    return said + [f"{sentence}." for sentence in sentences]
 
 
 def plain(value: Any) -> Any:
