@@ -38,6 +38,7 @@ class ByStamp(_CacheLocator):
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.stamp = stamp(function)
+        self.package = function.__module__.partition(".")[0]
 
     @classmethod
     def from_function(
@@ -56,4 +57,6 @@ class ByStamp(_CacheLocator):
         return self.stamp
 
     def get_disambiguator(self) -> str:
-        return self.stamp[:16]
+        # What is compiled names classes by their modules: those of another package,
+        # which may be gone, must not be met.
+        return f"{self.package}-{self.stamp[:16]}"

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.abc import InspectLoader
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -68,10 +69,16 @@ def stamp(function: Callable[..., Any]) -> str:
     if "." in getattr(plain, "__qualname__", "."):
         raise ValueError(f"{plain} is no function at the top of a module")
     lines = sorted(
-        f"{one.module} {one.name} {_hash(one)}\n"
+        f"{_called(one.module)} {one.name} {_hash(one)}\n"
         for one in closure(Definition(plain.__module__, plain.__name__))
     )
     return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def _called(module: str) -> str:
+    """The name of a module; a package may say what stamps call it, as `__stamped__`."""
+    package, dot, inner = module.partition(".")
+    return f"{getattr(sys.modules[package], '__stamped__', package)}{dot}{inner}"
 
 
 def stamp_of_all(folder: Path) -> str:
@@ -134,10 +141,10 @@ def _meant(dotted: str, user: str) -> set[Definition]:
 @cache
 def _read(module: str) -> Source:
     """What the source of a module that has been imported says."""
-    path = sys.modules[module].__file__
-    assert path is not None
+    spec = sys.modules[module].__spec__
+    assert spec is not None and isinstance(spec.loader, InspectLoader)
     source = Source()
-    for statement in ast.parse(Path(path).read_bytes()).body:
+    for statement in ast.parse(spec.loader.get_source(module) or "").body:
         if _is_constant(statement):
             continue
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):

@@ -207,8 +207,8 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
 
 def _study(spec: str | Path | Mapping[str, Any]) -> "Study":
     """The study of a file, of a YAML text of several lines, or of a mapping."""
-    from sweep.spec.study import load_spec, parse_spec
+    from sweep.own_code.reading import load_spec, study_of
 
     if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
-        return parse_spec(spec)
+        return study_of(spec)
     return load_spec(Path(spec))

@@ -2,6 +2,7 @@
 
     UserError              one sentence: what was given, what is allowed, the way out
         SpecError          a spec says what cannot be
+        CodeError          code of the user's own cannot be used, or may not run
         ChoiceError        what was asked of a study cannot be given
         StoreError         results cannot be read or written
             UnreadableError    a stored file is not what a launch writes
@@ -35,6 +36,12 @@ class UserError(Exception):
 
 class SpecError(UserError):
     """What is wrong with a spec, in one sentence that starts with its file and line."""
+
+
+class CodeError(UserError):
+    """Code of the user's own cannot be used: the message names its file and line. Or it
+    may not run, as nobody has said that it may.
+    """
 
 
 class ChoiceError(UserError):

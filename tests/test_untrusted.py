@@ -19,9 +19,10 @@ import sweep.spec.images as images
 import sweep.spec.point_tables as tables
 from kernels.catalogue import BUILT_IN
 from sweep.errors import ChoiceError, SpecError, StoreError
+from sweep.own_code.reading import load_spec
 from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import settings_of
-from sweep.spec.study import load_spec, parse_spec
+from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import sweep

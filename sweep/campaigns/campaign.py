@@ -25,6 +25,7 @@ from sweep.store.provenance import provenance
 from sweep.store.rows import Tables
 from sweep.store.shares import Share
 from sweep.store.store import Store
+from sweep.store.stored_code import keep_code
 from sweep.trial.result import Result
 from sweep.workers.attempts import run_jobs
 from sweep.workers.checkpoint_folder import Checkpoints
@@ -129,6 +130,7 @@ class _Campaign(Generic[P]):
         return asked.jobs_at(missing)
 
     def _publish(self, plan: Callable[[Origin], PlanTables]) -> None:
+        keep_code(self.store, self.study.known)
         self.store.write_plan(*plan(self.origin))
         if not self.spec_is_written:
             self.store.write_spec(self.study.text)

@@ -129,7 +129,7 @@ def diff(
     """What a change of a spec adds, keeps and drops, before any trial runs: points and
     trials, exactly.
     """
-    from sweep.spec.study import load_spec
+    from sweep.own_code.reading import load_spec
     from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 

@@ -43,7 +43,7 @@ def launch(
     """
     from sweep.campaigns.launch import launch as run_study
     from sweep.cli.progress import ProgressBar
-    from sweep.spec.study import load_spec
+    from sweep.own_code.reading import load_spec
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
@@ -101,7 +101,7 @@ def search(
     from sweep.campaigns.search.export import export as write_export
     from sweep.cli import search_report as report
     from sweep.cli.search_progress import SearchBar
-    from sweep.spec.study import load_spec
+    from sweep.own_code.reading import load_spec
     from sweep.tables.stored_study import StoredStudy
 
     study = load_spec(spec)
@@ -135,7 +135,7 @@ def plan(
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
     from sweep.campaigns.search.plan import make_search_plan
     from sweep.design.plan import make_plan
-    from sweep.spec.study import load_spec
+    from sweep.own_code.reading import load_spec
     from sweep.workers.executors import core_count
 
     study = load_spec(spec)

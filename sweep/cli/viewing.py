@@ -117,7 +117,7 @@ def _state(
     results: Results,
 ) -> "ViewState":
     """The state with which a live run begins."""
-    from sweep.spec.study import load_spec
+    from sweep.own_code.reading import load_spec
     from sweep.web.state import begin, from_study
 
     if what is None:

@@ -8,12 +8,13 @@ from typing import Any
 from sweep.campaigns.search.plan import SearchPlan, make_search_plan
 from sweep.design.plan import Plan, make_plan
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.published.claims import FILE
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.document import Document
 from sweep.spec.schema import FILE_FOR_EDITORS
 from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import Study, load_spec, parse_spec
+from sweep.spec.study import Study, parse_spec
 from sweep.tables.outputs import check_output, unfinished
 from sweep.text import unknown
 

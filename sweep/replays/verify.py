@@ -216,7 +216,9 @@ def _code_changes(study: StoredStudy) -> list[str]:
     """What is no longer the code that computed the trials, in words."""
     then = study.code
     return (
-        then.changes(as_now(then, study.known)) if then else ["by a version before 0.7"]
+        then.changes(as_now(then, study.running(study.provenance)))
+        if then
+        else ["by a version before 0.7"]
     )
 
 

@@ -18,6 +18,7 @@ from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replication_rules
 from sweep.spec.schema_parts import (
+    OWN_FILE,
     Schema,
     mapping,
     one_of,
@@ -55,7 +56,7 @@ def _definitions() -> Schema:
     models = {name: part for model in MODELS for name, part in of_model(model).items()}
     derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
     names = {
-        "metric": {"anyOf": [reference("built_in_metric"), derived]},
+        "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_FILE]},
         "column": {"anyOf": [reference("built_in_column"), derived]},
         "built_in_metric": {"enum": list(METRICS)},
         "built_in_column": {"enum": columns_of(METRICS)},
@@ -115,12 +116,16 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
     return mapping(ways | rest) | one_of(ways) | together
 
 
+def _own_model() -> Schema:
+    return {"properties": {"model": OWN_FILE}, "required": ["model"]}
+
+
 def _built_in_maps() -> Schema:
     """Without maps of its own, a study has the built-in ones to choose from."""
-    name = reference("built_in_map")
+    name = {"anyOf": [reference("built_in_map"), OWN_FILE]}
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
-        "if": {"not": {"required": ["maps"]}},
+        "if": {"not": {"anyOf": [{"required": ["maps"]}, _own_model()]}},
         "then": {
             "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
         },
@@ -128,14 +133,21 @@ def _built_in_maps() -> Schema:
 
 
 def _built_in_metrics() -> Schema:
-    """Without metrics that it derives, a study has the built-in ones to choose from."""
-    deriving = {"properties": {"record": {"required": ["derive"]}}}
+    """A study has the built-in metrics to choose from, unless it derives some, or names
+    a file that may bring others.
+    """
+    lists = [
+        {"properties": {name: {"contains": OWN_FILE}}, "required": [name]}
+        for name in ("metrics", "series")
+    ]
+    more = {"anyOf": [{"required": ["derive"]}, *lists]}
+    adding = {"properties": {"record": more}, "required": ["record"]}
     names = {"items": reference("built_in_metric")}
     columns = {"propertyNames": reference("built_in_column")}
     record = dict.fromkeys(("metrics", "series"), names)
     search = dict.fromkeys(("objectives", "constraints"), columns)
     return {
-        "if": {"not": deriving | {"required": ["record"]}},
+        "if": {"not": {"anyOf": [adding, _own_model()]}},
         "then": {
             "properties": {
                 "record": {"properties": record},

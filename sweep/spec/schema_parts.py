@@ -12,6 +12,14 @@ Schema = dict[str, Any]
 TEXT: Schema = {"type": "string"}
 
 
+OWN_FILE: Schema = {
+    "type": "string",
+    "pattern": r"^\./.+\.py(:\w+)?$",
+    "description": "a file beside the spec: ./FILE.py, or ./FILE.py:NAME",
+}
+"""In the place of a name: a file of the user's own that offers it."""
+
+
 class Described(Protocol):
     """An entry of a registry, which says what it is."""
 

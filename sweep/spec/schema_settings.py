@@ -19,6 +19,7 @@ from sweep.spec.maps import MAP_NAME
 from sweep.spec.point_tables import TABLE
 from sweep.spec.samplers import SAMPLERS, in_blocks
 from sweep.spec.schema_parts import (
+    OWN_FILE,
     TEXT,
     Schema,
     any_of,
@@ -53,7 +54,9 @@ def _kind(setting: Setting) -> str:
 def _value(setting: Setting) -> Schema:
     if setting.name == "map":
         own = {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}
-        return {"anyOf": [reference("built_in_map"), own]}
+        return {"anyOf": [reference("built_in_map"), own, OWN_FILE]}
+    if setting.name == "start_draws":
+        return {"anyOf": [{"enum": list(setting.choices)}, OWN_FILE]}
     if setting.kind == "choice":
         return {"enum": list(setting.choices)}
     schema: Schema = {"type": TYPES[setting.kind]}

@@ -34,7 +34,7 @@ from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
 from sweep.spec.replication import SEEDS, Replicates, read_replication
-from sweep.spec.schema_parts import TEXT, Schema, listed, reference
+from sweep.spec.schema_parts import OWN_FILE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
 from sweep.spec.setting_values import (
@@ -52,7 +52,7 @@ from sweep.spec.settings import (
     preset_settings,
     settings_of_study,
 )
-from sweep.spec.strict_yaml import dump, parse_document, read_document
+from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import STUDY_NAME, taken_name
 from sweep.text import unknown
 
@@ -174,15 +174,17 @@ class StudyName(Content[str]):
         return {"type": "string", "pattern": f"^{STUDY_NAME.pattern}$"}
 
 
-class ModelName(OneOf):
-    """The name of a model. In the schema each has its source."""
+class ModelName(Text):
+    """The name of a model, or a file that has one. In the schema each name has its
+    source.
+    """
 
     def schema(self) -> Schema:
         names = [
             {"const": name, "description": model.source}
             for name, model in MODELS.items()
         ]
-        return {"oneOf": names}
+        return {"oneOf": [*names, OWN_FILE]}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -211,7 +213,7 @@ class Study:
     model: Annotated[
         str,
         Key(
-            ModelName("model", MODELS, listed_by="sweep models"),
+            ModelName("a name that `sweep models` lists, or a file: ./NAME.py"),
             "the model that flies",
             example=next(iter(MODELS)),
         ),
@@ -387,14 +389,6 @@ class Study:
         )
 
 
-def load_spec(path: Path) -> Study:
-    """The study that the file of a spec describes.
-
-    Raises SpecError, with file and line, for whatever is wrong with it.
-    """
-    return read_study(read_document(path))
-
-
 def parse_spec(
     spec: str | Mapping[str, Any],
     path: Path = Path("spec.yaml"),
@@ -422,9 +416,10 @@ def read_study(root: Entry, known: Catalogue = BUILT_IN) -> Study:
     if root.value is None:
         raise root.error("is empty")
     check_keys(root, *SPEC)
+    if flown := root.get("model"):
+        flown.one_of("model", known.models)
     given = read_values(Study, root)
     name, preset = given["model"], given["preset"]
-    root.child("model").one_of("model", known.models)
     model, folder = known.models[name], root.document.path.parent
     if preset not in model.presets:
         message = unknown(f"preset of {name}", preset, model.presets)

@@ -9,6 +9,8 @@ import re
 PARTS, WRITING, DAMAGED, LOCK = "parts", "writing", "damaged", "lock"
 CHECKPOINTS, FIGURES = "checkpoints", "figures"
 PLAN, ASKED, SPEC = "plan.parquet", "asked.parquet", "spec.yaml"
+CODE = re.compile(r"code-[0-9a-f]{64}\.json")
+"""The code of the user's own by which trials were computed, a file for each sha256."""
 SCORECARD = ("scorecard.html", "scorecard.md")
 STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
 """What a launch writes; figures are drawn from it."""
@@ -23,8 +25,15 @@ STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-
 """What a folder can be called. A study of an older version may have a name of OWN."""
 
 
+def code_file(sha: str) -> str:
+    """The name of the file of the code with this sha256."""
+    return f"code-{sha}.json"
+
+
 def taken_name(study: str) -> str | None:
-    """The first part of a study's name that is one of OWN, in small or capital
-    letters.
+    """The first part of a study's name that is one of OWN, or of CODE, in small or
+    capital letters.
     """
-    return next((name for name in study.split("/") if name.lower() in OWN), None)
+    names = study.split("/")
+    taken = (name for name in names if name.lower() in OWN or CODE.fullmatch(name))
+    return next(taken, None)

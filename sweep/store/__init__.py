@@ -17,6 +17,8 @@ shares      one study on several machines
 provenance  where results come from
 origin      the same, read from anyone's file
 plan_about  what a plan says of its study
+stored_code code of the user's own
+user_key    what is known to be the user's
 new_files   how a file comes to be
 durable     what outlives a loss of power
 regular     how a stored file is read

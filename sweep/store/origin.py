@@ -41,6 +41,7 @@ NUMBERS = ("half_width", "confidence", "nominal_confidence")
 ALONE = {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "code": {"flight": str} | STAMPS,
+    "own": {"sha": str, "seal": str},
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"

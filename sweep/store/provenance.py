@@ -10,9 +10,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from kernels.catalogue import Catalogue
 from kernels.identity import kernels_sha
 from sweep.design.code import study_code
+from sweep.own_code.catalogue import OwnCatalogue
 from sweep.spec.study import Study
+from sweep.store.stored_code import seal
 
 PACKAGES = (
     "boidsweep",
@@ -44,10 +47,18 @@ def provenance(study: Study) -> dict[str, Any]:
         "spec_path": str(study.path),
         "kernels_sha": kernels_sha(),
         "code": study_code(study)._asdict(),
+        **_own_code(study.known),
         "git": git_state(Path(__file__).parent.parent),
         "lock": list(installed()),
         **machine(),
     }
+
+
+def _own_code(known: Catalogue) -> dict[str, Any]:
+    """Which code of the user's own computes the trials, with the user's seal."""
+    if not isinstance(known, OwnCatalogue):
+        return {}
+    return {"own": {"sha": known.code.sha, "seal": seal(known.code.sha)}}
 
 
 @cache

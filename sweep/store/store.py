@@ -4,6 +4,7 @@ trials say what has been run.
     parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
     plan.parquet       the trials of the spec as last launched
     asked.parquet      of a search: which candidate had which of them
+    code-<sha>.json    code of the user's own that computed some of them
     lock/              who is launching it
     damaged/           parts that cannot be read
 
@@ -27,7 +28,7 @@ from typing import TypeVar
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import ASKED, PLAN, SPEC
+from sweep.spec.study_folder import ASKED, PLAN, SPEC, code_file
 from sweep.store.locations import Location, patiently
 from sweep.store.manifest import (
     MERGED_MARK,
@@ -210,6 +211,16 @@ class Store:
             with create(staging / SPEC) as file:
                 file.write(text.encode())
             self.place.put(staging / SPEC)
+
+    def write_code(self, sha: str, content: bytes) -> None:
+        """Keep code of the user's own in a file of its own, unless it is there."""
+        name = code_file(sha)
+        if patiently((self.folder / name).exists):
+            return
+        with self.staging(f"code-{secrets.token_hex(6)}") as staging:
+            with create(staging / name) as file:
+                file.write(content)
+            self.place.put(staging / name)
 
     def read_plan(self) -> pa.Table:
         """The plan as last written. Raises StoreError if there is none."""

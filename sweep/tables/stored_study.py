@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
@@ -26,6 +26,11 @@ from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance
 from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.store import Store
+from sweep.store.stored_code import (
+    known_with_code,
+    known_without_code,
+    stored_sources,
+)
 from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
@@ -47,18 +52,22 @@ class StoredStudy:
     `name` is the study's and `results` the folder or object store that holds it. Raises
     StoreError where there is none, and ChoiceError for what is no name.
 
-    `chosen` are the settings by which `where` has restricted it, none at first.
+    `chosen` are the settings by which `where` has restricted it, none at first. Tables
+    are read without the code of the user's own that computed them; with `trust` it may
+    run where trials are run again, also if somebody else has launched the study.
     """
 
     chosen: Mapping[str, Choice] = MappingProxyType({})
 
-    def __init__(self, name: str, results: Location | str = "results") -> None:
+    def __init__(
+        self, name: str, results: Location | str = "results", *, trust: bool = False
+    ) -> None:
         if not STUDY_NAME.fullmatch(name):
             raise ChoiceError(
                 f'study "{name}" is not allowed:'
                 ' a name of folders below the results, joined by "/"'
             )
-        self.name = name
+        self.name, self.trust = name, trust
         place = location(results)
         self.store = Store(place / name, place)
         if isinstance(place, Path) and not (place / name).is_dir():
@@ -188,10 +197,23 @@ class StoredStudy:
         )
         return [_label(row, [names[0] for names in groups]) for row in changed]
 
-    @property
+    @cached_property
     def known(self) -> Catalogue:
-        """What its names of models, metrics, maps and starts stand for."""
-        return BUILT_IN
+        """What its names of models, metrics, maps and starts stand for, without the
+        code of its own.
+        """
+        return known_without_code(self.store, self.provenance)
+
+    def running(self, origin: Mapping[str, Any]) -> Catalogue:
+        """What names stand for when trials of an origin run again: by the code that
+        computed them. Raises CodeError where that may not run.
+        """
+        return known_with_code(self.store, origin, self.trust)
+
+    @property
+    def own_code(self) -> Mapping[str, str]:
+        """The text of each file of the user's own that computes its trials."""
+        return stored_sources(self.store, self.provenance)
 
     @property
     def settings(self) -> dict[str, Setting]:
@@ -390,11 +412,14 @@ class StoredStudy:
 
     def job(self, stored: StoredTrial) -> "Job":
         """The job that runs a stored trial again. Raises StoreError where no launch can
-        have written its row, and where the plan has another map of that name."""
+        have written its row, and where the plan has another map of that name, and
+        CodeError where its code may not run.
+        """
         # Here, as it brings the kernels along, which tables do without.
         from sweep.tables.stored_jobs import stored_job
 
-        return stored_job(self.name, self.known, self.maps, stored)
+        known = self.running(stored.provenance)
+        return stored_job(self.name, known, self.maps, stored)
 
     def world(self, trial: str) -> "TrialWorld":
         """The world of a stored trial, drawn again from its row. Raises as `trial` and

@@ -13,7 +13,6 @@ none is stored twice.
     checkpoint         lets long trials go on after an interruption
     checkpoint_file    the format of a checkpoint
     checkpoint_folder  which checkpoints exist, and which are deleted
-    checkpoint_key     the key that seals a user's checkpoints
     cluster            the engine of a dask cluster
     connection         a connection to its scheduler, made within a time limit
     tasks              our tasks on the cluster

@@ -29,6 +29,7 @@ from pathlib import Path
 
 from sweep.design.jobs import Job
 from sweep.store.durable import make_folder
+from sweep.store.user_key import own_key
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, attempt, is_brief
 from sweep.workers.checkpoint_file import (
@@ -41,7 +42,6 @@ from sweep.workers.checkpoint_file import (
     write_state,
 )
 from sweep.workers.checkpoint_folder import delete_files, frames_file, state_files
-from sweep.workers.checkpoint_key import own_key
 
 LOG = logging.getLogger("sweep")
 

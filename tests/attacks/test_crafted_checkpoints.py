@@ -12,14 +12,15 @@ import pytest
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import parse_spec
+from sweep.store import user_key
 from sweep.store.store import Store
+from sweep.store.user_key import own_key
 from sweep.trial import simulation
 from sweep.trial.simulation import Simulation, run
 from sweep.trial.state import State
-from sweep.workers import checkpoint, checkpoint_key
+from sweep.workers import checkpoint
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_file import Saved, write_state
-from sweep.workers.checkpoint_key import own_key
 from tests.studies import SMALL, relaunch
 from tests.trial.test_trial import small
 from tests.workers.test_checkpoint import TRIAL, named, numbers
@@ -160,8 +161,8 @@ def test_a_key_is_made_once_and_only_its_user_can_read_it(place: Path) -> None:
 
 def test_two_launches_at_once_have_one_key(place: Path) -> None:
     """The second to make one finds that of the first in its place."""
-    first = checkpoint_key._made(place)
-    assert checkpoint_key._made(place) == first == own_key()
+    first = user_key._made(place)
+    assert user_key._made(place) == first == own_key()
 
 
 SPOILT: dict[str, Callable[[Path], object]] = {

@@ -11,8 +11,9 @@ from PIL import Image
 
 import sweep.spec.images as images
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.images import ImageError, brightness
-from sweep.spec.study import load_spec, parse_spec
+from sweep.spec.study import parse_spec
 from tests.specs import short
 
 

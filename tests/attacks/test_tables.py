@@ -10,8 +10,8 @@ import pytest
 import sweep.spec.parquet_sizes as pages
 import sweep.spec.point_tables as tables
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.parquet_sizes import PagesError, check_footer, unpacked
-from sweep.spec.study import load_spec
 from tests.specs import short
 
 

@@ -67,13 +67,11 @@ OTHERWISE = {
     "sweep/trial/compiled.py mkdtemp": (
         "where kernels are compiled; nobody else may enter it"
     ),
-    "sweep/workers/checkpoint_key.py open": (
+    "sweep/store/user_key.py open": (
         "a key that must never be replaced: made exclusively"
     ),
-    "sweep/workers/checkpoint_key.py fdopen": "the same key",
-    "sweep/workers/checkpoint_key.py hardlink_to": (
-        "the same key, which comes to be whole"
-    ),
+    "sweep/store/user_key.py fdopen": "the same key",
+    "sweep/store/user_key.py hardlink_to": ("the same key, which comes to be whole"),
     "sweep/web/export.py TemporaryFile": "a film for the page; it has no name",
     "sweep/workers/watch.py NamedTemporaryFile": (
         "the board, which workers map: made exclusively, for us alone"

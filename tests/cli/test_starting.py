@@ -11,10 +11,10 @@ import pytest
 
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.plan import make_plan
+from sweep.own_code.reading import load_spec
 from sweep.published.starting import begin, built_in_specs
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import load_spec
 from tests import ROOT
 from tests.commands import sweep
 from tests.publications import experiments

@@ -19,12 +19,13 @@ from sweep.campaigns.launch import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, point_id
 from sweep.errors import SpecError, StoreError
+from sweep.own_code.reading import load_spec
 from sweep.replays.replay import replay
 from sweep.spec import images, maps
 from sweep.spec.images import obstacles_of, rectangles
 from sweep.spec.maps import OwnMap, from_json
 from sweep.spec.settings import settings_of
-from sweep.spec.study import Study, load_spec, parse_spec
+from sweep.spec.study import Study, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
 from sweep.workers.executors import Serial

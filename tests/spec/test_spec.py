@@ -12,8 +12,9 @@ import pytest
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.settings import settings_of
-from sweep.spec.study import RecordSpec, Streams, load_spec, parse_spec
+from sweep.spec.study import RecordSpec, Streams, parse_spec
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT, short, short_study
 
 SETTINGS = settings_of("nguyen2024", BUILT_IN)

@@ -23,13 +23,13 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import parse_spec
 from sweep.store.store import Store
+from sweep.store.user_key import own_key
 from sweep.trial import simulation
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, run
 from sweep.workers import checkpoint, checkpoint_file
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
-from sweep.workers.checkpoint_key import own_key
 from tests import builders
 from tests.faults.campaign import tables
 from tests.studies import SMALL, relaunch

@@ -1,10 +1,12 @@
-"""The key of a user's checkpoints, so that no trial goes on from a forged one.
+"""The key of a user, by which stored files are known to be the user's own: checkpoints,
+and code that was launched.
 
 A checkpoint says where boids are and how often they have collided. A checksum that
 anyone can compute finds damage; only a key finds a forgery, which would become a result
-of ours. The key is a file that only its user can read. The coordinator reads it and
-hands it to its workers, so that they need no home folder. On another machine, with
-another key, such a trial begins anew.
+of ours. In the same way code runs again without a question only for who has launched
+it. The key is a file that only its user can read. The coordinator reads it and hands it
+to its workers, so that they need no home folder. On another machine, with another key,
+such a trial begins anew, and such code needs a yes.
 """
 
 import logging
@@ -30,7 +32,7 @@ def own_key() -> bytes:
         path = _state_folder() / NAME
         return _read(path) if path.exists() else _made(path)
     except (OSError, RuntimeError) as error:
-        words = "no later launch goes on from the checkpoints of this one"
+        words = "nothing of this launch is known as yours by a later one"
         LOG.warning("%s; %s, unless XDG_STATE_HOME is a folder of yours", error, words)
         return secrets.token_bytes(BYTES)
 

@@ -1,0 +1,10 @@
+"""Models, metrics, maps and starts of the user's own, in files beside a spec.
+
+sources      the text of the files, and of what they import
+loading      their modules, made from the text
+entries      what a file offers, and what it must be
+catalogue    names with those of the files
+description  what is stored of entries, to be read without their code
+references   where a spec names files
+reading      from the file of a spec to its study
+"""

@@ -1,0 +1,164 @@
+"""A catalogue with the entries of files of the user's own."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import chain
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from kernels.catalogue import BUILT_IN, Catalogue
+from sweep.errors import CodeError
+from sweep.own_code.description import described, description
+from sweep.own_code.entries import Offered, offered
+from sweep.own_code.loading import load
+from sweep.own_code.sources import Sources
+from sweep.spec.settings import GROUPS, NotAllowedError, settings_of
+from sweep.text import unknown
+
+T = TypeVar("T")
+COMMON = {name for _, group in GROUPS for name in group._fields}
+"""The settings that every model has."""
+
+
+@dataclass(frozen=True)
+class OwnCode:
+    """The files that a spec names, with all that they import: `named` are their paths,
+    each with the name of the model that the spec takes from it, or None.
+    """
+
+    sources: Sources
+    named: tuple[tuple[str, str | None], ...]
+
+    @cached_property
+    def sha(self) -> str:
+        """The sha256 of the files, and of what is taken from them."""
+        content = json.dumps([self.sources.files, self.named])
+        return hashlib.sha256(content.encode()).hexdigest()
+
+
+class _Joined(Mapping[str, T]):
+    """Entries of ours, and some more."""
+
+    def __init__(self, ours: Mapping[str, T], own: Mapping[str, T]) -> None:
+        self._ours, self._own = ours, own
+
+    def __getitem__(self, name: str) -> T:
+        return self._own[name] if name in self._own else self._ours[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._own or name in self._ours
+
+    def __iter__(self) -> Iterator[str]:
+        return chain(self._ours, self._own)
+
+    def __len__(self) -> int:
+        return len(self._ours) + len(self._own)
+
+
+class OwnCatalogue(Catalogue):
+    """What names stand for in a study with `code` of its own.
+
+    `own` are its entries, and `origins` the file of each, by its kind and name.
+    """
+
+    code: OwnCode
+    own: Offered
+    origins: Mapping[tuple[str, str], str]
+
+    def __init__(
+        self,
+        code: OwnCode,
+        own: Offered,
+        origins: Mapping[tuple[str, str], str] = MappingProxyType({}),
+    ) -> None:
+        kinds = ("models", "metrics", "maps", "starts")
+        for kind in kinds:
+            joined = _Joined(getattr(BUILT_IN, kind), getattr(own, kind))
+            object.__setattr__(self, kind, joined)
+        object.__setattr__(self, "code", code)
+        object.__setattr__(self, "own", own)
+        object.__setattr__(self, "origins", origins)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return loaded, (self.code,)
+
+    @cached_property
+    def about(self) -> dict[str, Any]:
+        """What is stored of its entries, ready for JSON."""
+        return description(self.own)
+
+
+@lru_cache(maxsize=64)
+def loaded(code: OwnCode) -> OwnCatalogue:
+    """The catalogue with what the files offer. It runs them, once in a process.
+
+    Raises CodeError, which names the file, for what is no entry, and for names that
+    stand for something else already.
+    """
+    own, origins = Offered({}, {}, {}, {}), dict[tuple[str, str], str]()
+    for file, model in code.named:
+        found = offered(load(code.sources, file), file, model)
+        for kind, entries in found._asdict().items():
+            for name in entries:
+                _enter(kind, name, file, origins)
+            getattr(own, kind).update(entries)
+    catalogue = OwnCatalogue(code, own, origins)
+    for name in own.models:
+        _check_model(origins["models", name], name, catalogue)
+    return catalogue
+
+
+def _enter(
+    kind: str, name: str, file: str, origins: dict[tuple[str, str], str]
+) -> None:
+    """Note where a name comes from. Raises CodeError where it is taken."""
+    what = kind[:-1]
+    if name in getattr(BUILT_IN, kind):
+        origin = getattr(BUILT_IN, kind).origins.get(name)
+        whose = f"of {origin}" if origin else "built in"
+        raise CodeError(
+            f'{file}: the {what} "{name}" is {whose}: one of your own needs another'
+            " name"
+        )
+    if kind == "metrics" and name in COMMON:
+        raise CodeError(f'{file}: there is a setting "{name}" already')
+    earlier = origins.setdefault((kind, name), file)
+    if earlier != file:
+        raise CodeError(f'{file}: {earlier} has a {what} "{name}" too')
+
+
+def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
+    """Raise CodeError for a model whose metrics, settings or presets cannot be."""
+    model = known.models[name]
+    for metric in model.metrics:
+        if metric not in known.metrics:
+            raise CodeError(f"{file}: {unknown('metric', metric, known.metrics)}")
+    settings = settings_of(name, known)
+    for taken in settings.keys() & known.metrics.keys():
+        raise CodeError(
+            f'{file}: a setting of {name} is called "{taken}", as a metric is: tables'
+            " have one column of that name"
+        )
+    for preset, values in model.presets.items():
+        for setting, about in settings.items():
+            try:
+                about.coerce(values[setting])
+            except NotAllowedError as error:
+                raise CodeError(f'{file}: preset "{preset}": {error}') from None
+
+
+@lru_cache(maxsize=64)
+def unloaded(code: OwnCode, about: str) -> OwnCatalogue:
+    """The catalogue of stored code, which does not run: its entries say what is in
+    `about`, a text in JSON, and what they would compute raises CodeError.
+
+    Raises ValueError for what describes no entries.
+    """
+    own = described(about)
+    for kind, entries in own._asdict().items():
+        if taken := entries.keys() & getattr(BUILT_IN, kind).keys():
+            raise ValueError(f"it has {kind} of the names {', '.join(taken)} as we do")
+    return OwnCatalogue(code, own)

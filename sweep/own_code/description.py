@@ -1,0 +1,117 @@
+"""What is said of entries without their code, as JSON: settings with units and ranges,
+presets, metrics and their units. With it tables of a study can be read although nobody
+has said that its code may run.
+"""
+
+import json
+import math
+from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hints
+
+from kernels.metrics import Metric
+from kernels.model import Model
+from kernels.settings import About, Demand
+from kernels.starts import Start
+from kernels.worlds import Map
+from sweep.errors import CodeError
+from sweep.own_code.entries import KINDS, Offered
+
+KIND = {kind.__name__: kind for kind in KINDS}
+POTENTIAL = "pair_potential"
+
+
+def description(own: Offered) -> dict[str, Any]:
+    """What is said of entries, ready for JSON."""
+    return {
+        "models": {name: _of_model(model) for name, model in own.models.items()},
+        "metrics": {name: _plain(one) for name, one in own.metrics.items()},
+        "maps": {name: _plain(one) for name, one in own.maps.items()},
+        "starts": {name: _plain(one) for name, one in own.starts.items()},
+    }
+
+
+def _of_model(model: Model) -> dict[str, Any]:
+    hints = get_type_hints(model.params, include_extras=True)
+    settings = {
+        name: {"kind": get_args(hint)[0].__name__} | _plain(get_args(hint)[1])
+        for name, hint in hints.items()
+    }
+    return _plain(model) | {
+        "settings": settings,
+        POTENTIAL: model.pair_potential is not None,
+    }
+
+
+def _plain(entry: Any) -> dict[str, Any]:
+    """The fields of an entry that are no functions."""
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in entry._asdict().items()
+        if not callable(value) and value is not None
+    }
+
+
+def described(text: str) -> Offered:
+    """The entries of a description, without code: whatever asks them to compute raises
+    CodeError. Raises ValueError for what describes none.
+    """
+    try:
+        about = json.loads(text)
+        return Offered(
+            {name: _model(one) for name, one in about["models"].items()},
+            {name: _metric(one) for name, one in about["metrics"].items()},
+            {name: _map(one) for name, one in about["maps"].items()},
+            {name: _start(one) for name, one in about["starts"].items()},
+        )
+    except (TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise ValueError(f"it describes no entries: {error}") from None
+
+
+def _asleep(*_: object) -> NoReturn:
+    """In the place of a function whose code was not asked to run."""
+    raise CodeError("this needs the study's own code, which was not loaded")
+
+
+def _model(about: dict[str, Any]) -> Model:
+    fields = [(name, _hint(one)) for name, one in about.pop("settings").items()]
+    params: Any = NamedTuple("Params", fields)  # type: ignore[misc]
+    for demands in ("demands", "potential_demands"):
+        about[demands] = _demands(about.get(demands, []))
+    potential = _asleep if about.pop(POTENTIAL) else None
+    about["metrics"] = tuple(about["metrics"])
+    return Model(
+        params=params,
+        sight=_asleep,
+        advance=_asleep,
+        obstacle_reach=_asleep,
+        goal_seekers=_asleep,
+        pair_potential=potential,
+        **about,
+    )
+
+
+def _hint(about: dict[str, Any]) -> Any:
+    kind = KIND[about.pop("kind")]
+    about["choices"] = tuple(about.get("choices", ()))
+    if math.isnan(about["low"]) or math.isnan(about["high"]):
+        raise ValueError("a bound is no number")
+    return Annotated[kind, About(**about)]
+
+
+def _demands(stored: list[list[str]]) -> tuple[Demand, ...]:
+    return tuple(Demand(str(condition), str(said)) for condition, said in stored)
+
+
+def _metric(about: dict[str, Any]) -> Metric:
+    demands = _demands(about.pop("demands", []))
+    return Metric(_asleep, demands=demands, **about)
+
+
+def _map(about: dict[str, Any]) -> Map:
+    size = about.pop("size", None)
+    drawn = (float(size[0]), float(size[1])) if size else None
+    return Map(_asleep, size=drawn, **about)
+
+
+def _start(about: dict[str, Any]) -> Start:
+    demands = _demands(about.pop("demands", []))
+    return Start(_asleep, demands=demands, **about)

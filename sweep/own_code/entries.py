@@ -1,0 +1,153 @@
+"""What a file of the user's own offers: a model, and tables of metrics, maps, starts.
+
+A file has them under fixed names: MODEL, a Model; METRICS, MAPS and STARTS, each a
+mapping from names to entries. Each is checked here, so that a spec can rely on it.
+"""
+
+import keyword
+from collections.abc import Mapping
+from types import ModuleType
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from kernels.metrics import Metric
+from kernels.model import Model
+from kernels.settings import UNITS, About
+from kernels.starts import Start
+from kernels.worlds import Map
+from sweep.errors import CodeError
+from sweep.spec.derived_metrics import ENDINGS, NAME, TAKEN
+from sweep.spec.evaluation import CONSTANTS, FUNCTIONS
+from sweep.spec.settings import GROUPS
+
+T = TypeVar("T")
+KINDS = (float, int, bool)
+MODEL, METRICS, MAPS, STARTS = "MODEL", "METRICS", "MAPS", "STARTS"
+
+
+class Offered(NamedTuple):
+    """The entries of one file, by name."""
+
+    models: dict[str, Model]
+    metrics: dict[str, Metric]
+    maps: dict[str, Map]
+    starts: dict[str, Start]
+
+
+def offered(module: ModuleType, file: str, model: str | None) -> Offered:
+    """What the module of a file offers; `model` is the name in it of the model that a
+    spec asks for, if it asks for one.
+
+    Raises CodeError for what is no such entry.
+    """
+    models = [] if model is None else [model_of(module, file, model)]
+    found = Offered(
+        {one.name: one for one in models},
+        _table(module, file, METRICS, Metric),
+        _table(module, file, MAPS, Map),
+        _table(module, file, STARTS, Start),
+    )
+    for name, metric in found.metrics.items():
+        if name.endswith(ENDINGS) or name in TAKEN:
+            raise CodeError(
+                f'{file}: a metric cannot be called "{name}": tables have columns of'
+                " that name"
+            )
+        if metric.unit not in UNITS:
+            raise CodeError(
+                f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'
+                f" {_listed(UNITS)}"
+            )
+    return found
+
+
+def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
+    """The model that a module has under a name. Raises CodeError where it is none, or
+    where its settings or presets are not what specs can use.
+    """
+    model = getattr(module, attribute, None)
+    if not isinstance(model, Model):
+        there = [name for name, one in vars(module).items() if isinstance(one, Model)]
+        found = f"it has {_listed(there)}" if there else "it has no Model"
+        raise CodeError(f"{file}: {attribute} is no Model; {found}")
+    _check_name(file, "model", model.name)
+    _check_settings(file, model)
+    _check_presets(file, model)
+    return model
+
+
+def _table(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str, T]:
+    table = getattr(module, name, {})
+    if not isinstance(table, Mapping):
+        raise CodeError(f"{file}: {name} is no mapping from names to {kind.__name__}")
+    for key, entry in table.items():
+        _check_name(file, kind.__name__.lower(), key)
+        if not isinstance(entry, kind):
+            raise CodeError(f'{file}: {name}["{key}"] is no {kind.__name__}')
+    return dict(table)
+
+
+def _check_name(file: str, kind: str, name: object) -> None:
+    if not (isinstance(name, str) and NAME.fullmatch(name)) or _is_word(name):
+        raise CodeError(
+            f'{file}: a {kind} cannot be called "{name}": a name has small letters,'
+            " digits and _, begins with a letter, and is no word of expressions"
+        )
+
+
+def _is_word(name: str) -> bool:
+    return name in (*CONSTANTS, *FUNCTIONS, *keyword.kwlist)
+
+
+def _check_settings(file: str, model: Model) -> None:
+    """Raise CodeError unless each setting has a kind and an About."""
+    params = model.params
+    if not (isinstance(params, type) and hasattr(params, "_fields")):
+        raise CodeError(f"{file}: params of {model.name} is no NamedTuple class")
+    common = {name for _, group in GROUPS for name in group._fields}
+    for name, hint in get_type_hints(params, include_extras=True).items():
+        where = f'{file}: setting "{name}" of {model.name}'
+        _check_name(file, "setting", name)
+        base, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        if base not in KINDS or not extras or not isinstance(extras[0], About):
+            raise CodeError(
+                f"{where} is written as Annotated[float, About(...)], with float, int"
+                " or bool"
+            )
+        about = extras[0]
+        if about.unit not in UNITS:
+            raise CodeError(
+                f'{where} has the unit "{about.unit}"; allowed: {_listed(UNITS)}'
+            )
+        if about.choices and base is not int:
+            raise CodeError(f"{where} has choices, so it is an int: their index")
+        if name in common or name in TAKEN:
+            raise CodeError(f"{where} has a name that every model has, or every table")
+    if "dt" not in params._fields:
+        raise CodeError(f'{file}: {model.name} has no setting "dt", the time of a step')
+
+
+def _check_presets(file: str, model: Model) -> None:
+    if not model.presets:
+        raise CodeError(f"{file}: {model.name} has no preset")
+    names = [name for _, group in GROUPS for name in group._fields]
+    for preset, values in model.presets.items():
+        missing = [
+            name for name in (*model.params._fields, *names) if name not in values
+        ]
+        if missing:
+            raise CodeError(
+                f'{file}: preset "{preset}" of {model.name} has no {_listed(missing)}'
+                " (COMMON has what most models share)"
+            )
+
+
+def _listed(names: Any) -> str:
+    return ", ".join(f'"{name}"' for name in names)

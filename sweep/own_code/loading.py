@@ -1,0 +1,120 @@
+"""Modules made from sources: they are imported from memory, so that no file is written
+that could be edited, be half there, or be somebody else's.
+
+The folder of the sources is a package whose name has their hash. So two versions of a
+file are two modules, also in one process.
+"""
+
+import importlib
+import importlib.abc
+import importlib.machinery
+import linecache
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from threading import RLock
+from types import CodeType, ModuleType
+
+from kernels.model import Model
+from sweep.errors import CodeError
+from sweep.own_code.entries import model_of
+from sweep.own_code.sources import PACKAGE, Sources, gather
+
+STAMPED_AS = "own"
+"""What stamps call the package, whose own name has the hash of all its files."""
+_LOCK = RLock()
+
+
+class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
+    """Finds and loads the modules of all sources that were asked for."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, Sources] = {}
+
+    def find_spec(
+        self, name: str, _path: Sequence[str] | None, _target: object = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        package, _, inner = name.partition(".")
+        sources = self.known.get(package)
+        if sources is None:
+            return None
+        file, whole = _file(sources, inner)
+        if file is None and not whole:
+            return None
+        origin = f"{package}/{file}" if file else package
+        spec = importlib.machinery.ModuleSpec(
+            name, self, origin=origin, is_package=whole
+        )
+        spec.has_location = file is not None
+        return spec
+
+    def get_source(self, name: str) -> str:
+        package, _, inner = name.partition(".")
+        file, _ = _file(self.known[package], inner)
+        return self.known[package].texts[file] if file else ""
+
+    def get_code(self, name: str) -> CodeType:
+        package, _, inner = name.partition(".")
+        file, _ = _file(self.known[package], inner)
+        text = self.get_source(name)
+        path = f"{package}/{file}"
+        # Tracebacks, and messages of numba, show lines from here.
+        linecache.cache[path] = (len(text), None, text.splitlines(True), path)
+        return compile(text, path, "exec", dont_inherit=True)
+
+
+def _file(sources: Sources, inner: str) -> tuple[str | None, bool]:
+    """The file of a module, if it has one, and whether it is a package."""
+    path = inner.replace(".", "/")
+    if f"{path}.py" in sources.texts:
+        return f"{path}.py", False
+    first = f"{path}/{PACKAGE}".lstrip("/")
+    whole = not path or any(name.startswith(f"{path}/") for name in sources.texts)
+    return (first if first in sources.texts else None), whole
+
+
+_FINDER = _Finder()
+
+
+def load(sources: Sources, file: str) -> ModuleType:
+    """The module of one of the sources, which runs when it is first asked for.
+
+    Raises CodeError, with file and line, for whatever it raises.
+    """
+    with _LOCK, _explained(sources):
+        if sources.package not in _FINDER.known:
+            _FINDER.known[sources.package] = sources
+            if _FINDER not in sys.meta_path:
+                sys.meta_path.append(_FINDER)
+            package = importlib.import_module(sources.package)
+            vars(package)["__stamped__"] = STAMPED_AS
+        return importlib.import_module(sources.module(file))
+
+
+@contextmanager
+def _explained(sources: Sources) -> Iterator[None]:
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        own = [
+            frame
+            for frame in traceback.extract_tb(error.__traceback__)
+            if frame.filename.startswith(f"{sources.package}/")
+        ]
+        where = ""
+        if own:
+            file = own[-1].filename.partition("/")[2]
+            where = f"{file}, line {own[-1].lineno}: "
+        raise CodeError(f"{where}{type(error).__name__}: {error}") from error
+
+
+def load_model(path: Path, attribute: str = "MODEL") -> Model:
+    """The model in a file. Raises CodeError where there is none.
+
+    path       the file
+    attribute  the name of the model in it
+    """
+    sources = gather(path.parent, [path.name])
+    return model_of(load(sources, path.name), path.name, attribute)

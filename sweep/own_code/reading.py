@@ -1,0 +1,38 @@
+"""From the file of a spec to its study, with the code that it names."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from sweep.own_code.references import known_to, references, resolved
+from sweep.spec.document import Entry
+from sweep.spec.strict_yaml import dump, parse_document, read_document
+from sweep.spec.study import Study, read_study
+
+
+def load_spec(path: Path, *, code: bool = True) -> Study:
+    """The study that the file of a spec describes.
+
+    If the spec names files with code, they run. Raises SpecError, with file and line,
+    for whatever is wrong with it; without `code`, for a spec that names any.
+    """
+    return _read(read_document(path), code)
+
+
+def study_of(
+    spec: str | Mapping[str, Any], path: Path = Path("spec.yaml"), *, code: bool = True
+) -> Study:
+    """The same for a YAML text or a mapping, as if it stood in the file `path`."""
+    text = spec if isinstance(spec, str) else dump(spec)
+    return _read(parse_document(text, path), code)
+
+
+def _read(root: Entry, code: bool) -> Study:
+    named = references(root)
+    if not named:
+        return read_study(root)
+    if not code:
+        first = named[0].entry
+        raise first.error(f'this spec runs code from "{first.value}"; no code may run')
+    known = known_to(root, named)
+    return read_study(resolved(root, named, known), known)

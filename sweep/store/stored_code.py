@@ -1,0 +1,98 @@
+"""Code of the user's own that computed stored trials: its text is kept with the study,
+so that a trial is run again by the same lines, whatever has become of the files.
+
+Whoever has launched it has sealed it with a key. So it runs again for the same user; a
+study of somebody else runs none of its code before the user says that it may.
+"""
+
+import hmac
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+from kernels.catalogue import BUILT_IN, Catalogue
+from sweep.errors import CodeError, UnreadableError
+from sweep.own_code.catalogue import OwnCatalogue, OwnCode, loaded, unloaded
+from sweep.own_code.sources import MOST_BYTES, MOST_FILES, Sources
+from sweep.spec.study_folder import CODE, code_file
+from sweep.store.locations import patiently
+from sweep.store.regular import fits, read_json
+from sweep.store.store import Store
+from sweep.store.user_key import own_key
+
+SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
+MOST = 4 * MOST_BYTES * MOST_FILES
+ORIGIN = {"sha": str, "seal": str}
+PURPOSE = b"boidsweep code "
+
+
+def seal(sha: str) -> str:
+    """The seal of this user below code."""
+    return hmac.new(own_key(), PURPOSE + sha.encode(), "sha256").hexdigest()
+
+
+def keep_code(store: Store, known: Catalogue) -> None:
+    """Store the code of a catalogue that has some. Raises StoreError."""
+    if isinstance(known, OwnCatalogue):
+        code = known.code
+        files, named = code.sources.texts, dict(code.named)
+        content = {"files": files, "named": named, "about": known.about}
+        store.write_code(code.sha, json.dumps(content).encode())
+
+
+def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
+    """What names stand for in trials of an origin; nothing of their own code runs.
+
+    Raises StoreError where the code is not what a launch stores.
+    """
+    return _stored(store, origin)[0] if "own" in origin else BUILT_IN
+
+
+def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Catalogue:
+    """The same to run trials with, by the code that computed them.
+
+    Raises CodeError where the code is sealed by nobody here and `trust` is not given,
+    and where it cannot run; StoreError where it is not what a launch stores.
+    """
+    if "own" not in origin:
+        return BUILT_IN
+    _, code = _stored(store, origin)
+    given = str(origin["own"]["seal"]).encode()
+    if not trust and not hmac.compare_digest(seal(code.sha).encode(), given):
+        raise CodeError(
+            f"{store.folder}: its trials are computed by code of their own"
+            f" ({', '.join(code.sources.texts)}), which you have not launched here. It"
+            " can do whatever you can: read it (`sweep code`), then allow it with"
+            " --trust"
+        )
+    return loaded(code)
+
+
+def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]:
+    """The text of each file of the code of an origin; none if it has no own code."""
+    return _stored(store, origin)[1].sources.texts if "own" in origin else {}
+
+
+def _stored(store: Store, origin: Mapping[str, Any]) -> tuple[OwnCatalogue, OwnCode]:
+    if not fits(origin["own"], ORIGIN):
+        raise UnreadableError(store.folder, "does not say which code", "delete it")
+    return _read(store, origin["own"]["sha"])
+
+
+@lru_cache(maxsize=16)
+def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
+    file = store.folder / code_file(sha)
+    remedy = "launch the study again, or copy the file from where it was launched"
+    if not CODE.fullmatch(file.name):
+        raise UnreadableError(store.folder, f'no code is called "{sha}"', remedy)
+    try:
+        stored = patiently(lambda: read_json(file, MOST, SHAPE))
+        sources = Sources(tuple(sorted(stored["files"].items())))
+        code = OwnCode(sources, tuple(stored["named"].items()))
+        if code.sha != sha:
+            raise ValueError("its content is not what its name says")
+        return unloaded(code, json.dumps(stored["about"])), code
+    except (OSError, ValueError) as error:
+        wrong = f"the code of its trials cannot be read: {error}"
+        raise UnreadableError(file, wrong, remedy) from None
