@@ -25,6 +25,19 @@ class Catalogue:
     maps: Mapping[str, Map]
     starts: Mapping[str, Start]
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files of the user's own in which some of them are."""
+        return ()
+
+    def written(self, kind: str, name: str) -> str:
+        """How a spec names an entry: by its name, or by the file that has it.
+
+        kind  the field of the catalogue, as "models"
+        name  the name of the entry
+        """
+        return name
+
     def __reduce__(self) -> str | tuple[object, ...]:
         return "BUILT_IN"
 

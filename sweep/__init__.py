@@ -76,15 +76,18 @@ sys.meta_path.insert(0, BeforeKernels())
 logging.getLogger(__name__).addFilter(make_harmless)
 
 
-def load(study: str, results: "str | Location" = "results") -> "LoadedStudy":
+def load(
+    study: str, results: "str | Location" = "results", *, trust: bool = False
+) -> "LoadedStudy":
     """The stored results of `study`, e.g. `load("nguyen2024/separation").trials`.
 
-    `results` is a folder, or `s3://bucket/prefix`. Raises StoreError where nothing of
-    it is stored there.
+    `results` is a folder, or `s3://bucket/prefix`. Code of its own that somebody else
+    has launched runs only with `trust`, where a trial is run again: tables need none.
+    Raises StoreError where nothing of it is stored there.
     """
     from sweep.campaigns.loaded import LoadedStudy
 
-    return LoadedStudy(study, results)
+    return LoadedStudy(study, results, trust=trust)
 
 
 def run(

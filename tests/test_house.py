@@ -104,21 +104,22 @@ MAY_IMPORT = {
     "text": "",
     "analysis": "text",
     "spec": "kernels errors text analysis",
+    "own_code": "kernels errors text spec",
     "design": "kernels spec",
     "trial": "kernels errors spec design",
-    "store": "kernels errors text spec design trial",
+    "store": "kernels errors text spec own_code design trial",
     "workers": "kernels errors spec design trial store",
     "tables": "kernels errors text analysis spec design trial store workers",
     "campaigns": "errors analysis spec design trial store workers tables",
     "figures": "kernels errors text analysis spec trial store tables campaigns",
     "replays": "kernels errors spec design trial store workers tables figures",
     "published": (
-        "kernels errors text analysis spec design store workers tables campaigns"
+        "kernels errors text analysis spec own_code design store workers tables campaigns"
         " figures"
     ),
     "web": "kernels errors text spec design trial store tables figures replays",
     "cli": (
-        "kernels errors text analysis spec design store workers tables campaigns"
+        "kernels errors text analysis spec own_code design store workers tables campaigns"
         " figures replays published web"
     ),
 }
@@ -128,6 +129,7 @@ points up. Imports within functions and for types count like all others.
 KERNEL_FACTS = {"kernels"} | {
     f"kernels.{name}"
     for name in (
+        "catalogue",
         "identity",
         "metrics",
         "model",

@@ -10,6 +10,7 @@ themselves, so that `sweep --help` answers at once.
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
     maintenance      replay, verify, diff, gc, export
+    own_code         code: that of a stored study
     viewing          view: the live simulator
     catalogue        models, maps, metrics, schema
     listing          tables of what exists and of what is stored
@@ -29,6 +30,7 @@ from sweep.cli import starting as starting
 from sweep.cli import running as running
 from sweep.cli import reading as reading
 from sweep.cli import maintenance as maintenance
+from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
 from sweep.cli import catalogue as catalogue
 

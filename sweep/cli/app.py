@@ -38,6 +38,17 @@ else:  # typer knows no union of types
             ),
         ),
     ]
+NoCode = Annotated[
+    bool,
+    typer.Option("--no-code", help="Refuse a spec that runs code of its own files."),
+]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust",
+        help="Run the study's own code, though it was not launched by you here.",
+    ),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Workers = Annotated[

@@ -9,7 +9,17 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Force, Json, Results, StudyName, Workers, app, stop
+from sweep.cli.app import (
+    Force,
+    Json,
+    NoCode,
+    Results,
+    StudyName,
+    Trust,
+    Workers,
+    app,
+    stop,
+)
 
 
 class Exportable(StrEnum):
@@ -53,6 +63,7 @@ def replay(
         ),
     ] = 0,
     force: Force = False,
+    trust: Trust = False,
 ) -> None:
     """Run a stored trial again, here and now, and compare it with what is stored, bit
     for bit.
@@ -66,7 +77,7 @@ def replay(
 
     wanted, stored = (
         Wanted(trajectory, animate, frame, every),
-        StoredStudy(study, results),
+        StoredStudy(study, results, trust=trust),
     )
     check(stored, trial, wanted, force=force)
     report, same = run_again(stored, trial)
@@ -88,6 +99,7 @@ def verify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
     workers: Workers = 0,
     results: Results = Path("results"),
+    trust: Trust = False,
 ) -> None:
     """Run a random sample of the stored trials again and compare every bit; exit code 1
     where one differs.
@@ -100,7 +112,7 @@ def verify(
     engine = Loky(workers or core_count())
     try:
         found = check(
-            StoredStudy(study, results),
+            StoredStudy(study, results, trust=trust),
             engine,
             fraction=fraction,
             most=most,
@@ -125,6 +137,7 @@ def diff(
     ] = None,
     results: Results = Path("results"),
     as_json: Json = False,
+    no_code: NoCode = False,
 ) -> None:
     """What a change of a spec adds, keeps and drops, before any trial runs: points and
     trials, exactly.
@@ -133,12 +146,13 @@ def diff(
     from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 
-    changed = load_spec(other or spec)
-    made = compare(
-        load_spec(spec) if other else StoredStudy(changed.name, results),
-        changed,
-        results,
+    changed = load_spec(other or spec, code=not no_code)
+    before = (
+        load_spec(spec, code=not no_code)
+        if other
+        else StoredStudy(changed.name, results)
     )
+    made = compare(before, changed, results)
     print(made.as_json() if as_json else made.as_text())
 
 

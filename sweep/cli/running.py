@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, Results, Spec, Workers, app
+from sweep.cli.app import Json, NoCode, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
 
@@ -36,6 +36,7 @@ def launch(
     executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
+    no_code: NoCode = False,
 ) -> None:
     """Run the trials of a study that are not stored yet.
 
@@ -47,7 +48,7 @@ def launch(
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
-    study = load_spec(spec)
+    study = load_spec(spec, code=not no_code)
     name = f"{study.name}, share {share}" if share else study.name
     with (
         engine(executor, workers, address, scheduler_file) as made,
@@ -91,6 +92,7 @@ def search(
     executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
+    no_code: NoCode = False,
 ) -> None:
     """Search for good settings, judge the best on new seeds, and report.
 
@@ -104,7 +106,7 @@ def search(
     from sweep.own_code.reading import load_spec
     from sweep.tables.stored_study import StoredStudy
 
-    study = load_spec(spec)
+    study = load_spec(spec, code=not no_code)
     if export:
         check_export(export, study.name)
     with (
@@ -131,6 +133,7 @@ def plan(
     spec: Spec,
     workers: Workers = 0,
     as_json: Json = False,
+    no_code: NoCode = False,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
     from sweep.campaigns.search.plan import make_search_plan
@@ -138,7 +141,7 @@ def plan(
     from sweep.own_code.reading import load_spec
     from sweep.workers.executors import core_count
 
-    study = load_spec(spec)
+    study = load_spec(spec, code=not no_code)
     made = (make_search_plan if study.search else make_plan)(
         study, workers or core_count()
     )

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import Results, app, stop
+from sweep.cli.app import NoCode, Results, Trust, app, stop
 
 if TYPE_CHECKING:
+    from sweep.tables.stored_study import StoredStudy
     from sweep.web.show import Show
     from sweep.web.state import ViewState
 
@@ -35,10 +36,14 @@ def view(
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(help="A model; by default the first of `sweep models`."),
+        typer.Option(
+            help="A model, or a file that has one: ./NAME.py; by default the first of"
+            " `sweep models`."
+        ),
     ] = None,
     preset: Annotated[
-        str | None, typer.Option(help="A preset of it; as_run by default.")
+        str | None,
+        typer.Option(help="A preset of it; by default as_run, or its first."),
     ] = None,
     map_name: Annotated[
         str | None, typer.Option("--map", help="A map; that of the preset by default.")
@@ -53,6 +58,8 @@ def view(
         ),
     ] = False,
     results: Results = Path("results"),
+    no_code: NoCode = False,
+    trust: Trust = False,
 ) -> None:
     """See the swarm in the browser: a model, a spec or study from its first point, or a
     stored trial again.
@@ -73,11 +80,12 @@ def view(
         from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
         stop(f"{EXTRA} ({error.name} is missing)")
-    begin = (
-        _replayed(what, trial, results)
-        if what and trial
-        else _live(_state(what, model, preset, map_name, results))
-    )
+    if what and trial:
+        begin = _replayed(_stored(what, results, trust), trial)
+    elif what:
+        begin = _live(_state_of(what, results, trust=trust, code=not no_code))
+    else:
+        begin = _live(_chosen(model, preset, map_name, code=not no_code))
     server = PageServer(_first_at_once(begin), port)
     print(server.url, flush=True)
     print("Ctrl-C ends it", file=sys.stderr)
@@ -95,11 +103,15 @@ def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
     return lambda: made.pop() if made else begin()
 
 
-def _replayed(study: str, trial: str, results: Results) -> "Callable[[], Show]":
+def _stored(study: str, results: Results, trust: bool) -> "StoredStudy":
     from sweep.tables.stored_study import StoredStudy
+
+    return StoredStudy(study, results, trust=trust)
+
+
+def _replayed(stored: "StoredStudy", trial: str) -> "Callable[[], Show]":
     from sweep.web.replaying import Replay
 
-    stored = StoredStudy(study, results)
     return lambda: Replay(stored, trial)
 
 
@@ -109,38 +121,36 @@ def _live(state: "ViewState") -> "Callable[[], Show]":
     return lambda: Live(state)
 
 
-def _state(
-    what: str | None,
-    model: str | None,
-    preset: str | None,
-    map_name: str | None,
-    results: Results,
+def _chosen(
+    model: str | None, preset: str | None, map_name: str | None, *, code: bool
 ) -> "ViewState":
-    """The state with which a live run begins."""
-    from sweep.own_code.reading import load_spec
-    from sweep.web.state import begin, from_study
+    """The state that shows a model, which may be one of a file."""
+    from kernels.catalogue import BUILT_IN
+    from sweep.own_code.reading import model_file
+    from sweep.web.state import begin
 
-    if what is None:
-        state = begin(model, preset)
-        return state.with_settings({"map": map_name}) if map_name else state
-    if _is_spec(what):
-        return from_study(load_spec(Path(what)))
-    return _stored(what, results)
+    known = BUILT_IN
+    if model and ".py" in model:
+        model, known = model_file(model, code=code)
+    state = begin(model, preset, known=known)
+    return state.with_settings({"map": map_name}) if map_name else state
 
 
 def _is_spec(what: str) -> bool:
     return what.endswith(SPECS) or Path(what).is_file()
 
 
-def _stored(name: str, results: Results) -> "ViewState":
-    """The first stored trial of a study."""
+def _state_of(what: str, results: Results, *, trust: bool, code: bool) -> "ViewState":
+    """The first point of a spec, or the first stored trial of a study."""
     from sweep.errors import StoreError
-    from sweep.tables.stored_study import StoredStudy
-    from sweep.web.state import from_job
+    from sweep.own_code.reading import load_spec
+    from sweep.web.state import from_job, from_study
 
-    study = StoredStudy(name, results)
+    if _is_spec(what):
+        return from_study(load_spec(Path(what), code=code))
+    study = _stored(what, results, trust)
     if study.trials.empty:
-        raise StoreError(f"study {name}: no trial is stored yet")
+        raise StoreError(f"study {what}: no trial is stored yet")
     return from_job(study.job(study.trial(study.trials["trial_id"].iloc[0])))
 
 

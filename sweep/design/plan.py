@@ -10,7 +10,8 @@ from sweep.spec.study import Study
 
 @dataclass(frozen=True)
 class Plan:
-    """Counts and estimates of a study; `notes` says what a user might not expect.
+    """Counts and estimates of a study; `notes` says what a user might not expect, and
+    `code` are the files of the user's own that it runs.
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them.
@@ -18,6 +19,7 @@ class Plan:
 
     study: str
     model: str
+    code: tuple[str, ...]
     preset: str
     points: int
     trials_per_point: int
@@ -44,6 +46,7 @@ class Plan:
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
+            *([f"runs code  {', '.join(self.code)}"] if self.code else []),
             f"points     {self.points:,}"
             + (f" over {', '.join(self.varied)}" if self.varied else ""),
             f"trials     {self._trials()}",
@@ -82,6 +85,7 @@ def make_plan(study: Study, workers: int) -> Plan:
     return Plan(
         study=study.name,
         model=study.model,
+        code=study.known.files,
         preset=study.preset,
         points=design.n_points,
         trials_per_point=study.trials_per_point,

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
-from sweep.own_code.entries import Offered, offered
+from sweep.own_code.entries import MODEL, Offered, offered
 from sweep.own_code.loading import load
 from sweep.own_code.sources import Sources
 from sweep.spec.settings import GROUPS, NotAllowedError, settings_of
@@ -81,6 +81,17 @@ class OwnCatalogue(Catalogue):
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "own", own)
         object.__setattr__(self, "origins", origins)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        return tuple(self.code.sources.texts)
+
+    def written(self, kind: str, name: str) -> str:
+        file = self.origins.get((kind, name))
+        if file is None:
+            return name
+        wanted = dict(self.code.named)[file] if kind == "models" else name
+        return f"./{file}" if wanted == MODEL else f"./{file}:{wanted}"
 
     def __reduce__(self) -> tuple[object, ...]:
         return loaded, (self.code,)

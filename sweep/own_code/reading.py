@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sweep.own_code.catalogue import OwnCatalogue
 from sweep.own_code.references import known_to, references, resolved
-from sweep.spec.document import Entry
+from sweep.spec.document import Document, Entry
 from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.study import Study, read_study
 
@@ -25,6 +26,23 @@ def study_of(
     """The same for a YAML text or a mapping, as if it stood in the file `path`."""
     text = spec if isinstance(spec, str) else dump(spec)
     return _read(parse_document(text, path), code)
+
+
+def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:
+    """The name of the model in a file, written `./vortex.py` or `./file.py:NAME` from
+    the current folder, and the catalogue that has it. Raises SpecError.
+    """
+    path, colon, name = text.partition(":")
+    file = Path(path)
+    spec = {"model": f"./{file.name}{colon}{name}"}
+    root = Entry(Document(file, ""), (), spec)
+    named = references(root)
+    if not named:
+        raise root.error(f"{text} is no file of Python, as ./NAME.py")
+    if not code:
+        raise root.error(f'this runs code from "{text}"; no code may run')
+    known = known_to(root, named)
+    return str(resolved(root, named, known).value["model"]), known
 
 
 def _read(root: Entry, code: bool) -> Study:

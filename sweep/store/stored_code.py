@@ -9,6 +9,7 @@ import hmac
 import json
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
@@ -25,6 +26,12 @@ SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
 MOST = 4 * MOST_BYTES * MOST_FILES
 ORIGIN = {"sha": str, "seal": str}
 PURPOSE = b"boidsweep code "
+
+
+def _is_inside(name: str) -> bool:
+    """Whether a path stays in the folder that it starts from."""
+    parts = PurePosixPath(name).parts
+    return bool(parts) and parts[0] != "/" and ".." not in parts and "\0" not in name
 
 
 def seal(sha: str) -> str:
@@ -74,6 +81,21 @@ def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]
     return _stored(store, origin)[1].sources.texts if "own" in origin else {}
 
 
+def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
+    """The files beside the spec that are no longer what an origin was computed by."""
+    folder = Path(str(origin.get("spec_path", ""))).parent
+    texts = stored_sources(store, origin)
+    return [folder / name for name in texts if _differs(folder / name, texts[name])]
+
+
+def _differs(path: Path, text: str) -> bool:
+    """Whether there is a file, and it has another text."""
+    try:
+        return path.is_file() and path.read_text("utf-8-sig") != text
+    except (OSError, ValueError):
+        return False
+
+
 def _stored(store: Store, origin: Mapping[str, Any]) -> tuple[OwnCatalogue, OwnCode]:
     if not fits(origin["own"], ORIGIN):
         raise UnreadableError(store.folder, "does not say which code", "delete it")
@@ -92,6 +114,8 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
         code = OwnCode(sources, tuple(stored["named"].items()))
         if code.sha != sha:
             raise ValueError("its content is not what its name says")
+        if wrong := [name for name in stored["files"] if not _is_inside(name)]:
+            raise ValueError(f"it has files outside its folder: {wrong[0]}")
         return unloaded(code, json.dumps(stored["about"])), code
     except (OSError, ValueError) as error:
         wrong = f"the code of its trials cannot be read: {error}"

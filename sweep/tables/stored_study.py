@@ -29,6 +29,7 @@ from sweep.store.store import Store
 from sweep.store.stored_code import (
     known_with_code,
     known_without_code,
+    other_now,
     stored_sources,
 )
 from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
@@ -209,6 +210,12 @@ class StoredStudy:
         computed them. Raises CodeError where that may not run.
         """
         return known_with_code(self.store, origin, self.trust)
+
+    def other_now(self, stored: StoredTrial) -> list[Path]:
+        """The files beside the spec that are no longer the code that computed a stored
+        trial; running it again takes the code of then.
+        """
+        return other_now(self.store, stored.provenance)
 
     @property
     def own_code(self) -> Mapping[str, str]:

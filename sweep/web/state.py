@@ -38,7 +38,7 @@ ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
 trial can measure a metric of the bodies alone.
 """
 PRESET = "as_run"
-"""The preset that is shown if the user names none; every model has it."""
+"""The preset that is shown if the user names none, and the model has it."""
 EDITED = "edited"
 """The name of a map whose shapes were changed."""
 MOST_BOIDS = 100_000
@@ -230,13 +230,28 @@ class ViewState:
 
     def as_text(self) -> str:
         """The spec as YAML. Raises SpecError if it is too long for a spec file."""
-        text = dump(self.as_spec())
+        text = dump(self._portable())
         if len(text) > MOST_BYTES:
             raise SpecError(
                 f"the spec would be larger than {MOST_BYTES:,} bytes:"
                 " the map has too many shapes"
             )
         return text
+
+    def _portable(self) -> dict[str, Any]:
+        """The spec with files in the place of the names of their entries."""
+        spec, written = self.as_spec(), self.known.written
+        fixed, record = spec.get("fixed", {}), spec["record"]
+        for kind, name in (("maps", "map"), ("starts", "start_draws")):
+            if name in fixed:
+                fixed = fixed | {name: written(kind, fixed[name])}
+        lists = {
+            name: [written("metrics", metric) for metric in record[name]]
+            for name in ("metrics", "series")
+            if name in record
+        }
+        changed = {"model": written("models", self.model), "record": record | lists}
+        return spec | changed | ({"fixed": fixed} if fixed else {})
 
     def _record(self) -> dict[str, Any]:
         values: dict[str, Any] = {"metrics": self.plots or (ANY_METRIC,), "every": 1}
@@ -302,10 +317,12 @@ def begin(
     """The state that shows a preset as it is, and plots the first metrics of the model.
     The default is the first of all models that are known.
     """
-    model, preset = model or next(iter(known.models)), preset or PRESET
+    model = model or next(iter(known.models))
     if model not in known.models:
         raise SpecError(unknown("model", model, known.models))
     about = known.models[model]
+    usual = PRESET if PRESET in about.presets else next(iter(about.presets))
+    preset = preset or usual
     if preset not in about.presets:
         raise SpecError(unknown(f"preset of {model}", preset, about.presets))
     plots = about.metrics[:MOST_PLOTS]

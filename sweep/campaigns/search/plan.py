@@ -16,6 +16,7 @@ class SearchPlan:
 
     study: str
     model: str
+    code: tuple[str, ...]
     preset: str
     parameters: list[str]
     sampler: str
@@ -43,6 +44,7 @@ class SearchPlan:
         lines = [
             f"study      {self.study}",
             f"model      {self.model}, preset {self.preset}",
+            *([f"runs code  {', '.join(self.code)}"] if self.code else []),
             f"search     {self.sampler} over {', '.join(self.parameters)}",
             (
                 f"candidates in batches of {self.batch:,}, each with at most"
@@ -80,6 +82,7 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
     return SearchPlan(
         study=study.name,
         model=study.model,
+        code=study.known.files,
         preset=study.preset,
         parameters=[parameter.name for parameter in search.parameters],
         sampler=search.sampler,
