@@ -30,11 +30,9 @@ class Catalogue:
         """The files of the user's own in which some of them are."""
         return ()
 
-    def written(self, kind: str, name: str) -> str:
-        """How a spec names an entry: by its name, or by the file that has it.
-
-        kind  the field of the catalogue, as "models"
-        name  the name of the entry
+    def written(self, _kind: str, name: str, /) -> str:
+        """How a spec names an entry of a kind, as "models": by its name, or by the file
+        that has it.
         """
         return name
 

@@ -16,8 +16,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.abc import InspectLoader
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 REGISTRIES = (
@@ -141,10 +141,8 @@ def _meant(dotted: str, user: str) -> set[Definition]:
 @cache
 def _read(module: str) -> Source:
     """What the source of a module that has been imported says."""
-    spec = sys.modules[module].__spec__
-    assert spec is not None and isinstance(spec.loader, InspectLoader)
     source = Source()
-    for statement in ast.parse(spec.loader.get_source(module) or "").body:
+    for statement in ast.parse(_text(sys.modules[module])).body:
         if _is_constant(statement):
             continue
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
@@ -154,6 +152,14 @@ def _read(module: str) -> Source:
             for name in _bound(statement) or [""]:
                 source.statements.setdefault(name, []).append(said)
     return source
+
+
+def _text(module: ModuleType) -> str | bytes:
+    """The source of a module; one that was made from a text has it as `__source__`."""
+    if text := getattr(module, "__source__", ""):
+        return str(text)
+    assert module.__file__ is not None
+    return Path(module.__file__).read_bytes()
 
 
 def _said(statement: ast.stmt, module: str) -> Statement:

@@ -6,6 +6,7 @@ A study flows down this list, and each package imports only what stands above it
     text         words for people
     analysis/    arrays and tables -> estimates with intervals
     spec/        YAML -> Study, and its schema
+    own_code/    models and more from files beside a spec
     design/      Study -> points -> jobs, and what they cost
     trial/       a job -> a Result: the one door to the kernels
     store/       parts, whole or absent; locks; origin

@@ -68,7 +68,7 @@ KERNELS_MAY_IMPORT = {
     "collections",
     "dataclasses",
 }
-STAMPS_MAY_IMPORT = {"ast", "functools", "json", "sys"}
+STAMPS_MAY_IMPORT = {"ast", "functools", "json", "sys", "types"}
 """What reads code, to say what computes a trial."""
 REGISTRY_MAY_IMPORT = {"importlib", "site", "sys"}
 """What asks installed packages."""
@@ -114,13 +114,13 @@ MAY_IMPORT = {
     "figures": "kernels errors text analysis spec trial store tables campaigns",
     "replays": "kernels errors spec design trial store workers tables figures",
     "published": (
-        "kernels errors text analysis spec own_code design store workers tables campaigns"
-        " figures"
+        "kernels errors text analysis spec own_code design store workers tables"
+        " campaigns figures"
     ),
     "web": "kernels errors text spec design trial store tables figures replays",
     "cli": (
-        "kernels errors text analysis spec own_code design store workers tables campaigns"
-        " figures replays published web"
+        "kernels errors text analysis spec own_code design store workers tables"
+        " campaigns figures replays published web"
     ),
 }
 """The house: what each package imports. A study flows down this list, and every arrow

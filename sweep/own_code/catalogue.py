@@ -86,7 +86,7 @@ class OwnCatalogue(Catalogue):
     def files(self) -> tuple[str, ...]:
         return tuple(self.code.sources.texts)
 
-    def written(self, kind: str, name: str) -> str:
+    def written(self, kind: str, name: str, /) -> str:
         file = self.origins.get((kind, name))
         if file is None:
             return name

@@ -50,6 +50,10 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         spec.has_location = file is not None
         return spec
 
+    def exec_module(self, module: ModuleType) -> None:
+        vars(module)["__source__"] = self.get_source(module.__name__)
+        super().exec_module(module)
+
     def get_source(self, name: str) -> str:
         package, _, inner = name.partition(".")
         file, _ = _file(self.known[package], inner)

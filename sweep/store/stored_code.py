@@ -114,8 +114,8 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
         code = OwnCode(sources, tuple(stored["named"].items()))
         if code.sha != sha:
             raise ValueError("its content is not what its name says")
-        if wrong := [name for name in stored["files"] if not _is_inside(name)]:
-            raise ValueError(f"it has files outside its folder: {wrong[0]}")
+        if astray := [name for name in stored["files"] if not _is_inside(name)]:
+            raise ValueError(f"it has files outside its folder: {astray[0]}")
         return unloaded(code, json.dumps(stored["about"])), code
     except (OSError, ValueError) as error:
         wrong = f"the code of its trials cannot be read: {error}"
