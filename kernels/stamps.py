@@ -15,7 +15,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -60,11 +60,15 @@ class Source:
 
 @cache
 def stamp(function: Callable[..., Any]) -> str:
-    """The sha256, in hexadecimal, of what a function computes, compiled or not.
+    """The sha256, in hexadecimal, of what a function computes, compiled or not; of a
+    partial one, with the numbers and texts that it is given.
 
     Raises ValueError for a function that is made within another one: the values that
     it takes from there are in no source.
     """
+    if isinstance(function, partial):
+        given = f"{stamp(function.func)} {function.args!r} {function.keywords!r}"
+        return hashlib.sha256(given.encode()).hexdigest()
     plain = getattr(function, "py_func", function)
     if "." in getattr(plain, "__qualname__", "."):
         raise ValueError(f"{plain} is no function at the top of a module")

@@ -8,6 +8,7 @@ place is inside an obstacle. It raises RuntimeError where it finds no free place
 
 import math
 from collections.abc import Callable
+from functools import partial
 from random import Random
 from typing import NamedTuple
 
@@ -150,6 +151,45 @@ def start_python_random(
         flock.x[i], flock.y[i] = x, y
         flock.vx[i], flock.vy[i] = speed * math.cos(heading), speed * math.sin(heading)
     return flock
+
+
+Places = tuple[tuple[float, ...], ...]
+"""A row for each boid: x, y and its heading in degrees; or x, y, vx and vy."""
+
+
+def start_given(
+    places: Places,
+    n: int,
+    settings: StartSettings,
+    _world: World,
+    _contact: Reach,
+    _rng: Generator,
+    _seed: int,
+) -> Flock:
+    """The `n` boids of a list, at start_speed where their velocities are not given.
+
+    Raises RuntimeError where the list has another number of boids.
+    """
+    if n != len(places):
+        raise RuntimeError(f"{len(places)} boids are given, and n is {n}")
+    flock, speed = empty_flock(n), settings.start_speed
+    for i, (x, y, *motion) in enumerate(places):
+        flock.x[i], flock.y[i] = x, y
+        if len(motion) == 1:
+            heading = math.radians(motion[0])
+            motion = [speed * math.cos(heading), speed * math.sin(heading)]
+        flock.vx[i], flock.vy[i] = motion
+    return flock
+
+
+def given_start(places: Places, source: str) -> Start:
+    """The start with the boids of a list."""
+    asked = Demand(
+        f"n == {len(places)}", f"{source} has the places of {len(places)} boids"
+    )
+    return Start(
+        partial(start_given, places), "places given one by one", source, (asked,)
+    )
 
 
 STARTS = Registry(

@@ -67,8 +67,9 @@ KERNELS_MAY_IMPORT = {
     "typing",
     "collections",
     "dataclasses",
+    "functools",
 }
-STAMPS_MAY_IMPORT = {"ast", "functools", "json", "sys", "types"}
+STAMPS_MAY_IMPORT = {"ast", "json", "sys", "types"}
 """What reads code, to say what computes a trial."""
 REGISTRY_MAY_IMPORT = {"importlib", "site", "sys"}
 """What asks installed packages."""

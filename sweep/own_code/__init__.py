@@ -2,6 +2,7 @@
 
 sources      the text of the files, and of what they import
 loading      their modules, made from the text
+places       a table of where boids start
 entries      what a file offers, and what it must be
 catalogue    names with those of the files
 description  what is stored of entries, to be read without their code

@@ -6,14 +6,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import chain
+from pathlib import PurePosixPath
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
-from sweep.own_code.entries import MODEL, Offered, offered
+from sweep.own_code.entries import MODEL, Offered, check_name, offered
 from sweep.own_code.loading import load
+from sweep.own_code.places import read_places
 from sweep.own_code.sources import Sources
 from sweep.spec.settings import GROUPS, NotAllowedError, settings_of
 from sweep.text import unknown
@@ -84,12 +86,14 @@ class OwnCatalogue(Catalogue):
 
     @property
     def files(self) -> tuple[str, ...]:
-        return tuple(self.code.sources.texts)
+        return self.code.sources.code
 
     def written(self, kind: str, name: str, /) -> str:
         file = self.origins.get((kind, name))
         if file is None:
             return name
+        if file not in self.code.sources.code:
+            return f"./{file}"
         wanted = dict(self.code.named)[file] if kind == "models" else name
         return f"./{file}" if wanted == MODEL else f"./{file}:{wanted}"
 
@@ -111,7 +115,13 @@ def loaded(code: OwnCode) -> OwnCatalogue:
     """
     own, origins = Offered({}, {}, {}, {}), dict[tuple[str, str], str]()
     for file, model in code.named:
-        found = offered(load(code.sources, file), file, model)
+        if file in code.sources.code:
+            found = offered(load(code.sources, file), file, model)
+        else:
+            name = PurePosixPath(file).stem
+            check_name(file, "start", name)
+            start = read_places(file, code.sources.texts[file])
+            found = Offered({}, {}, {}, {name: start})
         for kind, entries in found._asdict().items():
             for name in entries:
                 _enter(kind, name, file, origins)

@@ -77,7 +77,7 @@ def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
         there = [name for name, one in vars(module).items() if isinstance(one, Model)]
         found = f"it has {_listed(there)}" if there else "it has no Model"
         raise CodeError(f"{file}: {attribute} is no Model; {found}")
-    _check_name(file, "model", model.name)
+    check_name(file, "model", model.name)
     _check_settings(file, model)
     _check_presets(file, model)
     return model
@@ -88,13 +88,14 @@ def _table(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str,
     if not isinstance(table, Mapping):
         raise CodeError(f"{file}: {name} is no mapping from names to {kind.__name__}")
     for key, entry in table.items():
-        _check_name(file, kind.__name__.lower(), key)
+        check_name(file, kind.__name__.lower(), key)
         if not isinstance(entry, kind):
             raise CodeError(f'{file}: {name}["{key}"] is no {kind.__name__}')
     return dict(table)
 
 
-def _check_name(file: str, kind: str, name: object) -> None:
+def check_name(file: str, kind: str, name: object) -> None:
+    """Raise CodeError where the entry of a file cannot have this name."""
     if not (isinstance(name, str) and NAME.fullmatch(name)) or _is_word(name):
         raise CodeError(
             f'{file}: a {kind} cannot be called "{name}": a name has small letters,'
@@ -114,7 +115,7 @@ def _check_settings(file: str, model: Model) -> None:
     common = {name for _, group in GROUPS for name in group._fields}
     for name, hint in get_type_hints(params, include_extras=True).items():
         where = f'{file}: setting "{name}" of {model.name}'
-        _check_name(file, "setting", name)
+        check_name(file, "setting", name)
         base, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         if base not in KINDS or not extras or not isinstance(extras[0], About):
             raise CodeError(

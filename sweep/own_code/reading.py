@@ -6,6 +6,7 @@ from typing import Any
 
 from sweep.own_code.catalogue import OwnCatalogue
 from sweep.own_code.references import known_to, references, resolved
+from sweep.own_code.sources import SUFFIX
 from sweep.spec.document import Document, Entry
 from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.study import Study, read_study
@@ -49,8 +50,9 @@ def _read(root: Entry, code: bool) -> Study:
     named = references(root)
     if not named:
         return read_study(root)
-    if not code:
-        first = named[0].entry
+    running = [one.entry for one in named if one.file.endswith(SUFFIX)]
+    if running and not code:
+        first = running[0]
         raise first.error(f'this spec runs code from "{first.value}"; no code may run')
     known = known_to(root, named)
     return read_study(resolved(root, named, known), known)

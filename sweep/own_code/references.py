@@ -1,5 +1,5 @@
 """Where a spec names files: `model: ./vortex.py`, `metrics: [./mine.py]`, `map:
-./maze.py`, each with `:NAME` where the file has several.
+./maze.py`, each with `:NAME` where the file has several; `start_draws: ./flock.csv`.
 
 A file brings all that it offers, so other keys name its entries by their plain names.
 """
@@ -12,11 +12,12 @@ from typing import Any
 from sweep.errors import CodeError
 from sweep.own_code.catalogue import OwnCatalogue, OwnCode, loaded
 from sweep.own_code.entries import MODEL
+from sweep.own_code.places import PLACES
 from sweep.own_code.sources import gather
 from sweep.spec.document import Document, Entry, Place
 from sweep.text import unknown
 
-FILE = re.compile(r"(?P<path>[^:]*\.py)(?::(?P<name>\w+))?")
+FILE = re.compile(r"(?P<path>[^:]*\.(?:py|csv))(?::(?P<name>\w+))?")
 KINDS = {
     "model": "models",
     "metrics": "metrics",
@@ -57,6 +58,8 @@ def _within(entry: Entry) -> Iterator[Reference]:
         keys = [part for part in reversed(entry.place) if part in KINDS]
         if keys:
             file = _inside(entry, found["path"])
+            if file.endswith(PLACES) and keys[0] != "start_draws":
+                raise entry.error(f"{file} can only be a start (start_draws)")
             yield Reference(entry, file, KINDS[str(keys[0])], found["name"])
 
 

@@ -1,5 +1,5 @@
-"""The text of a user's own code: the files that a spec names, and those beside them
-that they import.
+"""The text of a user's own files: those that a spec names, and those beside them that
+they import.
 
 The text is read once, before anything runs. It goes to every worker and into the store,
 so that each trial is computed by the same lines, whatever becomes of the files.
@@ -17,8 +17,9 @@ from pathlib import Path, PurePosixPath
 from sweep.errors import CodeError
 
 SUFFIX = ".py"
+"""Of code; other files are data."""
 PACKAGE = "__init__.py"
-MOST_BYTES = 1_000_000
+MOST_BYTES = 4_000_000
 MOST_FILES = 100
 
 
@@ -37,6 +38,11 @@ class Sources:
     def sha(self) -> str:
         """The sha256 of all files: of each path and text."""
         return hashlib.sha256(json.dumps(self.files).encode()).hexdigest()
+
+    @property
+    def code(self) -> tuple[str, ...]:
+        """The files that run."""
+        return tuple(file for file in self.texts if file.endswith(SUFFIX))
 
     @property
     def package(self) -> str:
@@ -61,7 +67,8 @@ def gather(folder: Path, files: Iterable[str]) -> Sources:
         file = waiting.pop()
         if file not in found:
             found[file] = _text(folder, file)
-            waiting += _imported(folder, file, found[file])
+            if file.endswith(SUFFIX):
+                waiting += _imported(folder, file, found[file])
         if len(found) > MOST_FILES:
             raise CodeError(f"{file}: more than {MOST_FILES} files import each other")
     return Sources(tuple(sorted(found.items())))

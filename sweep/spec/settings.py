@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
@@ -175,7 +175,7 @@ def _setting(
     )
 
 
-@cache
+@lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
     """Every setting of the model of this name: its own parameters first, then schedule,
     world, start and observation.

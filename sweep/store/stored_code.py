@@ -66,10 +66,11 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
         return BUILT_IN
     _, code = _stored(store, origin)
     given = str(origin["own"]["seal"]).encode()
-    if not trust and not hmac.compare_digest(seal(code.sha).encode(), given):
+    ours = hmac.compare_digest(seal(code.sha).encode(), given)
+    if code.sources.code and not (trust or ours):
         raise CodeError(
             f"{store.folder}: its trials are computed by code of their own"
-            f" ({', '.join(code.sources.texts)}), which you have not launched here. It"
+            f" ({', '.join(code.sources.code)}), which you have not launched here. It"
             " can do whatever you can: read it (`sweep code`), then allow it with"
             " --trust"
         )
