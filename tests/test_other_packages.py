@@ -107,16 +107,18 @@ def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> Non
     assert set(again["speed"]) != set(first["speed"])
 
 
-def test_a_study_of_a_package_that_is_gone_is_one_sentence(
-    folder: Path,
-) -> None:
-    bare = {"PYTHONPATH": ""}
-    for command in (["table", "swirling"], ["status", "swirling"]):
+def test_a_study_of_a_package_that_is_gone_is_read_and_not_run(folder: Path) -> None:
+    bare, trial = {"PYTHONPATH": ""}, trials(folder)["trial_id"].iloc[0]
+    for command in (["table", "swirling", "--json"], ["status", "swirling"]):
+        there = said(folder, *command).stdout
+        assert there
+        assert said(folder, *command, **bare).stdout == there
+    for command in (["plan", "spec.yaml"], ["replay", "swirling", trial]):
         found = said(folder, *command, code=2, **bare)
         assert len(found.stderr.splitlines()) == 1
-        assert "swirl" in found.stderr
-    found = said(folder, "plan", "spec.yaml", code=2, **bare)
-    assert 'unknown model "swirl"' in found.stderr
+        assert 'unknown model "swirl"' in found.stderr
+    found = said(folder, "verify", "swirling", code=2, **bare)
+    assert "model swirl as_run" in found.stderr
 
 
 BROKEN = {

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import chain
@@ -60,6 +60,47 @@ class _Joined(Mapping[str, T]):
         return len(self._ours) + len(self._own)
 
 
+def _joined(known: Catalogue, own: Offered) -> list[Any]:
+    """The mappings of a catalogue with more entries."""
+    return [
+        _Joined(getattr(known, kind), entries)
+        for kind, entries in own._asdict().items()
+    ]
+
+
+def completed(known: Catalogue, about: Mapping[str, Any]) -> Catalogue:
+    """The catalogue with those described entries that it lacks, as of a package that is
+    not installed. Raises ValueError for what describes no entries.
+    """
+    offers = described(json.dumps(about))._asdict().items()
+    missing = Offered(
+        *(
+            {name: one for name, one in entries.items() if name not in _of(known, kind)}
+            for kind, entries in offers
+        )
+    )
+    return Catalogue(*_joined(known, missing)) if any(missing) else known
+
+
+def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[str, Any]:
+    """What is stored of those entries that other packages bring; empty where all are
+    ours. `names` are those that a study uses, by kind.
+    """
+    origins = {kind: getattr(BUILT_IN, kind).origins for kind in names}
+    used = Offered(
+        *(
+            {name: _of(known, kind)[name] for name in some if name in origins[kind]}
+            for kind, some in names.items()
+        )
+    )
+    return description(used) if any(used) else {}
+
+
+def _of(known: Catalogue, kind: str) -> Mapping[str, Any]:
+    entries: Mapping[str, Any] = getattr(known, kind)
+    return entries
+
+
 class OwnCatalogue(Catalogue):
     """What names stand for in a study with `code` of its own.
 
@@ -76,10 +117,7 @@ class OwnCatalogue(Catalogue):
         own: Offered,
         origins: Mapping[tuple[str, str], str] = MappingProxyType({}),
     ) -> None:
-        kinds = ("models", "metrics", "maps", "starts")
-        for kind in kinds:
-            joined = _Joined(getattr(BUILT_IN, kind), getattr(own, kind))
-            object.__setattr__(self, kind, joined)
+        super().__init__(*_joined(BUILT_IN, own))
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "own", own)
         object.__setattr__(self, "origins", origins)

@@ -42,6 +42,7 @@ ALONE = {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
+    "packages": {kind: {} for kind in Code._fields[1:]},
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"

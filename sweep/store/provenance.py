@@ -10,10 +10,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from kernels.catalogue import Catalogue
-from kernels.identity import kernels_sha
+from kernels.identity import Code, kernels_sha
 from sweep.design.code import study_code
-from sweep.own_code.catalogue import OwnCatalogue
+from sweep.own_code.catalogue import OwnCatalogue, of_packages
 from sweep.spec.study import Study
 from sweep.store.stored_code import seal
 
@@ -38,6 +37,7 @@ APART = {"GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1", "GIT_ALLOW_PROTOCO
 
 def provenance(study: Study) -> dict[str, Any]:
     """All that is recorded with every part of a launch, ready for JSON."""
+    code = study_code(study)
     return {
         "format": 1,
         "study": study.name,
@@ -46,19 +46,30 @@ def provenance(study: Study) -> dict[str, Any]:
         "spec": study.text,
         "spec_path": str(study.path),
         "kernels_sha": kernels_sha(),
-        "code": study_code(study)._asdict(),
-        **_own_code(study.known),
+        "code": code._asdict(),
+        **_others(study, code),
         "git": git_state(Path(__file__).parent.parent),
         "lock": list(installed()),
         **machine(),
     }
 
 
-def _own_code(known: Catalogue) -> dict[str, Any]:
-    """Which code of the user's own computes the trials, with the user's seal."""
-    if not isinstance(known, OwnCatalogue):
-        return {}
-    return {"own": {"sha": known.code.sha, "seal": seal(known.code.sha)}}
+def _others(study: Study, code: Code) -> dict[str, Any]:
+    """Which code of the user's own computes the trials, with the user's seal; and what
+    tables need to know of the entries of other packages, which may be gone one day.
+    """
+    known = study.known
+    names = {
+        "models": [study.model],
+        "metrics": code.metrics,
+        "maps": code.maps,
+        "starts": code.starts,
+    }
+    packages = of_packages(known, names)
+    said = {"packages": packages} if packages else {}
+    if isinstance(known, OwnCatalogue):
+        said["own"] = {"sha": known.code.sha, "seal": seal(known.code.sha)}
+    return said
 
 
 @cache

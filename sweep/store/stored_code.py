@@ -14,7 +14,13 @@ from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import CodeError, UnreadableError
-from sweep.own_code.catalogue import OwnCatalogue, OwnCode, loaded, unloaded
+from sweep.own_code.catalogue import (
+    OwnCatalogue,
+    OwnCode,
+    completed,
+    loaded,
+    unloaded,
+)
 from sweep.own_code.sources import MOST_BYTES, MOST_FILES, Sources
 from sweep.spec.study_folder import CODE, code_file
 from sweep.store.locations import patiently
@@ -49,11 +55,19 @@ def keep_code(store: Store, known: Catalogue) -> None:
 
 
 def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
-    """What names stand for in trials of an origin; nothing of their own code runs.
+    """What names stand for in trials of an origin; nothing of their own code runs, and
+    packages that brought entries need not be installed.
 
-    Raises StoreError where the code is not what a launch stores.
+    Raises StoreError where that is not what a launch stores.
     """
-    return _stored(store, origin)[0] if "own" in origin else BUILT_IN
+    known = _stored(store, origin)[0] if "own" in origin else BUILT_IN
+    try:
+        return completed(known, origin["packages"]) if "packages" in origin else known
+    except ValueError as error:
+        remedy = "launch the study again"
+        raise UnreadableError(
+            store.folder, f"its plan is damaged: {error}", remedy
+        ) from None
 
 
 def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Catalogue:

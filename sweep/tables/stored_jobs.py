@@ -22,7 +22,8 @@ def stored_job(
     `accepted`, and where the spec as last launched has another map of that name.
     """
     row, name = stored.row, str(stored.row.get("map"))
-    if name not in known.maps and name not in maps:
+    is_known = row.get("model") in known.models
+    if is_known and name not in known.maps and name not in maps:
         raise _without_map(study, name)
     once, settings = accepted(study, known, stored, maps)
     point = point_id(once.model, once.preset, settings, once.preset_settings, maps)
