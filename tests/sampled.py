@@ -10,6 +10,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.random import Generator, default_rng
 
+from kernels.catalogue import BUILT_IN
 from sweep.campaigns.design_plan import plan_table
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
@@ -51,6 +52,7 @@ class MadeUp(StoredStudy):
     """A study with this plan and these trials, stored nowhere."""
 
     units = {"speed": "px/step"}  # noqa: RUF012
+    known = BUILT_IN
 
     def __init__(self, plan: pa.Table, speed: np.ndarray) -> None:
         self.name, self.plan = "made_up", plan

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from sweep.analysis.notation import with_interval
 from sweep.campaigns.search.sentences import (
     edges,
@@ -18,7 +19,7 @@ from sweep.campaigns.search.sentences import (
 )
 from sweep.cli import search_report as report
 from sweep.spec.objectives import Constraint, Objective, Statistic
-from sweep.spec.settings import Setting
+from sweep.spec.settings import Setting, settings_of
 from sweep.spec.strict_yaml import parse_document
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 
@@ -39,6 +40,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
         name="my/gains",
         units={"gain": "%"},
         provenance={"model": "aziel_chen2025", "preset": "as_run"},
+        settings=settings_of("aziel_chen2025", BUILT_IN),
     )
 
     def of(asked: MadeUp) -> tuple[str, dict]:

@@ -264,7 +264,7 @@ def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
 
 
 def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
-    message = controls("rustamani2024", "as_run", ("lab",), Path("nowhere"))
+    message = controls("rustamani2024", "as_run", ("lab",), experiments=Path("nowhere"))
     names = {entry["name"] for entry in message["maps"]}
     assert {"arena", "empty", "random_obstacles", "lab"} <= names
     assert "cafeteria" not in names
