@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.own_code.catalogue import OwnCatalogue
-from sweep.own_code.references import known_to, references, resolved
+from sweep.own_code.references import known_to, own_code, references, resolved
 from sweep.own_code.sources import SUFFIX
 from sweep.spec.document import Document, Entry
 from sweep.spec.strict_yaml import dump, parse_document, read_document
@@ -27,6 +27,18 @@ def study_of(
     """The same for a YAML text or a mapping, as if it stood in the file `path`."""
     text = spec if isinstance(spec, str) else dump(spec)
     return _read(parse_document(text, path), code)
+
+
+def code_of(path: Path) -> list[Path]:
+    """The files that a spec would run, with those that they import; nothing runs.
+
+    Raises SpecError for what cannot be read.
+    """
+    root = read_document(path)
+    named = references(root)
+    if not named:
+        return []
+    return [path.parent / file for file in own_code(root, named).sources.code]
 
 
 def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:

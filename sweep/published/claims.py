@@ -14,6 +14,7 @@ from typing import Any
 from sweep.design.design import Design, expand
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
+from sweep.own_code.reading import code_of, study_of
 from sweep.published.measures import Measure, MeasureReader, RankCorrelation
 from sweep.published.published_code import (
     CODE,
@@ -24,7 +25,7 @@ from sweep.published.published_code import (
 from sweep.published.verdicts import Above, Below, Expectation, Value, Within
 from sweep.spec.document import Entry
 from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import Study, parse_spec
+from sweep.spec.study import Study
 from sweep.text import unknown
 
 FILE = "published.yaml"
@@ -87,10 +88,25 @@ class Publication:
 
 
 def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
-    """The files whose code `read_all` runs."""
-    files = [file.with_name(CODE) for file in _files(experiments, only)]
-    asked = [file for file in files if file.exists() and _is_asked(file, only)]
-    return [code for file in asked for code in files_of_code(file)]
+    """The files whose code `read_all` runs. Raises SpecError."""
+    asked = [file for file in _files(experiments, only) if _is_asked(file, only)]
+    drawing = [file.with_name(CODE) for file in asked if file.with_name(CODE).exists()]
+    found = [code for file in drawing for code in files_of_code(file)]
+    own = [code for file in asked for spec in _specs(file) for code in _code(spec)]
+    return list(dict.fromkeys([*found, *own]))
+
+
+def _code(spec: Path) -> list[Path]:
+    """The files that a spec runs; none of one that `read_all` cannot read."""
+    try:
+        return code_of(spec)
+    except SpecError:
+        return []
+
+
+def _specs(file: Path) -> list[Path]:
+    """The specs beside a published.yaml, in the order of their names."""
+    return sorted(path for path in file.parent.glob("*.yaml") if path.name != FILE)
 
 
 def read_all(
@@ -163,6 +179,7 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
     designs = {
         spec: _designed(entry, file.parent, quick)
         for spec, entry in root.child("specs").mapping()
+        if asked or not _runs_code(file.with_name(f"{spec}.yaml"))
     }
     studies = {spec: study for spec, (study, _) in designs.items()}
     module = run_code(file.with_name(CODE)) if asked else {}
@@ -186,6 +203,10 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
     )
 
 
+def _runs_code(spec: Path) -> bool:
+    return spec.is_file() and bool(_code(spec))
+
+
 def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
     """A spec's study and design. At the quick scale, those of the changed spec, under
     another name.
@@ -194,17 +215,16 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
-        files = [path for path in folder.glob("*.yaml") if path.name != FILE]
-        specs = sorted(path.stem for path in files)
-        raise entry.error(unknown("spec", entry.name, specs))
+        names = [path.stem for path in _specs(folder / FILE)]
+        raise entry.error(unknown("spec", entry.name, names))
     root = read_document(file)
-    study = parse_spec(root.document.text, file)
+    study = study_of(root.document.text, file)
     if not quick:
         return study, expand(study)
     for path in entry.value:
         _change(root.value, entry.child(path), path.split("."))
     try:
-        changed = parse_spec(root.value | {"study": f"{QUICK}/{study.name}"}, file)
+        changed = study_of(root.value | {"study": f"{QUICK}/{study.name}"}, file)
         return changed, expand(changed)
     except SpecError as error:
         # The line of this error is in the changed text, which is in no file.
