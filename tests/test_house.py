@@ -112,7 +112,9 @@ MAY_IMPORT = {
     "workers": "kernels errors spec design trial store",
     "tables": "kernels errors text analysis spec design trial store workers",
     "campaigns": "errors analysis spec design trial store workers tables",
-    "figures": "kernels errors text analysis spec trial store tables campaigns",
+    "figures": (
+        "kernels errors text analysis spec own_code trial store tables campaigns"
+    ),
     "replays": "kernels errors spec design trial store workers tables figures",
     "published": (
         "kernels errors text analysis spec own_code design store workers tables"

@@ -109,7 +109,7 @@ class PlotCommand(TyperCommand):
             if isinstance(one, TyperArgument) and one.name == "kinds":
                 one.help = (
                     f"{', '.join(names)}; of a search {', '.join(of_search)};"
-                    " else all that suit."
+                    " or a file with one, ./NAME.py; else all that suit."
                 )
         super().format_help(ctx, formatter)
 
@@ -161,6 +161,7 @@ def plot(
 ) -> None:
     """Draw figures of a study, with intervals and units, and print where they are."""
     from sweep.figures.kinds import draw_figures, plan_figures
+    from sweep.figures.own_kinds import with_files
     from sweep.figures.planning import Choices
     from sweep.spec.study_folder import FIGURES
     from sweep.tables.stored_study import StoredStudy
@@ -168,7 +169,8 @@ def plot(
     stored = StoredStudy(study, results)
     stored = stored.where(**stored.chooser.read(where or ()))
     choices = Choices(tuple(metric or ()), by, x, y, over is Over.half)
-    figures = plan_figures(stored, kinds or [], choices)
+    names, known = with_files(kinds or [])
+    figures = plan_figures(stored, names, choices, known)
     for reason in figures.left_out:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())

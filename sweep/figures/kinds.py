@@ -5,7 +5,7 @@ A new kind is a module of its own, which has its KIND, and one entry of KINDS. I
 packages may bring others.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,36 +59,41 @@ class Plot(NamedTuple):
     left_out: list[str]
 
 
-def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> Plot:
-    """The figures of the kinds called `names`; without names those of all kinds that
-    suit the study. Nothing is drawn yet.
+def plan_figures(
+    study: StoredStudy,
+    names: Sequence[str],
+    choices: Choices,
+    known: Mapping[str, FigureKind] = KINDS,
+) -> Plot:
+    """The figures of the kinds called `names`, of those that are known; without names
+    those of all kinds that suit the study. Nothing is drawn yet.
 
     Raises ChoiceError for unknown names of kinds, metrics and settings, for a choice
     that none of the kinds takes, where a kind that is named does not suit the study,
     and where none does.
     """
     for name in names:
-        if name not in KINDS:
-            raise ChoiceError(unknown("kind", name, KINDS), study.name)
-    _check(study, names, choices)
+        if name not in known:
+            raise ChoiceError(unknown("kind", name, known), study.name)
+    _check(study, names, choices, known)
     if names:
         chosen = list(dict.fromkeys(names))
         return Plot(
             [
                 (name, planned)
                 for name in chosen
-                for planned in KINDS[name].plan(study, choices)
+                for planned in known[name].plan(study, choices)
             ],
             [],
         )
-    why = {name: kind.suits(study, choices) for name, kind in KINDS.items()}
+    why = {name: kind.suits(study, choices) for name, kind in known.items()}
     reasons = {name: reason for name, reason in why.items() if reason}
     names_of = {
         reason: [name for name in reasons if reasons[name] == reason]
         for reason in reasons.values()
     }
     left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
-    if len(reasons) == len(KINDS):
+    if len(reasons) == len(known):
         raise ChoiceError(
             f"no kind of figure suits it: {'; '.join(left_out)}", study.name
         )
@@ -97,18 +102,23 @@ def plan_figures(study: StoredStudy, names: Sequence[str], choices: Choices) -> 
         [
             (name, planned)
             for name in fitting
-            for planned in KINDS[name].plan(study, choices)
+            for planned in known[name].plan(study, choices)
         ],
         left_out,
     )
 
 
-def _check(study: StoredStudy, names: Sequence[str], choices: Choices) -> None:
+def _check(
+    study: StoredStudy,
+    names: Sequence[str],
+    choices: Choices,
+    known: Mapping[str, FigureKind],
+) -> None:
     choices.columns(study)
     selection = select(study)
     for choice in ("by", "x", "y"):
         value = getattr(choices, choice)
-        taking = [name for name, kind in KINDS.items() if choice in kind.takes]
+        taking = [name for name, kind in known.items() if choice in kind.takes]
         if value is not None:
             selection.setting(value)
             if names and not set(names) & set(taking):

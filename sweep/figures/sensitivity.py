@@ -179,7 +179,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
             study.name,
             "sensitivity",
         )
-    axis = sampled_axis(study, None, every_sampler())
+    axis = sampled_axis(study, None, every_sampler(study))
     about = study.axes[axis]
     selection.panels(selection.apart(about.settings), "sensitivity")
 

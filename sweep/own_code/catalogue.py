@@ -11,16 +11,24 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.registry import Registry
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
-from sweep.own_code.entries import MODEL, Offered, check_name, offered
+from sweep.own_code.entries import MODEL, Offered, check_name, nothing, offered
 from sweep.own_code.loading import load
 from sweep.own_code.places import read_places
 from sweep.own_code.sources import Sources
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.settings import GROUPS, NotAllowedError, settings_of
 from sweep.text import unknown
 
 T = TypeVar("T")
+CATALOGUED = ("models", "metrics", "maps", "starts")
+"""The kinds of entries that compute trials: those of a catalogue."""
+REGISTRIES: dict[str, Registry[Any]] = {
+    kind: getattr(BUILT_IN, kind) for kind in CATALOGUED
+} | {"samplers": SAMPLERS}
 COMMON = {name for _, group in GROUPS for name in group._fields}
 """The settings that every model has."""
 
@@ -62,23 +70,18 @@ class _Joined(Mapping[str, T]):
 
 def _joined(known: Catalogue, own: Offered) -> list[Any]:
     """The mappings of a catalogue with more entries."""
-    return [
-        _Joined(getattr(known, kind), entries)
-        for kind, entries in own._asdict().items()
-    ]
+    return [_Joined(_of(known, kind), getattr(own, kind)) for kind in CATALOGUED]
 
 
 def completed(known: Catalogue, about: Mapping[str, Any]) -> Catalogue:
     """The catalogue with those described entries that it lacks, as of a package that is
     not installed. Raises ValueError for what describes no entries.
     """
-    offers = described(json.dumps(about))._asdict().items()
-    missing = Offered(
-        *(
-            {name: one for name, one in entries.items() if name not in _of(known, kind)}
-            for kind, entries in offers
-        )
-    )
+    offers, missing = described(json.dumps(about)), nothing()
+    for kind in CATALOGUED:
+        for name, entry in getattr(offers, kind).items():
+            if name not in _of(known, kind):
+                getattr(missing, kind)[name] = entry
     return Catalogue(*_joined(known, missing)) if any(missing) else known
 
 
@@ -86,13 +89,11 @@ def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[st
     """What is stored of those entries that other packages bring; empty where all are
     ours. `names` are those that a study uses, by kind.
     """
-    origins = {kind: getattr(BUILT_IN, kind).origins for kind in names}
-    used = Offered(
-        *(
-            {name: _of(known, kind)[name] for name in some if name in origins[kind]}
-            for kind, some in names.items()
-        )
-    )
+    used = nothing()
+    for kind, some in names.items():
+        for name in some:
+            if name in REGISTRIES[kind].origins:
+                getattr(used, kind)[name] = _of(known, kind)[name]
     return description(used) if any(used) else {}
 
 
@@ -138,6 +139,11 @@ class OwnCatalogue(Catalogue):
     def __reduce__(self) -> tuple[object, ...]:
         return loaded, (self.code,)
 
+    @property
+    def samplers(self) -> Mapping[str, Sampler]:
+        """All samplers of points, with its own."""
+        return _Joined(SAMPLERS, self.own.samplers)
+
     @cached_property
     def about(self) -> dict[str, Any]:
         """What is stored of its entries, ready for JSON."""
@@ -151,15 +157,15 @@ def loaded(code: OwnCode) -> OwnCatalogue:
     Raises CodeError, which names the file, for what is no entry, and for names that
     stand for something else already.
     """
-    own, origins = Offered({}, {}, {}, {}), dict[tuple[str, str], str]()
+    own, origins = nothing(), dict[tuple[str, str], str]()
     for file, model in code.named:
         if file in code.sources.code:
             found = offered(load(code.sources, file), file, model)
         else:
             name = PurePosixPath(file).stem
             check_name(file, "start", name)
-            start = read_places(file, code.sources.texts[file])
-            found = Offered({}, {}, {}, {name: start})
+            found = nothing()
+            found.starts[name] = read_places(file, code.sources.texts[file])
         for kind, entries in found._asdict().items():
             for name in entries:
                 _enter(kind, name, file, origins)
@@ -175,8 +181,8 @@ def _enter(
 ) -> None:
     """Note where a name comes from. Raises CodeError where it is taken."""
     what = kind[:-1]
-    if name in getattr(BUILT_IN, kind):
-        origin = getattr(BUILT_IN, kind).origins.get(name)
+    if name in REGISTRIES[kind]:
+        origin = REGISTRIES[kind].origins.get(name)
         whose = f"of {origin}" if origin else "built in"
         raise CodeError(
             f'{file}: the {what} "{name}" is {whose}: one of your own needs another'
@@ -218,6 +224,6 @@ def unloaded(code: OwnCode, about: str) -> OwnCatalogue:
     """
     own = described(about)
     for kind, entries in own._asdict().items():
-        if taken := entries.keys() & getattr(BUILT_IN, kind).keys():
+        if taken := entries.keys() & REGISTRIES[kind].keys():
             raise ValueError(f"it has {kind} of the names {', '.join(taken)} as we do")
     return OwnCatalogue(code, own)

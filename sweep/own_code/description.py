@@ -61,6 +61,7 @@ def described(text: str) -> Offered:
             {name: _metric(one) for name, one in about["metrics"].items()},
             {name: _map(one) for name, one in about["maps"].items()},
             {name: _start(one) for name, one in about["starts"].items()},
+            samplers={},  # points are stored
         )
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(f"it describes no entries: {error}") from None

@@ -1,7 +1,8 @@
-"""What a file of the user's own offers: a model, and tables of metrics, maps, starts.
+"""What a file of the user's own offers: a model, and tables of other entries.
 
-A file has them under fixed names: MODEL, a Model; METRICS, MAPS and STARTS, each a
-mapping from names to entries. Each is checked here, so that a spec can rely on it.
+A file has them under fixed names: MODEL, a Model; METRICS, MAPS, STARTS and SAMPLERS,
+each a mapping from names to entries. Each is checked here, so that a spec can rely on
+it.
 """
 
 import keyword
@@ -25,11 +26,12 @@ from kernels.worlds import Map
 from sweep.errors import CodeError
 from sweep.spec.derived_metrics import ENDINGS, NAME, TAKEN
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS
+from sweep.spec.sampling import Sampler
 from sweep.spec.settings import GROUPS
 
 T = TypeVar("T")
 KINDS = (float, int, bool)
-MODEL, METRICS, MAPS, STARTS = "MODEL", "METRICS", "MAPS", "STARTS"
+MODEL = "MODEL"
 
 
 class Offered(NamedTuple):
@@ -39,6 +41,12 @@ class Offered(NamedTuple):
     metrics: dict[str, Metric]
     maps: dict[str, Map]
     starts: dict[str, Start]
+    samplers: dict[str, Sampler]
+
+
+def nothing() -> Offered:
+    """No entries yet."""
+    return Offered({}, {}, {}, {}, {})
 
 
 def offered(module: ModuleType, file: str, model: str | None) -> Offered:
@@ -50,10 +58,14 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
     models = [] if model is None else [model_of(module, file, model)]
     found = Offered(
         {one.name: one for one in models},
-        _table(module, file, METRICS, Metric),
-        _table(module, file, MAPS, Map),
-        _table(module, file, STARTS, Start),
+        table_of(module, file, "METRICS", Metric),
+        table_of(module, file, "MAPS", Map),
+        table_of(module, file, "STARTS", Start),
+        table_of(module, file, "SAMPLERS", Sampler),
     )
+    for name, sampler in found.samplers.items():
+        if sampler.blocks:
+            raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
     for name, metric in found.metrics.items():
         if name.endswith(ENDINGS) or name in TAKEN:
             raise CodeError(
@@ -83,7 +95,11 @@ def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
     return model
 
 
-def _table(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str, T]:
+def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str, T]:
+    """The entries of a kind that a module has in a mapping, none if it has no such.
+
+    Raises CodeError for what is no such mapping, and for names that cannot be.
+    """
     table = getattr(module, name, {})
     if not isinstance(table, Mapping):
         raise CodeError(f"{file}: {name} is no mapping from names to {kind.__name__}")

@@ -67,4 +67,4 @@ def _read(root: Entry, code: bool) -> Study:
         first = running[0]
         raise first.error(f'this spec runs code from "{first.value}"; no code may run')
     known = known_to(root, named)
-    return read_study(resolved(root, named, known), known)
+    return read_study(resolved(root, named, known), known, known.samplers)

@@ -24,6 +24,7 @@ KINDS = {
     "series": "metrics",
     "map": "maps",
     "start_draws": "starts",
+    "sample": "samplers",
 }
 """The keys of a spec that may name a file, and what they want from it."""
 

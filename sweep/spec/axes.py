@@ -15,7 +15,7 @@ written.
 Any mapping may carry `when: "condition"`: elsewhere the axis does not apply.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -23,14 +23,14 @@ from pathlib import Path
 import numpy as np
 
 from kernels.catalogue import Catalogue
-from sweep.spec.axis_keys import POINTS, SAMPLE
+from sweep.spec.axis_keys import POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
 from sweep.spec.point_tables import TABLE, read_table
-from sweep.spec.samplers import ALONE, SAMPLERS
+from sweep.spec.samplers import ALONE
 from sweep.spec.sampling import Sampler, UnitCube
 from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.spec.whole_samples import SampleBlocks, read_blocks
@@ -80,8 +80,8 @@ class Axis:
 class AxisReader:
     """Reads axes for a preset of a model with these settings.
 
-    Tables stand in `folder`, random points come from `seed`, and `known` has what names
-    stand for.
+    Tables stand in `folder`, random points come from `seed`. `known` has what names
+    stand for, and `samplers` those that a sample may have.
     """
 
     known: Catalogue
@@ -90,6 +90,7 @@ class AxisReader:
     settings: dict[str, Setting]
     seed: int
     folder: Path
+    samplers: Mapping[str, Sampler]
 
     def read(self, name: str, entry: Entry) -> Axis:
         """The axis that `entry` writes. Raises SpecError where it is none."""
@@ -119,7 +120,7 @@ class AxisReader:
         kept, rows = _distinct_rows(list(columns.values()))
         if len(kept) < len(rows):
             columns = {setting: column[kept] for setting, column in columns.items()}
-        notes = (*((blocks.note(name),) if blocks else ()), *_notes(name, entry))
+        notes = (*((blocks.note(name),) if blocks else ()), *self._notes(name, entry))
         sampler, merged = _sampler(entry), len(rows) - len(kept)
         return Axis(
             name,
@@ -131,6 +132,13 @@ class AxisReader:
             blocks=blocks,
             rows=rows if blocks else None,
         )
+
+    def _notes(self, name: str, entry: Entry) -> tuple[str, ...]:
+        sampler = _sampler(entry)
+        if sampler is None or sampler not in self.samplers:
+            return ()
+        remark = self.samplers[sampler].remark(entry.value["points"])
+        return (f"{name}: {remark}",) if remark else ()
 
     def _single(self, setting: Setting, entry: Entry) -> Values:
         if isinstance(entry.value, list):
@@ -147,7 +155,9 @@ class AxisReader:
             entry.keys([form, "points", "when"], required=["points"])
             name = setting.name
             alone = UnitCube(_points(entry, 1), [name], name, self.seed)
-            return _drawn(setting, entry.child(form), SAMPLERS[ALONE].draw(alone)[0])
+            return _drawn(
+                setting, entry.child(form), self.samplers[ALONE].draw(alone)[0]
+            )
         entry.keys([form, "when"])
         return (
             _listed(setting, entry.child("values"))
@@ -157,10 +167,10 @@ class AxisReader:
 
     def _blocks(self, entry: Entry) -> SampleBlocks | None:
         """The blocks of an axis, None where its points do not come in blocks."""
-        if entry.value.get("sample") not in [*SAMPLERS]:
+        if entry.value.get("sample") not in [*self.samplers]:
             return None
         sampler = entry.child("sample").text()
-        rules = SAMPLERS[sampler].blocks
+        rules = self.samplers[sampler].blocks
         if rules is None:
             return None
         entry.keys(
@@ -179,11 +189,11 @@ class AxisReader:
     def _sample(
         self, name: str, entry: Entry, blocks: SampleBlocks | None
     ) -> dict[str, Values]:
-        sampler = SAMPLE.content.read(entry.child("sample"))
+        sampler = entry.child("sample").one_of("sampler", (*self.samplers, TABLE))
         if sampler == TABLE:
             entry.keys(["sample", "file", "columns", "when"], required=["file"])
             return read_table(entry, self.settings, self.folder)
-        _check_installed(entry.child("sample"), SAMPLERS[sampler])
+        _check_installed(entry.child("sample"), self.samplers[sampler])
         if blocks is None:
             entry.keys(
                 ["sample", "points", "when", *self.settings], required=["points"]
@@ -203,7 +213,7 @@ class AxisReader:
         cube = UnitCube(count, [*members], name, self.seed, unbounded)
         if blocks:
             cube = replace(cube, size=blocks.size, levels=blocks.levels)
-        units = SAMPLERS[sampler].draw(cube)
+        units = self.samplers[sampler].draw(cube)
         return {
             setting: _drawn(self.settings[setting], distribution, unit)
             for (setting, distribution), unit in zip(
@@ -353,11 +363,3 @@ def _sampler(entry: Entry) -> str | None:
     if "sample" in entry.value:
         return entry.child("sample").text()
     return ALONE if any(form in entry.value for form in DISTRIBUTIONS) else None
-
-
-def _notes(name: str, entry: Entry) -> tuple[str, ...]:
-    sampler = _sampler(entry)
-    if sampler is None or sampler not in SAMPLERS:
-        return ()
-    remark = SAMPLERS[sampler].remark(entry.value["points"])
-    return (f"{name}: {remark}",) if remark else ()

@@ -5,14 +5,10 @@ registries of their own. So what may stand beside what is checked by the code th
 an axis, in `sweep.spec.axes`. Here is what each of the fixed keys means.
 """
 
-from collections import ChainMap
-from typing import Any
-
-from sweep.spec.contents import OneOf, ReadLater, Text, Whole
+from sweep.spec.contents import ReadLater, Text, Whole
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.keys import Key
 from sweep.spec.limits import MOST_POINTS
-from sweep.spec.point_tables import TABLE
 from sweep.spec.samplers import SAMPLERS
 
 VALUES = Key(
@@ -43,7 +39,7 @@ POINTS = Key(
     example="500",
 )
 SAMPLE = Key(
-    OneOf("sampler", ChainMap[str, Any]({TABLE: None}, SAMPLERS)),
+    Text("table, a sampler, or a file that has one: ./NAME.py"),
     "what draws the points of several settings, each of which stands beside it with its"
     " distribution; table reads them from a file",
     name="sample",

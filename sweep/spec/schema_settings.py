@@ -189,5 +189,8 @@ def _sampled_keys() -> Schema:
     """The keys of a joint axis that is drawn by a sampler, beside its settings."""
     rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
     own = {key.name: key.schema() for one in rules for key in one.options}
-    keys = {"sample": choices(SAMPLERS), "points": POINTS.schema()}
+    keys = {
+        "sample": {"anyOf": [choices(SAMPLERS), OWN_FILE]},
+        "points": POINTS.schema(),
+    }
     return keys | ON_CONDITION | own

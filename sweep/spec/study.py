@@ -34,6 +34,8 @@ from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
 from sweep.spec.replication import SEEDS, Replicates, read_replication
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_FILE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
@@ -407,9 +409,13 @@ SPEC: tuple[type[Any], ...] = (Study, Policy)
 """Whose fields are the keys of a spec, in the order of the guide."""
 
 
-def read_study(root: Entry, known: Catalogue = BUILT_IN) -> Study:
+def read_study(
+    root: Entry,
+    known: Catalogue = BUILT_IN,
+    samplers: Mapping[str, Sampler] = SAMPLERS,
+) -> Study:
     """The study that a whole document describes, in which names stand for what is
-    `known`. Raises SpecError.
+    `known`, and for these `samplers`. Raises SpecError.
 
     First each key is read alone. Then comes what needs several of them.
     """
@@ -426,7 +432,7 @@ def read_study(root: Entry, known: Catalogue = BUILT_IN) -> Study:
         raise root.document.error(("preset",), message)
     maps = read_maps(given.get("maps"), folder, known.maps)
     settings = settings_of_study(name, known, maps)
-    reader = AxisReader(known, name, preset, settings, given["seed"], folder)
+    reader = AxisReader(known, name, preset, settings, given["seed"], folder, samplers)
     fixed = read_fixed(given.get("fixed"), settings)
     derive = read_derive(given.get("derive"), settings)
     axes = read_axes(given.get("axes"), reader, [*fixed, *derive])
@@ -438,6 +444,9 @@ def read_study(root: Entry, known: Catalogue = BUILT_IN) -> Study:
     metrics = KnownMetrics(name, known, tuple(one.name for one in derived))
     search = _search(root, reader, metrics, {"fixed": fixed, "derive": derive})
     record = _record(recorded, metrics, derived, search.columns if search else ())
+    if taken := settings.keys() & set(record.names):
+        message = f"metrics have the names of settings: {', '.join(sorted(taken))}"
+        raise root.document.error(("record",), message)
     replication = read_replication(root, record.names, known.metrics)
     noise = {"noise": "common"} if search else {}
     read = {

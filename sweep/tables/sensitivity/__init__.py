@@ -46,9 +46,12 @@ MOST_NUMBERS = 2_000_000
 """So many numbers of one resampled column are held at once."""
 
 
-def every_sampler() -> tuple[str, ...]:
-    """What an axis may be sampled by; the points of a table count as a sample."""
-    return (*SAMPLERS, TABLE)
+def every_sampler(study: StoredStudy) -> tuple[str, ...]:
+    """What an axis may be sampled by; the points of a table count as a sample, and
+    those of a sampler that only the study has.
+    """
+    own = [axis.sampler for axis in study.axes.values() if axis.sampler]
+    return tuple(dict.fromkeys([*SAMPLERS, TABLE, *own]))
 
 
 def sensitivity(
@@ -69,7 +72,7 @@ def sensitivity(
     sampled, and as the analysis does.
     """
     if analysis is None:
-        name = study.axes[sampled_axis(study, axis, every_sampler())].sampler
+        name = study.axes[sampled_axis(study, axis, every_sampler(study))].sampler
         sampler = SAMPLERS.get(name or "")
         analysis = sampler.analysis if sampler else "ranks"
     return ANALYSES[analysis](
@@ -153,7 +156,7 @@ def rank_correlations(
     smaller. Equal points count once, except in blocks. Raises ChoiceError as `sobol`
     does; SALib is not needed.
     """
-    chosen = sampled_axis(study, axis, every_sampler())
+    chosen = sampled_axis(study, axis, every_sampler(study))
     return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
 
 
