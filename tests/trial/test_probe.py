@@ -17,12 +17,14 @@ from sweep.design.cost import trial_seconds
 from sweep.design.jobs import Job
 from sweep.design.plan import make_plan
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial import probe
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
+from tests.other_packages import SKELETON
 from tests.searches import TINY, searched
 from tests.studies import SMALL, launched, relaunch
 
@@ -33,6 +35,14 @@ CROWDED = SMALL.replace("n: 12,", NO_ROOM.replace("n_obstacles: 4000, ", "")).re
 )
 """Trials of the first point raise: they have no free place for a boid."""
 SLOWER = 7.0
+OWN = """
+study: own
+model: ./vortex.py
+preset: as_run
+fixed: {n: 12, steps: 9}
+replicates: 2
+seed: 5
+"""
 
 
 @pytest.fixture
@@ -146,3 +156,16 @@ def test_a_trial_that_fails_for_its_settings_is_a_row_like_any_other(
     assert plan_of(parse_spec(CROWDED), 1).probe_steps == 2 * 9
     study = launched(CROWDED, tmp_path)
     assert study.statuses() == {"done": 6, "failed": 3}
+
+
+def test_a_model_in_a_file_beside_the_spec_is_probed(tmp_path: Path) -> None:
+    (tmp_path / "vortex.py").write_text(SKELETON.replace('"skeleton"', '"vortex"'))
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(OWN)
+    assert not is_built_in(load_spec(spec))
+    assert sweep.plan(spec).probe_steps == 2 * 9
+    wrong = SKELETON.replace('"skeleton"', '"vortex"').replace("range2 = ", "range2 + ")
+    (tmp_path / "vortex.py").write_text(wrong)
+    with pytest.raises(SpecError, match=r"^spec.yaml:3: no trial can be run: .*range2"):
+        sweep.run(spec, tmp_path / "results")
+    assert not list(tmp_path.glob("results/**/*.parquet"))
