@@ -64,7 +64,7 @@ def schema_for(path: Path, *, code: bool = True) -> Schema:
     files: dict[str, str | None] = {str(one.entry.value): None for one in named}
     models = [one for one in named if one.kind == "models"]
     files |= {str(one.entry.value): plain.child("model").text() for one in models}
-    return json_schema(known, files)
+    return json_schema(known, files, known.samplers)
 
 
 def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:

@@ -16,6 +16,8 @@ from sweep.spec.failure_policy import policy_rules
 from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replication_rules
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
     OWN_FILE,
     Schema,
@@ -33,13 +35,16 @@ FILE_FOR_EDITORS = Path(__file__).resolve().with_name("spec.schema.json")
 
 
 def json_schema(
-    known: Catalogue = BUILT_IN, files: Mapping[str, str | None] = NO_FILES
+    known: Catalogue = BUILT_IN,
+    files: Mapping[str, str | None] = NO_FILES,
+    samplers: Mapping[str, Sampler] = SAMPLERS,
 ) -> Schema:
     """The schema, draft 07, as plain dicts and lists.
 
-    known  what names stand for
-    files  the files of the user's own whose entries `known` has, as the spec names
-           them, each with the model that it stands for, None where it is no model
+    known     what names stand for
+    files     the files of the user's own whose entries are known, as the spec names
+              them, each with the model that it stands for, None where it is no model
+    samplers  those that a sample may have
     """
     own = {text: model for text, model in files.items() if model}
     models = [
@@ -54,7 +59,7 @@ def json_schema(
         **study_rules(),
         **policy_rules(),
         "allOf": [*models, _known_maps(files), _known_metrics(files)],
-        "definitions": _definitions(known),
+        "definitions": _definitions(known, samplers),
     }
 
 
@@ -62,7 +67,7 @@ def _is(model: str) -> Schema:
     return {"properties": {"model": {"const": model}}, "required": ["model"]}
 
 
-def _definitions(known: Catalogue) -> Schema:
+def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
     """The schemas that others refer to by name."""
     models = {
         name: part
@@ -77,10 +82,10 @@ def _definitions(known: Catalogue) -> Schema:
         "built_in_column": {"enum": columns_of(known.metrics)},
         "built_in_map": {"enum": list(known.maps)},
     }
-    return names | {"statistic": statistic()} | _forms() | kinds(known) | models
+    return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
 
 
-def _forms() -> Schema:
+def _forms(samplers: Mapping[str, Sampler]) -> Schema:
     """How axes, their members and ranges are written, whatever the setting."""
     number: Schema = {"type": "number"}
     grid = {
@@ -118,7 +123,7 @@ def _forms() -> Schema:
         "swept": {"anyOf": [reference("list"), reference("axis")]},
         "member": {"anyOf": [values, reference("grid")]},
         "parameter": narrow,
-        "sampled": sampled(),
+        "sampled": sampled(samplers),
     }
 
 

@@ -16,7 +16,8 @@ from sweep.spec.axis_keys import ABLATE, POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.maps import MAP_NAME
 from sweep.spec.point_tables import TABLE
-from sweep.spec.samplers import SAMPLERS, in_blocks
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
     OWN_FILE,
     TEXT,
@@ -173,18 +174,19 @@ def _ablation(presets: Iterable[str]) -> Schema:
     return mapping({"ablate": other} | ON_CONDITION, ["ablate"])
 
 
-def sampled() -> Schema:
+def sampled(samplers: Mapping[str, Sampler]) -> Schema:
     """A joint axis drawn by a sampler, with the keys that only some samplers know."""
     none = {key: False for key in _sampled_keys() if key not in SAMPLED}
-    plain = [name for name in SAMPLERS if name not in in_blocks()]
-    forms: list[Schema] = [{"sample": {"enum": plain}} | none]
-    for name, about in SAMPLERS.items():
+    plain = [name for name, about in samplers.items() if not about.blocks]
+    forms: list[Schema] = [{"sample": {"enum": plain}} | none, {"sample": OWN_FILE}]
+    for name, about in samplers.items():
         if about.blocks:
             own = {key.name: True for key in about.blocks.options}
             whole_blocks = {"points": {"minimum": 2}, "when": False}
             forms.append(none | whole_blocks | {"sample": {"const": name}} | own)
+    sample: Schema = {"sample": {"anyOf": [choices(samplers), OWN_FILE]}}
     return {
-        "properties": _sampled_keys(),
+        "properties": _sampled_keys() | sample,
         "required": ["sample", "points"],
         "anyOf": [{"properties": properties} for properties in forms],
     }
@@ -197,8 +199,5 @@ def _sampled_keys() -> Schema:
     """The keys of a joint axis that is drawn by a sampler, beside its settings."""
     rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
     own = {key.name: key.schema() for one in rules for key in one.options}
-    keys = {
-        "sample": {"anyOf": [choices(SAMPLERS), OWN_FILE]},
-        "points": POINTS.schema(),
-    }
+    keys = {"sample": TEXT, "points": POINTS.schema()}
     return keys | ON_CONDITION | own

@@ -22,6 +22,7 @@ METRICS = (
 METRICS = {"rightwards": METRIC}
 MAPS = {"pillar": MAP}
 STARTS = {"still": START}
+SAMPLERS = {"evenly": SAMPLER}
 """
 )
 SPEC = """
@@ -31,7 +32,9 @@ preset: as_run
 seed: 1
 replicates: 2
 fixed: {n: 5, map: pillar, start_draws: still}
-sweep: {cohesion_weight: [0.01, 0.02]}
+sweep:
+  cohesion_weight: [0.01, 0.02]
+  both: {sample: evenly, points: 3, max_speed: {uniform: [2, 4]}}
 record: {metrics: [./mine.py, speed], series: [rightwards]}
 """
 
@@ -66,6 +69,7 @@ MISTAKES = (
     ("start_draws: still", "start_draws: stil"),
     ("cohesion_weight: [", "cohesion_wait: ["),
     ("cohesion_weight: [0.01", "cohesion_weight: [-1"),
+    ("sample: evenly", "sample: oddly"),
     ("series: [rightwards]", "series: [rightward]"),
 )
 
@@ -105,3 +109,14 @@ def test_the_command_prints_it(folder: Path) -> None:
     refused = sweep(folder, "schema", "--spec", "spec.yaml", "--no-code")
     assert refused.returncode == 2
     assert refused.stderr.startswith('spec.yaml:3: this spec runs code from "./vor')
+
+
+def test_a_sampler_of_a_file_is_valid_in_any_schema(folder: Path) -> None:
+    drawn = SPEC.replace("sample: evenly", "sample: ./mine.py:evenly")
+    (folder / "spec.yaml").write_text(drawn)
+    load_spec(folder / "spec.yaml")
+    assert is_valid(schema_for(folder / "spec.yaml"), drawn)
+    usual = drawn.replace("./vortex.py", "nguyen2024").replace("map: pillar, ", "")
+    plain = usual.replace("start_draws: still", "steps: 9").replace("max_s", "start_s")
+    assert is_valid(json_schema(), plain)
+    assert not is_valid(json_schema(), plain.replace("./mine.py:evenly", "evenly"))
