@@ -140,16 +140,14 @@ def plan(spec: str | Path | Mapping[str, Any], workers: int = 0) -> "Plan | Sear
     """What `run` would do with the same arguments, without running it.
 
     `plan("spec.yaml").trials` is a number; `print(plan("spec.yaml").as_text())` is what
-    `sweep plan` says: points, trials, and estimates of seconds and bytes. Raises
-    SpecError for what is wrong with the spec.
+    `sweep plan` says: points, trials, and estimates of seconds and bytes. Of code that
+    is none of ours a few short trials are run, to measure it. Raises SpecError for what
+    is wrong with the spec, and where none of these trials can run.
     """
-    from sweep.campaigns.search.plan import make_search_plan
-    from sweep.design.plan import make_plan
+    from sweep.campaigns.plan import plan_of
     from sweep.workers.executors import core_count
 
-    study = _study(spec)
-    make = make_search_plan if study.search else make_plan
-    return make(study, workers or core_count())
+    return plan_of(_study(spec), workers or core_count())
 
 
 def compare(

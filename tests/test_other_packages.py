@@ -107,6 +107,26 @@ def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> Non
     assert set(again["speed"]) != set(first["speed"])
 
 
+def test_a_plan_says_that_it_has_measured_them(folder: Path) -> None:
+    planned = said(folder, "plan", "spec.yaml").stdout
+    assert ", estimated from a probe of 90 steps\n" in planned
+
+
+def test_a_rule_that_cannot_be_compiled_is_one_sentence_before_any_work(
+    tmp_path: Path,
+) -> None:
+    wrong = RULES.replace("SIGN * y", "near.nothing")
+    install(tmp_path, OFFERED, FILES | {"rules.py": wrong})
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    sentence = "spec.yaml:3: no trial can be run: "
+    for command in ("plan", "launch"):
+        *_, last = said(tmp_path, command, "spec.yaml", code=2).stderr.splitlines()
+        assert last.startswith(sentence)
+        assert "rules.py" in last
+        assert "nothing" in last
+    assert not list(tmp_path.glob("results/**/*.parquet"))
+
+
 def test_a_study_of_a_package_that_is_gone_is_read_and_not_run(folder: Path) -> None:
     bare, trial = {"PYTHONPATH": ""}, trials(folder)["trial_id"].iloc[0]
     for command in (["table", "swirling", "--json"], ["status", "swirling"]):

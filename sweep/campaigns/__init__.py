@@ -1,6 +1,7 @@
 """Which trials of a study run: all of its plan, as many as an interval needs, or what a
 search asks for.
 
+    plan           what `sweep plan` says of a study
     launch         what `sweep launch` and `sweep search` do: the ways in
     campaign       the driver: asks a strategy, runs what is missing, asks again
     strategy       what the driver needs of a strategy

@@ -26,6 +26,7 @@ from sweep.store.rows import Tables
 from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.store.stored_code import keep_code
+from sweep.trial.probe import MOST_TRIALS, check_runs
 from sweep.trial.result import Result
 from sweep.workers.attempts import run_jobs
 from sweep.workers.checkpoint_folder import Checkpoints
@@ -95,9 +96,12 @@ class _Campaign(Generic[P]):
         if self.progress.trials:
             self.report(self.progress)
         unpublished: Callable[[Origin], PlanTables] | None = None
-        for asked in self.strategy.rounds(self.stored.look):
+        for number, asked in enumerate(self.strategy.rounds(self.stored.look)):
             unpublished = asked.plan
             if jobs := self._missing(asked, retry=retry):
+                if number == 0:
+                    # The plan of code that cannot run would hide what is stored.
+                    check_runs(self.study, asked.some(MOST_TRIALS))
                 self._publish(asked.plan)
                 # The ids and the plan of a million trials are a hundred megabytes.
                 unpublished = None

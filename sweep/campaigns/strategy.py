@@ -19,6 +19,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.campaigns.progress import Progress
+from sweep.design.design import evenly
 from sweep.design.jobs import Counts, Job
 from sweep.spec.study import Study
 from sweep.store.shares import Share
@@ -52,6 +53,10 @@ class Round:
     ids: pa.ChunkedArray
     jobs_at: Callable[[Counts], Sequence[Job]]
     plan: Callable[[Origin], PlanTables]
+
+    def some(self, most: int) -> Sequence[Job]:
+        """At most so many of the jobs, spread evenly."""
+        return self.jobs_at(np.array(evenly(len(self.ids), most)))
 
     def in_share(self, share: Share) -> NDArray[np.bool_]:
         """Which of the trials a launch of this share runs, shape (len(ids),)."""

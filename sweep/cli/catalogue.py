@@ -1,11 +1,12 @@
 """Commands that say what exists."""
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import app, stop
+from sweep.cli.app import NoCode, app, stop
 from sweep.text import unknown
 
 if TYPE_CHECKING:
@@ -49,13 +50,24 @@ def metrics() -> None:
 
 
 @app.command()
-def schema() -> None:
+def schema(
+    spec: Annotated[
+        Path | None,
+        typer.Option(
+            help="The schema of this spec, with the models, metrics, maps and starts"
+            " that files beside it bring. These files run."
+        ),
+    ] = None,
+    no_code: NoCode = False,
+) -> None:
     """The JSON Schema of a spec, with which editors check and complete it."""
     import json
 
+    from sweep.own_code.reading import schema_for
     from sweep.spec.schema import json_schema
 
-    print(json.dumps(json_schema(), indent=1))
+    made = schema_for(spec, code=not no_code) if spec else json_schema()
+    print(json.dumps(made, indent=1))
 
 
 def _print(renderable: Any, registry: "Registry[Any] | None" = None) -> None:

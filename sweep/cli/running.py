@@ -136,15 +136,11 @@ def plan(
     no_code: NoCode = False,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
-    from sweep.campaigns.search.plan import make_search_plan
-    from sweep.design.plan import make_plan
+    from sweep.campaigns.plan import plan_of
     from sweep.own_code.reading import load_spec
     from sweep.workers.executors import core_count
 
-    study = load_spec(spec, code=not no_code)
-    made = (make_search_plan if study.search else make_plan)(
-        study, workers or core_count()
-    )
+    made = plan_of(load_spec(spec, code=not no_code), workers or core_count())
     print(made.as_json() if as_json else made.as_text())
 
 

@@ -1,6 +1,10 @@
 """The code that computes the trials of a study."""
 
 from kernels.identity import Code, code_of
+from kernels.metrics import METRICS
+from kernels.models import MODELS
+from kernels.starts import STARTS
+from kernels.worlds import MAPS
 from sweep.spec.study import Study
 
 
@@ -14,6 +18,23 @@ def study_code(study: Study) -> Code:
         study.record.metrics,
         _values(study, "map") - study.maps.keys(),
         _values(study, "start_draws"),
+    )
+
+
+def is_built_in(study: Study) -> bool:
+    """Whether the model, the metrics, and all maps and starts of a study come with this
+    package: they are known to run, and at what cost.
+    """
+    named = (
+        (MODELS, {study.model}),
+        (METRICS, set(study.record.metrics)),
+        (MAPS, _values(study, "map") - study.maps.keys()),
+        (STARTS, _values(study, "start_draws")),
+    )
+    return all(
+        name in registry and name not in registry.origins
+        for registry, names in named
+        for name in names
     )
 
 

@@ -2,18 +2,19 @@
 
 The constants were measured on a 2.3 GHz server core with the first two models. Another
 machine is faster or slower by a common factor, which the launch measures while it runs.
-So what counts is the ratio between trials.
+So what counts is the ratio between trials. Code that is none of ours may be slower or
+faster by any factor: a probe measures it, for those who ask how long a study takes.
 """
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
-from sweep.design.design import Design
+from sweep.design.design import Design, evenly
 from sweep.design.jobs import Job, SomeJobs
 from sweep.spec.settings import Value, settings_of, settings_tuple
 from sweep.spec.study import RecordSpec, Study
@@ -27,7 +28,19 @@ ROW_BYTES = 120.0
 NUMBER_BYTES = 7.0
 TRAJECTORY_NUMBER_BYTES = 7.0
 HEATMAP_PIXEL_BYTES = 0.6
-PROBES = 20
+ENDS_TRIED_AT = 20
+
+
+class TrialPace(NamedTuple):
+    """How many times the estimated seconds trials take, as measured in a probe of so
+    many steps. Of code whose cost is known there is no probe, and `steps` is 0.
+    """
+
+    factor: float = 1.0
+    steps: int = 0
+
+
+KNOWN_PACE = TrialPace()
 
 
 def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
@@ -112,8 +125,8 @@ def _matters(study: Study, design: Design, name: str) -> bool:
     if column.dtype == object:
         return False
     ends = column.min().item(), column.max().item()
-    probes = np.unique(np.linspace(0, design.n_points - 1, PROBES).astype(int)).tolist()
-    for one in map(design.settings, probes):
+    for point in evenly(design.n_points, ENDS_TRIED_AT):
+        one = design.settings(point)
         low, high = (
             trial_seconds(study.model, study.known, one | {name: end}, study.record)
             for end in ends
@@ -123,17 +136,18 @@ def _matters(study: Study, design: Design, name: str) -> bool:
     return False
 
 
-def study_cost(study: Study, design: Design) -> tuple[float, float]:
+def study_cost(
+    study: Study, design: Design, pace: TrialPace = KNOWN_PACE
+) -> tuple[float, float]:
     """Estimated seconds of one core, and bytes, for all trials, from at most 500 points
     spread evenly.
     """
-    sample = np.unique(
-        np.linspace(0, design.n_points - 1, min(design.n_points, 500)).astype(int)
-    )
-    settings: list[dict[str, Any]] = [design.settings(int(point)) for point in sample]
+    settings: list[dict[str, Any]] = [
+        design.settings(point) for point in evenly(design.n_points, 500)
+    ]
     seconds = np.mean(
         [trial_seconds(study.model, study.known, one, study.record) for one in settings]
     )
     size = np.mean([trial_bytes(one, study.record) for one in settings])
     trials = design.n_points * study.trials_per_point
-    return float(seconds) * trials, float(size) * trials
+    return float(seconds) * pace.factor * trials, float(size) * trials

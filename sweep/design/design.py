@@ -50,6 +50,18 @@ class Design:
             name: column.item(point) for name, column in self.columns.items()
         }
 
+    def only(self, points: list[int]) -> "Design":
+        """The design of these points alone."""
+        columns = {name: column[points] for name, column in self.columns.items()}
+        return Design(self.base, columns, len(points))
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """At most so many of the places 0 to `count` - 1, with the first and the last."""
+    places = np.linspace(0, count - 1, min(count, most)).astype(int)
+    chosen: list[int] = np.unique(places).tolist()
+    return chosen
+
 
 def expand(study: Study) -> Design:
     """The points of `study`: the product of its axes, the last one fastest, without

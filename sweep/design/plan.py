@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict, dataclass
 
-from sweep.design.cost import study_cost
+from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Rejection, expand
 from sweep.spec.study import Study
 
@@ -14,7 +14,8 @@ class Plan:
     `code` are the files of the user's own that it runs.
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
-    are for the most of them.
+    are for the most of them. `probe_steps` is how many steps were run to estimate the
+    seconds, 0 where the cost of all code is known.
     """
 
     study: str
@@ -35,6 +36,7 @@ class Plan:
     notes: tuple[str, ...]
     until: dict[str, object] | None = None
     on_error: str = ""
+    probe_steps: int = 0
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -58,7 +60,10 @@ class Plan:
         lines += [f"merged     {self.merged:,} equal points"] if self.merged else []
         lines += [f"on error   {self.on_error}"] if self.on_error else []
         lines += [
-            f"CPU time   {about} {duration(self.cpu_seconds)}",
+            (
+                f"CPU time   {about} {duration(self.cpu_seconds)}"
+                f"{probed(self.probe_steps)}"
+            ),
             (
                 f"wall time  {about} {duration(self.wall_seconds)} with {self.workers}"
                 " workers"
@@ -78,10 +83,10 @@ class Plan:
         )
 
 
-def make_plan(study: Study, workers: int) -> Plan:
+def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """The plan of `study`. Raises SpecError for a design that cannot be."""
     design = expand(study)
-    seconds, size_bytes = study_cost(study, design)
+    seconds, size_bytes = study_cost(study, design, pace)
     return Plan(
         study=study.name,
         model=study.model,
@@ -102,7 +107,13 @@ def make_plan(study: Study, workers: int) -> Plan:
         notes=tuple(note for axis in study.axes for note in axis.notes),
         until=study.until.as_json() if study.until else None,
         on_error=study.policy.in_words(design.n_points * study.trials_per_point),
+        probe_steps=pace.steps,
     )
+
+
+def probed(steps: int) -> str:
+    """What follows estimated seconds that come from a probe of so many steps."""
+    return f", estimated from a probe of {steps:,} steps" if steps else ""
 
 
 def duration(seconds: float) -> str:

@@ -24,7 +24,7 @@ from sweep.figures.selection import (
     Facet,
     Selection,
     among,
-    is_number,
+    has_scale,
     select,
 )
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
@@ -113,7 +113,7 @@ def _lines(selection: Selection, by: str | None) -> str | None:
     if not by and not listed:
         return None
     name = selection.setting(by) if by else listed[0]
-    most = MOST_LINES if is_number(selection.points[name]) else MOST_COLOURS
+    most = MOST_LINES if has_scale(selection.points[name]) else MOST_COLOURS
     if (number := len(selection.values(name))) > most:
         few = [
             other for other in listed if len(selection.values(other)) <= MOST_COLOURS

@@ -27,7 +27,7 @@ from sweep.figures.scales import (
     label_setting,
     places,
 )
-from sweep.figures.selection import Facet, Selection, is_number, recorded, select
+from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
 from sweep.tables.stored_study import StoredStudy
 
@@ -120,6 +120,7 @@ def heatmap_layout(
             study.name,
             "heatmap",
         )
+    chosen = [selection.axis(name, "heatmap") for name in chosen]
     across, up = (chosen[0], chosen[1]) if x or not y else (chosen[1], chosen[0])
     others = selection.apart(list(dict.fromkeys([across, up, *selection.sampled])))
     facets = selection.panels(others, "heatmap")
@@ -136,11 +137,11 @@ def heatmap_layout(
 def is_binned(selection: Selection, name: str) -> bool:
     """Whether cells are bins of a setting, and not its values."""
     most = MOST_DRAWN if name in selection.sampled else MOST_LISTED
-    return is_number(selection.points[name]) and len(selection.values(name)) > most
+    return has_scale(selection.points[name]) and len(selection.values(name)) > most
 
 
 def _preference(selection: Selection, name: str) -> tuple[bool, int]:
-    return not is_number(selection.points[name]), -len(selection.values(name))
+    return not has_scale(selection.points[name]), -len(selection.values(name))
 
 
 def draw_heatmap(layout: Heatmap) -> Figure:

@@ -19,7 +19,7 @@ from sweep.figures.directions import Direction, direction
 from sweep.figures.drawing import note, quantity, span, title_panel, words
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
-from sweep.figures.selection import Facet, Selection, is_number, select
+from sweep.figures.selection import Facet, Selection, has_scale, select
 from sweep.figures.style import STYLE, VERMILION
 from sweep.tables.stored_study import StoredStudy
 
@@ -74,6 +74,8 @@ def parallel_layout(
             study.name,
             "parallel",
         )
+    for name in selection.sampled:
+        selection.axis(name, "parallel")
     return Parallel(
         selection,
         chosen,
@@ -202,7 +204,7 @@ def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upr
         places(selection, name, column),
         places(selection, name, selection.points[name]),
     )
-    if not is_number(selection.points[name]):
+    if not has_scale(selection.points[name]):
         last = max(every.max(), 1.0)
         names = [words(value) for value in selection.values(name)]
         return Upright(values / last, np.arange(len(names)) / last, names)

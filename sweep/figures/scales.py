@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from sweep.figures.drawing import quantity, words
-from sweep.figures.selection import Selection, is_number
+from sweep.figures.selection import Selection, has_scale
 from sweep.spec.axes import LOGSPACE
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.strict_yaml import parse_document
@@ -26,10 +26,10 @@ FEW_TICKS = 3
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
-    """Where values of a setting lie on its axis. A number lies at itself; texts lie at
-    0, 1, ... in the order of the spec.
+    """Where values of a setting lie on its axis. A number lies at itself; what has no
+    scale lies at 0, 1, ..., texts in the order of the spec.
     """
-    if is_number(selection.points[name]):
+    if has_scale(selection.points[name]):
         return np.asarray(column, np.float64)
     order = {value: place for place, value in enumerate(selection.values(name))}
     return np.asarray([order[value] for value in column], np.float64)
@@ -42,10 +42,10 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
     listed values over a decade or more, if their ratios are more even than their
     differences.
     """
-    if not is_number(selection.points[name]):
+    if not has_scale(selection.points[name]):
         return False
     values = np.array(selection.values(name), np.float64)
-    if not (np.isfinite(values).all() and values[0] > 0.0):
+    if values[0] <= 0.0:
         return False
     if name in selection.sampled:
         return any(
@@ -92,11 +92,11 @@ def label_setting(
     selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x"
 ) -> None:
     """Label an axis with the name and the unit of a setting, set its scale, and name
-    its values where they are texts.
+    its values where they have none.
     """
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(quantity(selection.study, name))
-    if not is_number(selection.points[name]):
+    if not has_scale(selection.points[name]):
         names = [words(value) for value in selection.values(name)]
         axis.set_ticks(range(len(names)), names)
         if direction == "x" and _crowded(names):

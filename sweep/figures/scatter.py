@@ -17,7 +17,14 @@ from sweep.errors import ChoiceError
 from sweep.figures.drawing import estimated, note, quantity, span, title_panel, words
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, label_setting, places
-from sweep.figures.selection import Facet, Selection, is_number, recorded, select
+from sweep.figures.selection import (
+    Facet,
+    Selection,
+    has_scale,
+    is_number,
+    recorded,
+    select,
+)
 from sweep.figures.style import COLOURS, MARKERS, STYLE
 from sweep.tables.stored_study import StoredStudy
 
@@ -92,6 +99,8 @@ def scatter_layout(
             for name in names
             for facet in _facets(selection, name, colour)
         ]
+    for name in names:
+        selection.axis(name, "scatter")
     if not rows:
         raise ChoiceError(
             "needs a setting that varies, and none does", study.name, "scatter"
@@ -168,19 +177,19 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
-    number = is_number(selection.points[panel.name])
+    column = selection.points[panel.name]
     said = []
     for place, value in enumerate(groups):
         part = table[table[by] == value] if by else table
         at = places(selection, panel.name, part[panel.name])
         shift = (
             0.0
-            if number
+            if has_scale(column)
             else LARGEST_SHIFT * (2 * place - len(groups) + 1) / len(groups)
         )
         _points(axes, at + shift, part, metric, COLOURS[place], MARKERS[place], few=few)
         if (
-            number
+            is_number(column)
             and (
                 correlation := rank_estimate(at, part[metric].to_numpy(np.float64))
             ).testable

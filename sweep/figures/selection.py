@@ -22,6 +22,10 @@ from sweep.text import unknown
 
 MOST_PANELS = 12
 MOST_COLOURS = 7
+FARTHEST = 1e150
+"""Squares of such places are still finite; matplotlib needs some room, too."""
+MOST_NAMED = 30
+"""So many values of a setting without a scale have room on an axis."""
 MOST_BY_DEFAULT = 3
 """So many values become colours of one panel unless asked for; more become panels."""
 
@@ -86,6 +90,20 @@ class Selection:
             raise ChoiceError(
                 unknown("varied setting", name, self.points.columns),
                 self.study.name,
+            )
+        return name
+
+    def axis(self, name: str, what: str) -> str:
+        """`name`, if a figure of this kind can have an axis of the setting. Raises
+        ChoiceError for numbers that have no scale and are too many to be named.
+        """
+        number = len(self.values(name))
+        if number > MOST_NAMED and not has_scale(self.points[name]):
+            raise ChoiceError(
+                f"cannot place the {number:,} values of {name}, some of which are"
+                f" beyond {FARTHEST:g}; choose with where, {self.example([name])}",
+                self.study.name,
+                what,
             )
         return name
 
@@ -285,6 +303,13 @@ def is_number(column: "pd.Series[float]") -> bool:
     return pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(
         column
     )
+
+
+def has_scale(column: "pd.Series[float]") -> bool:
+    """Whether a setting is a number that an axis can place. Numbers too far out for
+    that, such as an endless range, are named like texts.
+    """
+    return is_number(column) and bool((column.abs() <= FARTHEST).all())
 
 
 def _kinds(study: StoredStudy, points: pd.DataFrame) -> tuple[list[str], list[str]]:

@@ -5,9 +5,17 @@ from pathlib import Path
 from typing import Any
 
 from sweep.own_code.catalogue import OwnCatalogue
-from sweep.own_code.references import known_to, own_code, references, resolved
+from sweep.own_code.references import (
+    Reference,
+    known_to,
+    own_code,
+    references,
+    resolved,
+)
 from sweep.own_code.sources import SUFFIX
 from sweep.spec.document import Document, Entry
+from sweep.spec.schema import json_schema
+from sweep.spec.schema_parts import Schema
 from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.study import Study, read_study
 
@@ -41,6 +49,24 @@ def code_of(path: Path) -> list[Path]:
     return [path.parent / file for file in own_code(root, named).sources.code]
 
 
+def schema_for(path: Path, *, code: bool = True) -> Schema:
+    """The JSON Schema of the spec in a file, with all that its own files bring.
+
+    The files run; what else stands in the spec may be wrong. Raises SpecError, with
+    file and line, for code that cannot be used; without `code`, for a spec that names
+    any.
+    """
+    root = read_document(path)
+    if not (named := _allowed(root, code)):
+        return json_schema()
+    known = known_to(root, named)
+    plain = resolved(root, named, known)
+    files: dict[str, str | None] = {str(one.entry.value): None for one in named}
+    models = [one for one in named if one.kind == "models"]
+    files |= {str(one.entry.value): plain.child("model").text() for one in models}
+    return json_schema(known, files, known.samplers)
+
+
 def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:
     """The name of the model in a file, written `./vortex.py` or `./file.py:NAME` from
     the current folder, and the catalogue that has it. Raises SpecError.
@@ -59,12 +85,17 @@ def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:
 
 
 def _read(root: Entry, code: bool) -> Study:
-    named = references(root)
-    if not named:
+    if not (named := _allowed(root, code)):
         return read_study(root)
+    known = known_to(root, named)
+    return read_study(resolved(root, named, known), known, known.samplers)
+
+
+def _allowed(root: Entry, code: bool) -> list[Reference]:
+    """The files that a spec names. Without `code`, SpecError if one of them runs."""
+    named = references(root)
     running = [one.entry for one in named if one.file.endswith(SUFFIX)]
     if running and not code:
         first = running[0]
         raise first.error(f'this spec runs code from "{first.value}"; no code may run')
-    known = known_to(root, named)
-    return read_study(resolved(root, named, known), known, known.samplers)
+    return named

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sweep.campaigns.search.plan import SearchPlan, make_search_plan
-from sweep.design.plan import Plan, make_plan
+from sweep.campaigns.plan import plan_of
+from sweep.campaigns.search.plan import SearchPlan
+from sweep.design.plan import Plan
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.claims import FILE
@@ -101,8 +102,8 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
-    plan = (make_search_plan if study.search else make_plan)(study, workers)
     at_most = study.search is not None or study.until is not None
+    plan = plan_of(study, workers)
     return BuiltInStudy(name, _comment(study.document), plan, at_most)
 
 

@@ -18,28 +18,29 @@ from sweep.tables.outputs import unfinished
 from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation
 from sweep.trial.state import Taken
 
+NOTHING = RecordSpec(())
+"""Records nothing but where boids are."""
 Report = Callable[[int, int], None]
 """Is told how many of how many steps are done."""
 
 
 def frames(
-    job: Job, every: int, report: Report, metrics: tuple[str, ...] = ()
+    job: Job, every: int, report: Report, record: RecordSpec = NOTHING
 ) -> Iterator[Taken]:
     """The frames 0, `every`, 2 `every`, ... and the last of a trial, some at a time.
 
         job      the trial
         every    steps between two frames
         report   is told how many of how many steps are done
-        metrics  the metrics that are measured at each frame
+        record   the metrics that are measured at each frame
 
     Each `Taken` has the values of the metrics (M, F), and x, y, vx and vy (F, 4, N), in
     the model's length and length/time. The flight is the same whatever is recorded. A
     trial that diverges ends with its last finite frame.
     """
     steps = int(job.settings["steps"])
-    simulation = Simulation(
-        replace(job, record=RecordSpec(metrics=metrics, every=every, trajectories=True))
-    )
+    whole = replace(record, every=every, trajectories=True)
+    simulation = Simulation(replace(job, record=whole))
     going = True
     yield simulation.take_frames()
     while going and simulation.steps_left > 0:

@@ -4,11 +4,10 @@ It comes from the descriptions of the keys, see `sweep.spec.keys`. What depends 
 several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
-from kernels.worlds import MAPS
+from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.spec.axes import GRIDS
 from sweep.spec.axis_keys import POINTS, WHEN
 from sweep.spec.derived_metrics import NAME
@@ -17,6 +16,8 @@ from sweep.spec.failure_policy import policy_rules
 from sweep.spec.keys import section_schema
 from sweep.spec.recorded import columns_of
 from sweep.spec.replication import replication_rules
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
     OWN_FILE,
     Schema,
@@ -28,13 +29,28 @@ from sweep.spec.schema_settings import kinds, of_model, sampled
 from sweep.spec.search_schema import statistic
 from sweep.spec.study import SPEC, study_rules
 
+NO_FILES: Mapping[str, str | None] = {}
 FILE_FOR_EDITORS = Path(__file__).resolve().with_name("spec.schema.json")
 """The schema as `make documents` has written it."""
 
 
-def json_schema() -> Schema:
-    """The schema, draft 07, as plain dicts and lists."""
-    models = [{"if": _is(model), "then": reference(model)} for model in MODELS]
+def json_schema(
+    known: Catalogue = BUILT_IN,
+    files: Mapping[str, str | None] = NO_FILES,
+    samplers: Mapping[str, Sampler] = SAMPLERS,
+) -> Schema:
+    """The schema, draft 07, as plain dicts and lists.
+
+    known     what names stand for
+    files     the files of the user's own whose entries are known, as the spec names
+              them, each with the model that it stands for, None where it is no model
+    samplers  those that a sample may have
+    """
+    own = {text: model for text, model in files.items() if model}
+    models = [
+        {"if": _is(text), "then": reference(f"{model}.spec")}
+        for text, model in ({name: name for name in BUILT_IN.models} | own).items()
+    ]
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "boidsweep study",
@@ -42,8 +58,8 @@ def json_schema() -> Schema:
         **replication_rules(),
         **study_rules(),
         **policy_rules(),
-        "allOf": [*models, _built_in_maps(), _built_in_metrics()],
-        "definitions": _definitions(),
+        "allOf": [*models, _known_maps(files), _known_metrics(files)],
+        "definitions": _definitions(known, samplers),
     }
 
 
@@ -51,21 +67,25 @@ def _is(model: str) -> Schema:
     return {"properties": {"model": {"const": model}}, "required": ["model"]}
 
 
-def _definitions() -> Schema:
+def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
     """The schemas that others refer to by name."""
-    models = {name: part for model in MODELS for name, part in of_model(model).items()}
+    models = {
+        name: part
+        for model in known.models
+        for name, part in of_model(model, known).items()
+    }
     derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
     names = {
         "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_FILE]},
         "column": {"anyOf": [reference("built_in_column"), derived]},
-        "built_in_metric": {"enum": list(METRICS)},
-        "built_in_column": {"enum": columns_of(METRICS)},
-        "built_in_map": {"enum": list(MAPS)},
+        "built_in_metric": {"enum": list(known.metrics)},
+        "built_in_column": {"enum": columns_of(known.metrics)},
+        "built_in_map": {"enum": list(known.maps)},
     }
-    return names | {"statistic": statistic()} | _forms() | kinds() | models
+    return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
 
 
-def _forms() -> Schema:
+def _forms(samplers: Mapping[str, Sampler]) -> Schema:
     """How axes, their members and ranges are written, whatever the setting."""
     number: Schema = {"type": "number"}
     grid = {
@@ -103,7 +123,7 @@ def _forms() -> Schema:
         "swept": {"anyOf": [reference("list"), reference("axis")]},
         "member": {"anyOf": [values, reference("grid")]},
         "parameter": narrow,
-        "sampled": sampled(),
+        "sampled": sampled(samplers),
     }
 
 
@@ -116,38 +136,43 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
     return mapping(ways | rest) | one_of(ways) | together
 
 
-def _own_model() -> Schema:
-    return {"properties": {"model": OWN_FILE}, "required": ["model"]}
+def _other_file(files: Iterable[str]) -> Schema:
+    """A file that may bring anything, since it is none of these."""
+    return OWN_FILE | ({"not": {"enum": list(files)}} if files else {})
 
 
-def _built_in_maps() -> Schema:
-    """Without maps of its own, a study has the built-in ones to choose from."""
+def _other_model(files: Iterable[str]) -> Schema:
+    return {"properties": {"model": _other_file(files)}, "required": ["model"]}
+
+
+def _known_maps(files: Iterable[str]) -> Schema:
+    """Without maps of its own, a study has those that are known to choose from."""
     name = {"anyOf": [reference("built_in_map"), OWN_FILE]}
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
-        "if": {"not": {"anyOf": [{"required": ["maps"]}, _own_model()]}},
+        "if": {"not": {"anyOf": [{"required": ["maps"]}, _other_model(files)]}},
         "then": {
             "properties": {"fixed": {"properties": {"map": name}}, "sweep": swept}
         },
     }
 
 
-def _built_in_metrics() -> Schema:
-    """A study has the built-in metrics to choose from, unless it derives some, or names
-    a file that may bring others.
+def _known_metrics(files: Iterable[str]) -> Schema:
+    """A study has the metrics that are known to choose from, unless it derives some, or
+    names another file than these, which may bring others.
     """
     lists = [
-        {"properties": {name: {"contains": OWN_FILE}}, "required": [name]}
+        {"properties": {name: {"contains": _other_file(files)}}, "required": [name]}
         for name in ("metrics", "series")
     ]
     more = {"anyOf": [{"required": ["derive"]}, *lists]}
     adding = {"properties": {"record": more}, "required": ["record"]}
-    names = {"items": reference("built_in_metric")}
+    names = {"items": {"anyOf": [reference("built_in_metric"), OWN_FILE]}}
     columns = {"propertyNames": reference("built_in_column")}
     record = dict.fromkeys(("metrics", "series"), names)
     search = dict.fromkeys(("objectives", "constraints"), columns)
     return {
-        "if": {"not": {"anyOf": [adding, _own_model()]}},
+        "if": {"not": {"anyOf": [adding, _other_model(files)]}},
         "then": {
             "properties": {
                 "record": {"properties": record},

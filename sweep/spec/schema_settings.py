@@ -11,13 +11,13 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from kernels.catalogue import BUILT_IN
-from kernels.models import MODELS
+from kernels.catalogue import Catalogue
 from sweep.spec.axis_keys import ABLATE, POINTS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.maps import MAP_NAME
 from sweep.spec.point_tables import TABLE
-from sweep.spec.samplers import SAMPLERS, in_blocks
+from sweep.spec.samplers import SAMPLERS
+from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
     OWN_FILE,
     TEXT,
@@ -29,16 +29,19 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.search_schema import model_schema
-from sweep.spec.settings import Setting, preset_settings, settings_of
+from sweep.spec.settings import Setting, Value, preset_settings, settings_of
 
 ON_CONDITION: Schema = {"when": reference("when")}
+Presets = Mapping[str, Mapping[str, Value]]
 TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
-def kinds() -> Schema:
+def kinds(known: Catalogue) -> Schema:
     """What settings may be, by the name of each kind; with `each.` what several may."""
     settings = [
-        setting for model in MODELS for setting in settings_of(model, BUILT_IN).values()
+        setting
+        for model in known.models
+        for setting in settings_of(model, known).values()
     ]
     every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
@@ -74,50 +77,54 @@ def _each(value: Schema) -> Schema:
     return items | {"patternProperties": {any_of(["values", *lists]): items}}
 
 
-def of_model(model: str) -> Schema:
+def of_model(model: str, known: Catalogue) -> Schema:
     """The definitions of a model: its settings, its axes, and what its spec adds."""
-    known = settings_of(model, BUILT_IN)
-    values = {name: reference(_kind(setting)) for name, setting in known.items()}
-    texts = {name: {"description": _text(model, known[name])} for name in known}
+    settings = settings_of(model, known)
+    presets = {
+        name: preset_settings(model, name, known)
+        for name in known.models[model].presets
+    }
+    values = {name: reference(_kind(setting)) for name, setting in settings.items()}
+    texts = {
+        name: {"description": _text(setting, presets)}
+        for name, setting in settings.items()
+    }
     not_derived = {"properties": {"map": texts.pop("map")}}
     about = {"allOf": [reference(f"{model}.about")]}
     return {
         f"{model}.derived": {"properties": texts},
         f"{model}.about": not_derived | {"allOf": [reference(f"{model}.derived")]},
         f"{model}.settings": mapping(values) | about,
-        f"{model}.each": {"patternProperties": dict(_by_kind(known))} | about,
-        f"{model}.sweep": _swept(model),
-        model: _spec(model),
+        f"{model}.each": {"patternProperties": dict(_by_kind(settings))} | about,
+        f"{model}.sweep": _swept(model, settings, presets),
+        f"{model}.spec": _spec(model, settings, presets),
     }
 
 
-def _by_kind(known: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
+def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
     """For each kind a pattern of its settings, and what several values may be."""
     names = defaultdict[str, list[str]](list)
-    for name, setting in known.items():
+    for name, setting in settings.items():
         names[_kind(setting)].append(name)
     for kind, alike in names.items():
         yield any_of(alike), reference(f"each.{kind}")
 
 
-def _text(model: str, setting: Setting) -> str:
+def _text(setting: Setting, presets: Presets) -> str:
     """What editors show of a setting: what it is, its unit, and its presets' values."""
-    presets = {
-        name: preset_settings(model, name, BUILT_IN) for name in MODELS[model].presets
-    }
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
     unit = f" ({setting.unit})" if setting.unit else ""
     return f"{setting.text}{unit}. {', '.join(values)}"
 
 
-def _spec(model: str) -> Schema:
+def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
     settings, axes = reference(f"{model}.settings"), reference(f"{model}.sweep")
-    derived = [name for name in settings_of(model, BUILT_IN) if name != "map"]
+    derived = [name for name in names if name != "map"]
     properties = {
-        "preset": {"enum": list(MODELS[model].presets)},
+        "preset": {"enum": list(presets)},
         "fixed": settings,
         "sweep": axes,
-        "search": model_schema(_written(model, "parameter"), axes, settings),
+        "search": model_schema(_written(model, names, "parameter"), axes, settings),
         "derive": _named(derived, TEXT) | {"allOf": [reference(f"{model}.derived")]},
     }
     return {"properties": properties}
@@ -129,54 +136,57 @@ def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Sch
     return mapping(dict.fromkeys(keys, True)) | patterns
 
 
-def _written(model: str, form: str) -> Schema:
+def _written(model: str, names: Iterable[str], form: str) -> Schema:
     """Settings of the model, each written in that form."""
     each = {"allOf": [reference(f"{model}.each")]}
-    return _named(settings_of(model, BUILT_IN), reference(form)) | each
+    return _named(names, reference(form)) | each
 
 
-def _swept(model: str) -> Schema:
+def _swept(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
     """The axes of a study: of one setting under its name, of several under another."""
-    joint = [_sampled(model), _table(model), _zipped(model), _ablation(model)]
-    return _written(model, "swept") | {"additionalProperties": {"anyOf": joint}}
+    joint = [
+        _sampled(model, names),
+        _table(names),
+        _zipped(model, names),
+        _ablation(presets),
+    ]
+    return _written(model, names, "swept") | {"additionalProperties": {"anyOf": joint}}
 
 
-def _sampled(model: str) -> Schema:
+def _sampled(model: str, names: Iterable[str]) -> Schema:
     parts = [reference("sampled"), reference(f"{model}.each")]
-    return _named(
-        settings_of(model, BUILT_IN), reference("distribution"), _sampled_keys()
-    ) | {"allOf": parts}
+    return _named(names, reference("distribution"), _sampled_keys()) | {"allOf": parts}
 
 
-def _table(model: str) -> Schema:
-    names = list(settings_of(model, BUILT_IN))
-    columns = {"anyOf": [listed({"enum": names}), _named(names, TEXT)]}
+def _table(names: Iterable[str]) -> Schema:
+    columns = {"anyOf": [listed({"enum": list(names)}), _named(names, TEXT)]}
     table = {"sample": {"const": TABLE}, "file": TEXT, "columns": columns}
     return mapping(table | ON_CONDITION, ["sample", "file"])
 
 
-def _zipped(model: str) -> Schema:
-    return mapping({"zip": _written(model, "member")} | ON_CONDITION, ["zip"])
+def _zipped(model: str, names: Iterable[str]) -> Schema:
+    return mapping({"zip": _written(model, names, "member")} | ON_CONDITION, ["zip"])
 
 
-def _ablation(model: str) -> Schema:
+def _ablation(presets: Iterable[str]) -> Schema:
     """An axis from the preset of the study to another one."""
-    other = {"enum": list(MODELS[model].presets), "description": ABLATE.text}
+    other = {"enum": list(presets), "description": ABLATE.text}
     return mapping({"ablate": other} | ON_CONDITION, ["ablate"])
 
 
-def sampled() -> Schema:
+def sampled(samplers: Mapping[str, Sampler]) -> Schema:
     """A joint axis drawn by a sampler, with the keys that only some samplers know."""
     none = {key: False for key in _sampled_keys() if key not in SAMPLED}
-    plain = [name for name in SAMPLERS if name not in in_blocks()]
-    forms: list[Schema] = [{"sample": {"enum": plain}} | none]
-    for name, about in SAMPLERS.items():
+    plain = [name for name, about in samplers.items() if not about.blocks]
+    forms: list[Schema] = [{"sample": {"enum": plain}} | none, {"sample": OWN_FILE}]
+    for name, about in samplers.items():
         if about.blocks:
             own = {key.name: True for key in about.blocks.options}
             whole_blocks = {"points": {"minimum": 2}, "when": False}
             forms.append(none | whole_blocks | {"sample": {"const": name}} | own)
+    sample: Schema = {"sample": {"anyOf": [choices(samplers), OWN_FILE]}}
     return {
-        "properties": _sampled_keys(),
+        "properties": _sampled_keys() | sample,
         "required": ["sample", "points"],
         "anyOf": [{"properties": properties} for properties in forms],
     }
@@ -189,8 +199,5 @@ def _sampled_keys() -> Schema:
     """The keys of a joint axis that is drawn by a sampler, beside its settings."""
     rules = [about.blocks for about in SAMPLERS.values() if about.blocks]
     own = {key.name: key.schema() for one in rules for key in one.options}
-    keys = {
-        "sample": {"anyOf": [choices(SAMPLERS), OWN_FILE]},
-        "points": POINTS.schema(),
-    }
+    keys = {"sample": TEXT, "points": POINTS.schema()}
     return keys | ON_CONDITION | own

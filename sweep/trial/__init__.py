@@ -9,5 +9,6 @@ generators  random numbers for kernels
 world       the same world, to be shown
 looking     what boids see and rules do, to be shown
 compiled    where kernels are kept
+probe       a few short trials, of code whose cost is not known
 interrupts  how a run is told to stop
 """

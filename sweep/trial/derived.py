@@ -8,8 +8,20 @@ from numpy.typing import NDArray
 from sweep.spec.derived_metrics import DerivedMetric
 from sweep.spec.evaluation import left_open
 from sweep.spec.settings import Value
+from sweep.spec.study import RecordSpec
+from sweep.trial.state import Taken
 
 Floats = NDArray[np.float64]
+
+
+def measured(
+    record: RecordSpec, taken: Taken, settings: Mapping[str, Value]
+) -> dict[str, Floats]:
+    """The values of all metrics of a record by name, each (F,): those that were `taken`
+    for it, and what it derives from them.
+    """
+    values = dict(zip(record.metrics, taken.values, strict=True))
+    return with_derived(record.derive, values, settings)
 
 
 def with_derived(

@@ -26,7 +26,7 @@ from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
-from sweep.trial.derived import with_derived
+from sweep.trial.derived import measured
 from sweep.trial.generators import Randomness
 from sweep.trial.result import ENDINGS, Result
 from sweep.trial.scenery import coverage_of, scenery_of
@@ -186,8 +186,7 @@ class Simulation:
 
     def _summary(self, status: str, taken: Taken, began: float) -> Result:
         wanted, done = self.job.record, status == "done"
-        measured = dict(zip(wanted.metrics, taken.values, strict=True))
-        values = with_derived(wanted.derive, measured, self.job.settings)
+        values = measured(wanted, taken, self.job.settings)
         late = 2 * taken.steps > self.schedule.steps
         return Result(
             self.job,

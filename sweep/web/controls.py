@@ -13,6 +13,7 @@ from kernels.metrics import Metric
 from kernels.model import Model
 from sweep.errors import SpecError
 from sweep.spec.built_in import EXPERIMENTS
+from sweep.spec.derived_metrics import DerivedMetric
 from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
 from sweep.spec.strict_yaml import read_document
@@ -28,6 +29,7 @@ def controls(
     model: str,
     preset: str,
     own: tuple[str, ...] = (),
+    derive: tuple[DerivedMetric, ...] = (),
     known: Catalogue = BUILT_IN,
     experiments: Path = EXPERIMENTS,
 ) -> Reply:
@@ -36,6 +38,7 @@ def controls(
         model        the model whose settings are shown
         preset       its preset, which gives the default values
         own          names of maps that the spec brings
+        derive       metrics that it computes from others
         known        what names stand for
         experiments  the folder with published numbers
 
@@ -64,9 +67,12 @@ def controls(
             *({"name": name, "text": "of the spec", "size": None} for name in own),
         ],
         "metrics": [
-            _metric(name, metric, about, preset, experiments)
-            for name, metric in known.metrics.items()
-            if not metric.potential or about.pair_potential is not None
+            *(
+                _metric(name, metric, about, preset, experiments)
+                for name, metric in known.metrics.items()
+                if not metric.potential or about.pair_potential is not None
+            ),
+            *map(_derived, derive),
         ],
         "overlays": list(OVERLAYS),
     }
@@ -140,6 +146,11 @@ def _metric(
         "unit": spelled(about.unit, model),
         "published": numbers,
     }
+
+
+def _derived(one: DerivedMetric) -> Reply:
+    text = one.expression.text
+    return {"name": one.name, "text": text, "unit": one.unit, "published": []}
 
 
 @cache

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.replays.flight import Report, frames
+from sweep.trial.derived import measured
+from sweep.trial.state import joined
+from sweep.web.running import recorded
 
 MOST_BYTES = 256 * 2**20
 """The most memory that the frames of a run may take. Of a larger run only every second
@@ -63,20 +66,21 @@ def fly(
     """
     every = every or _every(job, len(metrics))
     pieces = []
-    for taken in frames(job, every, report, metrics):
+    record = recorded(job, metrics)
+    for taken in frames(job, every, report, record):
         pieces.append(taken)
         if until is not None and len(taken.steps) and taken.steps[-1] >= until:
             break
-    steps, values, bodies = (list(parts) for parts in zip(*pieces, strict=True))
-    joined = np.concatenate(steps)
+    whole = joined(pieces)
     count = (
-        len(joined)
+        len(whole.steps)
         if until is None
-        else int(np.searchsorted(joined, until, side="right"))
+        else int(np.searchsorted(whole.steps, until, side="right"))
     )
-    series = dict(zip(metrics, np.hstack(values)[:, :count], strict=True))
+    values = measured(record, whole, job.settings)
+    series = {name: values[name][:count] for name in metrics}
     return KeptFlight(
-        study, job, every, joined[:count], np.concatenate(bodies)[:count], series
+        study, job, every, whole.steps[:count], whole.bodies[:count], series
     )
 
 

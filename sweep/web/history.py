@@ -3,6 +3,7 @@ plot.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -76,6 +77,13 @@ class History:
         }
         message = {"type": "metrics", "steps": steps, "values": values, "reset": anew}
         return message, Cursor(self.era, steps[-1] if steps else -1)
+
+
+def rows(
+    values: Mapping[str, NDArray[np.float64]], names: Sequence[str]
+) -> NDArray[np.float64]:
+    """The values of these metrics, each (F,), as rows (metrics, F)."""
+    return np.array([values[name] for name in names])
 
 
 def _number(value: float) -> float | None:

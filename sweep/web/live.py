@@ -32,7 +32,13 @@ class Live(Session):
         """
         own = (str(self.state.settings["map"]),) if self.state.own else ()
         return [
-            controls(self.state.model, self.state.preset, own, self.state.known),
+            controls(
+                self.state.model,
+                self.state.preset,
+                own,
+                self.state.derive,
+                self.state.known,
+            ),
             self.scene(),
             self.status(),
         ]

@@ -20,6 +20,7 @@ from sweep.trial.state import Taken
 from sweep.web import messages
 from sweep.web.filing import Order, filed
 from sweep.web.flight import silent
+from sweep.web.history import rows
 from sweep.web.live import Live
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
@@ -77,10 +78,7 @@ class Replay(Live):
     def _follow(self, state: ViewState) -> None:
         """Plot the whole run at once: all values are known already."""
         super()._follow(state)
-        self.history.add(
-            self.track.steps,
-            np.array([self.track.values[name] for name in state.plots]),
-        )
+        self.history.add(self.track.steps, rows(self.track.values, state.plots))
 
     def seek(self, step: int) -> None:
         """Go to `step`. Where the run ended before it, go to the last step."""
@@ -179,7 +177,7 @@ class Replay(Live):
         row, values = self.stored.row, self.track.values
         metrics = {
             name: {"stored": row[name], "replayed": float(values[name][-1])}
-            for name in self.stored.metrics
+            for name in (*self.stored.metrics, *self.stored.derive)
             if row[name] is not None
         }
         about = {
@@ -218,4 +216,4 @@ def _measured(job: Job) -> tuple[str, ...]:
     known = job.known
     usual = known.models[job.model].metrics
     own = (name for name in usual if not known.metrics[name].covers)
-    return tuple(dict.fromkeys((*job.record.metrics, *own)))
+    return tuple(dict.fromkeys((*job.record.names, *own)))

@@ -2,11 +2,13 @@
 run.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 
 from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job
+from sweep.spec.derived_metrics import needed
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.looking import seen_by
@@ -14,6 +16,18 @@ from sweep.trial.simulation import Simulation
 
 MOST_PIXELS = 4_000_000
 """The largest world, in pixels, whose visits are always counted."""
+
+
+def recorded(job: Job, names: Iterable[str]) -> RecordSpec:
+    """What is recorded of each frame to plot these metrics of `job`, some of which may
+    be derived from others.
+    """
+    wanted = list(names)
+    derive = job.record.derive if {*wanted} - job.known.metrics.keys() else ()
+    metrics = dict.fromkeys((*wanted, *needed(derive)))
+    return RecordSpec(
+        tuple(name for name in metrics if name in job.known.metrics), derive=derive
+    )
 
 
 def simulation_of(job: Job) -> Simulation:

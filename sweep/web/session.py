@@ -7,19 +7,20 @@ at them, or how often.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.settings import StartSettings
 from sweep.errors import SpecError
-from sweep.spec.study import RecordSpec
 from sweep.text import unknown
+from sweep.trial.derived import measured
 from sweep.trial.looking import counts_visits
 from sweep.trial.state import Taken
-from sweep.web.history import History
+from sweep.web.history import History, rows
 from sweep.web.protocol import OVERLAYS
-from sweep.web.running import changed, simulation_of
+from sweep.web.running import changed, recorded, simulation_of
 from sweep.web.state import COMMON, Range, Shape, ViewState, begin
 
 START = {"n", "map", "seed", *StartSettings._fields}
@@ -66,11 +67,13 @@ class Session:
         self.state = state
 
     def _take(self) -> Taken:
-        wanted = RecordSpec(self.state.plots, trajectories=True)
+        job, plots = self.state.job, self.state.plots
+        wanted = replace(recorded(job, plots), trajectories=True)
         taken = self.simulation.take_frames(wanted)
         if len(taken.steps):
             self.bodies: NDArray[np.float64] = taken.bodies[-1]
-            self.history.add(taken.steps, taken.values)
+            values = measured(wanted, taken, job.settings)
+            self.history.add(taken.steps, rows(values, plots))
         self.version += 1
         return taken
 
@@ -196,7 +199,8 @@ class Session:
         """
         state = self.state.follow(metrics)
         uncounted = any(
-            state.known.metrics[name].covers for name in metrics
+            state.known.metrics[name].covers
+            for name in recorded(state.job, metrics).metrics
         ) and not counts_visits(self.simulation)
         if self.step == 0 or uncounted:
             self._again(state)

@@ -18,6 +18,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
 from sweep.design.points import SIDES
 from sweep.errors import SpecError
+from sweep.spec.derived_metrics import DerivedMetric
 from sweep.spec.document import Document, Entry
 from sweep.spec.keys import written
 from sweep.spec.maps import DrawnMap, OwnMap, read_maps
@@ -74,8 +75,9 @@ class ViewState:
     the number of the trial: a copied spec runs the replicates before it too. Random
     numbers are common to all points. So another value of a setting meets the same
     noise, and a run can be made longer. A spec that was not made here keeps its own
-    streams. `plots` are the metrics that are plotted, `sweeps` the settings that a
-    copied spec varies. All methods raise SpecError for what a spec would not accept.
+    streams. `plots` are the metrics that are plotted, `derive` those that the spec
+    computes from others, `sweeps` the settings that a copied spec varies. All methods
+    raise SpecError for what a spec would not accept.
     """
 
     model: str
@@ -88,6 +90,7 @@ class ViewState:
     streams: Streams = COMMON
     plots: tuple[str, ...] = ()
     sweeps: Mapping[str, Range] = field(default_factory=dict)
+    derive: tuple[DerivedMetric, ...] = ()
     known: Catalogue = BUILT_IN
 
     @cached_property
@@ -257,6 +260,9 @@ class ViewState:
         values: dict[str, Any] = {"metrics": self.plots or (ANY_METRIC,), "every": 1}
         if self.plots:
             values["series"] = self.plots
+        if self.derive:
+            texts = {one.name: one.expression.text for one in self.derive}
+            values["derive"] = texts
         known = self._preset | dict(self.fixed)
         frames = (self.replicate + 1) * int(known["steps"])
         if not self.sweeps and frames * int(known["n"]) <= MOST_STORED:
@@ -360,7 +366,8 @@ def from_job(job: Job) -> ViewState:
         replicate=0 if job.literal else job.replicate,
         known=job.known,
         streams=job.streams,
-        plots=job.record.metrics[:MOST_PLOTS],
+        plots=job.record.names[:MOST_PLOTS],
+        derive=job.record.derive,
     ).checked()
 
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from sweep.design.jobs import Job
 from sweep.replays.flight import Report
 from sweep.spec.study import RecordSpec
+from sweep.trial.derived import measured
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import State, joined
-from sweep.web.running import simulation_of
+from sweep.web.running import recorded, simulation_of
 
 BOID_STEPS_APART = 20_000
 """Boids times steps between two kept states: they take some milliseconds, so that a
@@ -51,7 +52,7 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
     """Run `job` from its start to its end, and keep the metrics and some states. An
     exception of the run is raised as it is.
     """
-    job = replace(job, record=RecordSpec(metrics))
+    job = replace(job, record=recorded(job, metrics))
     simulation = simulation_of(job)
     taken, states = [simulation.take_frames(job.record)], dict[int, State]()
     apart, going = _steps_apart(simulation), True
@@ -65,8 +66,9 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
             and simulation.step >= max(states, default=0) + apart
         ):
             states[simulation.step] = simulation.state().copied()
-    steps, values, _ = joined(taken)
-    return Track(job, steps, dict(zip(metrics, values, strict=True)), states)
+    whole = joined(taken)
+    values = measured(job.record, whole, job.settings)
+    return Track(job, whole.steps, {name: values[name] for name in metrics}, states)
 
 
 def _steps_apart(simulation: Simulation) -> int:

@@ -3,6 +3,8 @@ ratio within one run.
 
     kernels     aziel_chen2025 with coverage against a plain all-pairs loop of the same
                 model, same bits
+    outside     the same model as a file beside a spec, against the one in the package,
+                same bits
     scaling     cost of a boid-step from N = 100 to 10,000 at constant density
     mesa        boid-steps a second against Mesa's own flocking example (skipped where
                 Mesa is not installed)
@@ -19,24 +21,29 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.catalogue import Catalogue
 from kernels.models import MODELS
 from sweep.campaigns.launch import launch
 from sweep.design.jobs import Job
+from sweep.own_code.reading import model_file
 from sweep.spec.study import RecordSpec, Streams, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation, run
 from sweep.workers.executors import Loky
+from tests import ROOT
 from tests.bench.page import page
 from tests.bench.plain import plain_run
 from tests.bench.view import view
 
 ROUNDS = 5
+MODEL = "aziel_chen2025"
 BEST = {
     "cafeteria": (0.21291127681588995, 0.003341501546500625, 0.0029965674079446836),
     "dense_cafeteria": (0.476524, 0.016595, 0.001169),
@@ -52,7 +59,7 @@ def job(
 ) -> Job:
     """A trial of aziel_chen2025 as run, with the metrics of the published study."""
     cohesion, alignment, separation = gains
-    values = MODELS["aziel_chen2025"].presets["as_run"] | {
+    values = MODELS[MODEL].presets["as_run"] | {
         "map": map_name,
         "n": n,
         "steps": steps,
@@ -61,14 +68,14 @@ def job(
         "separation_weight": separation,
         **settings,
     }
-    record = RecordSpec(MODELS["aziel_chen2025"].metrics)
+    record = RecordSpec(MODELS[MODEL].metrics)
     return Job(
         "bench",
         "0" * 16,
         0,
         27,
         True,
-        "aziel_chen2025",
+        MODEL,
         "as_run",
         values,
         record,
@@ -160,6 +167,40 @@ def large(n: int, steps: int) -> Job:
         width=round(800 * scale),
         height=round(600 * scale),
     )
+
+
+def outside() -> None:
+    """A copy of the model beside a spec, against the one in the package."""
+    cases = [
+        ("cafeteria, N=100", job("cafeteria", 100, 3600, BEST["cafeteria"])),
+        ("empty, N=1000, same density", large(1000, 360)),
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        name, known = copied(Path(folder))
+        for case, one in cases:
+            ratio = compare_pairs(one, replace(one, model=name, known=known))
+            print(f"outside, {case:27} {ratio:.2f} times the seconds of the inside")
+
+
+def copied(folder: Path) -> tuple[str, Catalogue]:
+    """The name of a copy of the model in a file of the folder, and what knows it."""
+    source = (ROOT / "kernels" / "models" / f"{MODEL}.py").read_text()
+    file = folder / "copied.py"
+    file.write_text(source.replace(f'name="{MODEL}"', 'name="copied"'))
+    return model_file(str(file))
+
+
+def compare_pairs(inside: Job, copy: Job) -> float:
+    """The median ratio of seconds, the copy's by the original's, of runs in turns; both
+    must visit the same.
+    """
+    ours(inside), ours(copy)
+    ratios = []
+    for _ in range(4 * ROUNDS):
+        mine, theirs = ours(inside), ours(copy)
+        assert mine[1] == theirs[1], "the copy differs"
+        ratios.append(theirs[0] / mine[0])
+    return median(ratios)
 
 
 def scaling() -> None:
@@ -278,6 +319,7 @@ def study() -> None:
 
 ALL: dict[str, Callable[[], None]] = {
     "kernels": kernels,
+    "outside": outside,
     "scaling": scaling,
     "mesa": mesa,
     "framework": framework,

@@ -2,13 +2,16 @@
 width of the intervals.
 """
 
+import re
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
-from sweep.figures import heatmap_figure
+from sweep.figures import heatmap_figure, scatter_figure
 from sweep.figures.scales import cell_edges
 from tests.plotted import ascending, made_up, shown, study, titles
 from tests.sampled import axis
@@ -151,3 +154,30 @@ def test_edges_lie_half_way_between_values(
     np.testing.assert_allclose(
         cell_edges(np.array(values_), logarithmic=logarithmic), edges
     )
+
+
+ENDLESS = "obstacle_range: [10, 1.0e308, .inf], drag: [0, 0.5]"
+"""Numbers that no axis can place."""
+
+
+def test_numbers_too_far_out_for_an_axis_are_named() -> None:
+    figure = heatmap_figure(made_up(ENDLESS, ascending), "speed", "obstacle_range")
+    figure.draw_without_rendering()
+    means, _ = values(figure)
+    np.testing.assert_array_equal(means, [[0, 2, 4], [1, 3, 5]])
+    names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
+    assert names == ["10", "1e+308", "unlimited"]
+
+
+@pytest.mark.parametrize("draw", [heatmap_figure, scatter_figure])
+def test_too_many_of_them_are_an_error_that_says_what_to_choose(
+    draw: Callable[..., Figure],
+) -> None:
+    many = "obstacle_range: {logspace: [1, 1.0e151, 31]}, drag: [0, 0.5]"
+    sentence = (
+        "cannot place the 31 values of obstacle_range, some of which are beyond 1e+150;"
+        " choose with where, for example obstacle_range=1"
+    )
+    with pytest.raises(ChoiceError, match=re.escape(sentence)):
+        draw(made_up(many, ascending), "speed", x="obstacle_range")
+    draw(made_up(many.replace("151", "150"), ascending), "speed", x="obstacle_range")

@@ -86,3 +86,11 @@ def test_without_a_sample_there_is_nothing_to_draw() -> None:
         ),
     ):
         parallel_figure(study("grid"), "speed")
+
+
+def test_numbers_too_far_out_for_an_axis_are_named() -> None:
+    drawn = axis("random", 8)[:-1] + ", obstacle_range: {choice: [10, .inf]}}"
+    figure = parallel_figure(made_up(drawn), "speed")
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    named = [text for text in texts if text in ("10", "unlimited", "inf")]
+    assert named == ["10", "unlimited"]

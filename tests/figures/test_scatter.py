@@ -153,3 +153,14 @@ def test_too_many_panels_say_what_to_choose() -> None:
         ),
     ):
         scatter_figure(wide, "speed")
+
+
+def test_numbers_too_far_out_for_an_axis_are_named() -> None:
+    made = made_up("obstacle_range: [10, 50, 1.0e308, .inf]", ascending)
+    figure = scatter_figure(made, "speed")
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    np.testing.assert_array_equal(dots(axes), [[0, 0], [1, 1], [2, 2], [3, 3]])
+    names = [label.get_text() for label in axes.get_xticklabels()]
+    assert names == ["10", "50", "1e+308", "unlimited"]
+    assert "= 1.00 " in titles(figure)[0]

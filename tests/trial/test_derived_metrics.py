@@ -25,8 +25,6 @@ from sweep.spec.study import parse_spec
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.derived import with_derived
-from sweep.web.replaying import Replay
-from sweep.web.state import from_job
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.searches import TINY, asked_by
@@ -301,13 +299,3 @@ def test_a_search_makes_it_better_within_its_bound(tmp_path: Path) -> None:
     assert held_out["crowding_mean"].notna().all()
     report = sweep(tmp_path, "status", "tiny", "--results", str(tmp_path))
     assert report.returncode == 0, report.stderr
-
-
-def test_the_page_shows_such_a_trial_without_it(study: StoredStudy) -> None:
-    show = Replay(study, study.trials["trial_id"][0])
-    assert show.differences == []
-    measured = {"dispersion", "flock_radius", "polarization", "speed"}
-    assert show.status()["replay"]["metrics"].keys() == measured
-    state = from_job(study.job(study.trial(study.trials["trial_id"][0])))
-    assert set(state.plots) == measured
-    assert "derive" not in state.as_text()

@@ -6,13 +6,17 @@ from dataclasses import asdict, dataclass, replace
 from sweep.campaigns.search.candidates import check_candidates, references, section_of
 from sweep.design.cost import study_cost
 from sweep.design.design import expand
-from sweep.design.plan import duration, size
+from sweep.design.plan import duration, probed, size
 from sweep.spec.study import Study
+from sweep.trial.probe import measured_pace
 
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """Counts and estimates for a search that spends its budget, without repetitions."""
+    """Counts and estimates for a search that spends its budget, without repetitions.
+
+    `probe_steps` is that of a `Plan`.
+    """
 
     study: str
     model: str
@@ -31,6 +35,7 @@ class SearchPlan:
     workers: int
     result_bytes: float
     on_error: str
+    probe_steps: int
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -55,7 +60,10 @@ class SearchPlan:
                 f" of which {self.held_out_trials:,} on held-out seeds"
             ),
             *([f"on error   {self.on_error}"] if self.on_error else []),
-            f"CPU time   at most about {duration(self.cpu_seconds)}",
+            (
+                f"CPU time   at most about {duration(self.cpu_seconds)}"
+                f"{probed(self.probe_steps)}"
+            ),
             (
                 f"wall time  at most about {duration(self.wall_seconds)} with"
                 f" {self.workers} workers"
@@ -68,14 +76,15 @@ class SearchPlan:
 def make_search_plan(study: Study, workers: int) -> SearchPlan:
     """The plan of a search, with times for the preset's values of the parameters.
 
-    Raises SpecError where nothing that it could ask for is allowed, and where a
-    reference cannot be.
+    Raises SpecError where nothing that it could ask for is allowed, where a reference
+    cannot be, and as `measured_pace`.
     """
     search = section_of(study)
     check_candidates(study)
     references(study)
     scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
-    seconds, size_bytes = study_cost(scenarios, expand(scenarios))
+    pace = measured_pace(scenarios)
+    seconds, size_bytes = study_cost(scenarios, expand(scenarios), pace)
     held_out = search.held_out_trials(0)
     trials = search.budget + held_out
     share = trials / search.scenarios
@@ -97,4 +106,5 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
         workers=workers,
         result_bytes=size_bytes * share,
         on_error=study.policy.in_words(trials),
+        probe_steps=pace.steps,
     )

@@ -1,0 +1,98 @@
+"""A few short trials, of code whose cost is not known: can it run, and how fast is it?
+
+Nothing that is stored depends on what is measured here.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from sweep.design.code import is_built_in
+from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
+from sweep.design.design import evenly, expand
+from sweep.design.jobs import Job, Jobs
+from sweep.spec.study import Study
+from sweep.trial.result import Result
+from sweep.trial.simulation import simulate
+
+MOST_TRIALS = 3
+ESTIMATED_SECONDS = 0.1
+"""A trial is shortened to about so much, by the estimate that is to be corrected."""
+MOST_SECONDS = 0.4
+"""A trial ends after so much, however slow its steps are."""
+
+
+def measured_pace(study: Study) -> TrialPace:
+    """The pace of the trials of a study, from a few of them that are run for a moment
+    in this process. Compiling does not count.
+
+    Raises SpecError where none of them can be run.
+    """
+    if is_built_in(study):
+        return KNOWN_PACE
+    design = expand(study)
+    jobs = Jobs(study, design.only(evenly(design.n_points, MOST_TRIALS)))
+    few = [jobs[place] for place in evenly(len(jobs), MOST_TRIALS)]
+    list(_ran(study, map(_begun, few)))  # compiles
+    results = list(_ran(study, map(_shortened, few)))
+    estimated = sum(map(_estimated, results))
+    return TrialPace(
+        sum(result.seconds for result in results) / estimated,
+        sum(result.step for result in results),
+    )
+
+
+def check_runs(study: Study, jobs: Sequence[Job]) -> None:
+    """Raise SpecError where none of these jobs of a study can take a step, unless all
+    code is built in.
+
+    One that fails is no reason: its settings may be.
+    """
+    if not is_built_in(study):
+        next(_ran(study, map(_begun, jobs)))
+
+
+def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
+    """The results of the jobs that raise nothing. Raises SpecError if there is none."""
+    first: Exception | None = None
+    ran = 0
+    for job in jobs:
+        try:
+            result = simulate(job)
+        except Exception as error:
+            first = first or error
+        else:
+            ran += 1
+            yield result
+    if first and not ran:
+        said = f"no trial can be run: {_words(first)}"
+        raise study.document.error(("model",), said) from first
+
+
+def _words(error: Exception) -> str:
+    """What an error says, in a line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def _begun(job: Job) -> Job:
+    """The first step of a job."""
+    return replace(job, settings=job.settings | {"steps": 1})
+
+
+def _shortened(job: Job) -> Job:
+    """So many steps of a job as take ESTIMATED_SECONDS, but at least one."""
+    steps = int(job.settings["steps"])
+    share = ESTIMATED_SECONDS / trial_seconds(
+        job.model, job.known, job.settings, job.record
+    )
+    return replace(
+        job,
+        settings=job.settings | {"steps": min(steps, max(1, int(share * steps)))},
+        time_limit=MOST_SECONDS,
+    )
+
+
+def _estimated(result: Result) -> float:
+    """The estimated seconds of the steps that were taken."""
+    job = result.job
+    taken = job.settings | {"steps": result.step}
+    return trial_seconds(job.model, job.known, taken, job.record)
