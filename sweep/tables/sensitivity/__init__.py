@@ -29,6 +29,7 @@ from sweep.errors import ChoiceError
 from sweep.spec.point_tables import TABLE
 from sweep.spec.samplers import SAMPLERS, made_for
 from sweep.spec.sampling import Analyses
+from sweep.spec.search_samplers import SEARCH_SAMPLERS
 from sweep.spec.whole_samples import SALIB
 from sweep.tables.sensitivity.sampled import (
     Analysis,
@@ -50,7 +51,8 @@ def every_sampler(study: StoredStudy) -> tuple[str, ...]:
     """What an axis may be sampled by; the points of a table count as a sample, and
     those of a sampler that only the study has.
     """
-    own = [axis.sampler for axis in study.axes.values() if axis.sampler]
+    drawn = [axis.sampler for axis in study.axes.values() if axis.sampler]
+    own = [name for name in drawn if name not in SEARCH_SAMPLERS]
     return tuple(dict.fromkeys([*SAMPLERS, TABLE, *own]))
 
 
