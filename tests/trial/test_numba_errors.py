@@ -11,6 +11,7 @@ from sweep.testing.subject import subject
 from sweep.trial.numba_errors import explained
 from sweep.trial.simulation import Simulation, run
 from sweep.workers.failures import in_a_line
+from tests.commands import sweep
 from tests.testing.models import LINE, doing, inside, written
 
 ALLOCATES = "this allocates memory for a new array, list, dictionary or text, which"
@@ -129,3 +130,17 @@ def test_a_failed_trial_begins_with_the_sentence_and_has_the_traceback(
     assert result.error.startswith(sentence)
     assert "Traceback (most recent call last)" in result.error
     assert in_a_line(result.error).startswith(sentence)
+
+
+def test_a_plan_and_a_launch_say_it_before_any_work(tmp_path: Path) -> None:
+    path, line = written(tmp_path, inside("vx += params.gian"))
+    spec = f"study: mine\nmodel: ./{path.name}\npreset: as_run\nseed: 1\n"
+    (tmp_path / "spec.yaml").write_text(f"{spec}replicates: 2\n")
+    for command in ("plan", "launch"):
+        done = sweep(tmp_path, command, "spec.yaml")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == (
+            "spec.yaml:2: no trial can be run: drawn.py, line"
+            f' {line}, "vx += params.gian  {LINE}": there is no "gian" in Params; did'
+            ' you mean "gain"?\n'
+        )
