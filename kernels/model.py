@@ -2,8 +2,8 @@
 boids see, and the kernel that advances a flock.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, get_args, get_type_hints
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, NamedTuple, get_args, get_type_hints
 
 from kernels.settings import About, Demand
 
@@ -76,6 +76,17 @@ def everyone(_params: Any, n: int) -> int:
     return n
 
 
+Symmetry = Literal[
+    "translation", "rotation", "quarter_turn", "reflection", "permutation"
+]
+"""What changes nothing in a world without obstacles, whose middle is the goal: moving
+all boids, in an open world or round a torus; turning them about the middle, by any
+angle in an open world, or by a quarter of a turn in a square one; mirroring them;
+sorting them otherwise, where none sees a new state before the others.
+"""
+NONE_DECLARED: Mapping[Symmetry, Mapping[str, Any]] = {}
+
+
 class Model(NamedTuple):
     """A published model.
 
@@ -86,6 +97,9 @@ class Model(NamedTuple):
     the goal. `pair_potential(params)` and `occupancy(params)` are for models that have
     one. `faces_heading` says that a boid at rest looks where it last flew; else it
     looks all round.
+
+    `symmetries` are those that it has, each with the settings that it needs:
+    `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
 
     `demands` are conditions on the settings, and `potential_demands` those of metrics
     of the potential. `length` and `time` are the units of the model, and `y_down` says
@@ -104,6 +118,7 @@ class Model(NamedTuple):
     pair_potential: Callable[[Any], PairPotential] | None = None
     occupancy: Callable[[Any], OccupancySettings] | None = None
     faces_heading: bool = False
+    symmetries: Mapping[Symmetry, Mapping[str, Any]] = NONE_DECLARED
     demands: tuple[Demand, ...] = ()
     potential_demands: tuple[Demand, ...] = ()
     length: str = "px"

@@ -11,6 +11,7 @@ A study flows down this list, and each package imports only what stands above it
     trial/       a job -> a Result: the one door to the kernels
     store/       parts, whole or absent; locks; origin
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
+    testing/     whether a model keeps the promises of the built-in ones
     tables/      what is stored: chosen, compared, exported; sensitivity
     campaigns/   which trials run: a fixed number, until an interval is narrow, a search
     figures/     tables -> pictures

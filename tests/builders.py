@@ -164,13 +164,6 @@ def isotropic(model: str) -> dict[str, Any]:
     )
 
 
-def handless(model: str) -> dict[str, float]:
-    """The changes that switch off what prefers one side: boids that steer round cells
-    try growing angles first.
-    """
-    return {"obstacle_weight": 0.0} if MODELS[model].occupancy else {}
-
-
 def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulation:
     """The simulation with its boids put elsewhere before the first step."""
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):

@@ -276,4 +276,11 @@ MODEL = Model(
     sight=sight,
     advance=advance,
     obstacle_reach=_obstacle_reach,
+    symmetries={
+        "translation": {"wall_weight": 0.0, "goal_weight": 0.0},
+        "rotation": {"wall_weight": 0.0},
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
 )

@@ -196,6 +196,13 @@ MODEL = Model(
     sight=sight,
     advance=advance,
     pair_potential=_pair_potential,
+    symmetries={
+        "translation": {"border_turn": 0.0},
+        "rotation": {"border_turn": 0.0},
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
     demands=(SPEEDS,),
     potential_demands=(
         Demand("separation_range <= perception_range", NARROW_POTENTIAL),

@@ -205,4 +205,11 @@ MODEL = Model(
     sight=sight,
     advance=advance,
     obstacle_reach=_obstacle_reach,
+    symmetries={
+        "translation": {},
+        "rotation": {"wander_weight": 0.0},
+        "quarter_turn": {"wander_weight": 0.0},
+        "reflection": {"wander_weight": 0.0},
+        "permutation": {"wander_weight": 0.0},
+    },
 )

@@ -111,6 +111,9 @@ meant: T alone turns a rover back.
 """
 
 
+NO_BORDERS = {"border_turn": 0.0, "border_adds_velocity": "never"}
+
+
 def sight(params: Params) -> Sight:
     """All round, up to the longest of the three ranges, px."""
     ranges = params.separation_range, params.alignment_range, params.cohesion_range
@@ -261,6 +264,13 @@ MODEL = Model(
     advance=advance,
     obstacle_reach=_obstacle_reach,
     pair_potential=_pair_potential,
+    symmetries={
+        "translation": NO_BORDERS,
+        "rotation": NO_BORDERS,
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
     demands=(SPEEDS,),
     potential_demands=(Demand("separation_range <= cohesion_range", NARROW_POTENTIAL),),
 )

@@ -437,6 +437,17 @@ MODEL = Model(
     goal_seekers=_leaders,
     occupancy=_occupancy,
     faces_heading=True,
+    symmetries={
+        "translation": {
+            "arrival_weight": 0.0,
+            "seek_weight": 0.0,
+            "obstacle_weight": 0.0,
+        },
+        "rotation": {"obstacle_weight": 0.0, "component_limits": False},
+        "quarter_turn": {"obstacle_weight": 0.0},
+        "reflection": {"obstacle_weight": 0.0},
+        "permutation": {"leader_share": 1.0},
+    },
     demands=DEMANDS,
     length="m",
     time="s",

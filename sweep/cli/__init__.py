@@ -12,6 +12,7 @@ themselves, so that `sweep --help` answers at once.
     maintenance      replay, verify, diff, gc, export
     own_code         code: that of a stored study
     viewing          view: the live simulator
+    checking         check: whether a model keeps its promises
     catalogue        models, maps, metrics, schema
     listing          tables of what exists and of what is stored
     progress         the progress of a launch, on stderr
@@ -32,6 +33,7 @@ from sweep.cli import reading as reading
 from sweep.cli import maintenance as maintenance
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
+from sweep.cli import checking as checking
 from sweep.cli import catalogue as catalogue
 
 # ruff: isort: on

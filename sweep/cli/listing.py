@@ -22,7 +22,7 @@ from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import shortened, unknown
-from sweep.workers.failures import last_line
+from sweep.workers.failures import in_a_line
 
 MOST_ROWS = 200
 INTERVALS: dict[MeanKind, str] = {
@@ -264,7 +264,7 @@ def status_text(study: StoredStudy) -> str:
     if statuses.keys() - {"done", "missing"}:
         troubled = study.trials[study.trials["status"] != "done"].head(5)
         for _, row in troubled.iterrows():
-            error = last_line(str(row["error"] or ""))
+            error = in_a_line(str(row["error"] or ""))
             again = command("replay", study.name, row["trial_id"])
             lines.append(f"{row['status']}: {error}\n          {again}")
     return "\n".join(lines)

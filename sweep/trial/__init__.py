@@ -10,5 +10,6 @@ world       the same world, to be shown
 looking     what boids see and rules do, to be shown
 compiled    where kernels are kept
 probe       a few short trials, of code whose cost is not known
+numba_errors  why a kernel cannot be compiled, as a sentence
 interrupts  how a run is told to stop
 """

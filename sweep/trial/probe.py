@@ -11,6 +11,7 @@ from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
 from sweep.design.design import evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import Study
+from sweep.trial.numba_errors import explained
 from sweep.trial.result import Result
 from sweep.trial.simulation import simulate
 
@@ -70,7 +71,7 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
 
 def _words(error: Exception) -> str:
     """What an error says, in a line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return explained(error) or " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _begun(job: Job) -> Job:

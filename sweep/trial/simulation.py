@@ -28,6 +28,7 @@ from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
 from sweep.trial.derived import measured
 from sweep.trial.generators import Randomness
+from sweep.trial.numba_errors import explained
 from sweep.trial.result import ENDINGS, Result
 from sweep.trial.scenery import coverage_of, scenery_of
 from sweep.trial.state import State, Taken, changing, check, joined
@@ -40,7 +41,8 @@ we look at the clock, and at the room in the grid, between calls.
 
 def run(job: Job) -> Result:
     """The result of `job`. An exception becomes a result with status failed and the
-    traceback as its error.
+    traceback as its error; before it stands the sentence about a kernel that cannot be
+    compiled.
     """
     return attempt(simulate, job)
 
@@ -50,10 +52,11 @@ def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
     began = time.perf_counter()
     try:
         return simulate(job)
-    except Exception:
-        return Result(
-            job, "failed", time.perf_counter() - began, error=traceback.format_exc()
-        )
+    except Exception as error:
+        seconds, sentence = time.perf_counter() - began, explained(error)
+        traced = traceback.format_exc()
+        said = f"{sentence}\n\n{traced}" if sentence else traced
+        return Result(job, "failed", seconds, error=said)
 
 
 def simulate(job: Job) -> Result:

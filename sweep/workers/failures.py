@@ -63,7 +63,7 @@ class Failures:
         return (
             f"{study.name}: {count:,} of {most} trials"
             f" {'has' if count == 1 else 'have'} failed, {why}; the first: "
-            f'{last_line(error)} ("sweep replay {study.name} {trial}" shows it); what'
+            f'{in_a_line(error)} ("sweep replay {study.name} {trial}" shows it); what'
             " is finished is stored, and the "
             "same command with --retry runs the failed ones again"
         )
@@ -76,8 +76,13 @@ class Failures:
         return trial, error
 
 
-def last_line(error: str) -> str:
-    """The last line of an error, which in a traceback says what it was."""
+def in_a_line(error: str) -> str:
+    """The line of an error that says what it was: the one before a traceback, or else
+    the last one.
+    """
+    sentence, traced, _ = error.strip().partition("\n\nTraceback ")
+    if traced and "\n" not in sentence:
+        return sentence
     return error.strip().splitlines()[-1] if error.strip() else "no word about why"
 
 

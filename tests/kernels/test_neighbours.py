@@ -3,8 +3,6 @@ same bits.
 """
 
 from collections.abc import Iterator
-from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +23,7 @@ from kernels.neighbours import (
 )
 from kernels.settings import OPEN, TORUS
 from kernels.state import Flock, World
+from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation
 from tests import builders, naive
 
@@ -224,57 +223,12 @@ def test_the_nearest_image_is_at_most_half_a_period_off(a: float, b: float) -> N
     assert abs(nearest_image(a - b, 800.0)) == min(abs(a - b), 800.0 - abs(a - b))
 
 
-FLOCKS = {"as started": 0.0, "clustered": 0.02, "far outside": 30.0}
-SEARCHES = ("all pairs", "capacity 1", "capacity 5", "capacity 64", "larger cells")
-
-
-def end_of(a_job: builders.Job, spread: float, searched: str) -> bytes:
-    """The state after a trial whose flock was first spread or gathered, with a grid of
-    one kind.
+@pytest.mark.parametrize("model", builders.MODELS)
+def test_all_pairs_and_every_grid_give_the_same_bits(model: str) -> None:
+    """For every preset, update and kind of borders; flocks over six columns, gathered
+    until lists overflow, or mostly outside the world.
     """
-    simulation = Simulation(a_job)
-    if spread:
-        middle = 400 * builders.scale(a_job.model)
-        x, y = (
-            middle + (p - middle) * spread
-            for p in (simulation.flock.x, simulation.flock.y)
-        )
-        builders.place(simulation, x, y, simulation.flock.vx, simulation.flock.vy)
-    reach = simulation.flight.model.sight(simulation.flight.params).range
-    if searched == "all pairs":
-        grid = all_pairs(simulation.flock.x.size)
-    elif searched == "larger cells":
-        grid = build_grid(simulation.flock, simulation.world, 1.4 * reach)
-    else:
-        grid = build_grid(
-            simulation.flock, simulation.world, reach, int(searched.split()[1])
-        )
-    simulation.flight.work = simulation.flight.work._replace(grid=grid)
-    return builders.state(builders.to_end(simulation, steps_a_call=5).flock).tobytes()
-
-
-@pytest.mark.parametrize(
-    ("update", "borders"), list(product(builders.UPDATES, builders.BORDERS))
-)
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
-def test_all_pairs_and_every_grid_give_the_same_bits(
-    model: str, preset: str, update: str, borders: dict[str, Any]
-) -> None:
-    """Flocks over three columns or more, gathered until lists overflow, or mostly
-    outside the world.
-    """
-    changes = {
-        "n": 80,
-        "steps": 25,
-        "update": update,
-        "cohesion_range": 150,
-        "map": "random_obstacles",
-        "n_obstacles": 4,
-    }
-    changes |= builders.scaled(model, width=460, height=760)
-    a_job = builders.job(model, preset, **changes, **borders)
-    for spread in FLOCKS.values():
-        assert len({end_of(a_job, spread, searched) for searched in SEARCHES}) == 1
+    assert_keeps(model, "grid")
 
 
 def test_a_full_grid_is_rebuilt_with_more_room_between_calls() -> None:

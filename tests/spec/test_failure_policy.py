@@ -28,7 +28,7 @@ from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, after, failed, overdue
 from sweep.trial.simulation import run
-from sweep.workers.failures import Failures, last_line
+from sweep.workers.failures import Failures, in_a_line
 from tests.commands import sweep
 from tests.searches import (
     ANALYTIC,
@@ -226,8 +226,18 @@ def test_errors_say_how_often_a_trial_was_tried_and_end_as_before() -> None:
     assert after(1, failed(job, "a\nb")) == failed(job, "a\nb")
     assert after(3, overdue(job, "a\nb")).error == "after 3 attempts: a\nb"
     assert after(3, Result(job, "done", 1.0)) == Result(job, "done", 1.0)
-    assert last_line(" a\nb\n") == "b"
-    assert last_line("\n") == "no word about why"
+    assert in_a_line(" a\nb\n") == "b"
+    assert in_a_line("\n") == "no word about why"
+
+
+def test_the_line_of_an_error_is_the_sentence_before_its_traceback() -> None:
+    traced = "Traceback (most recent call last):\n  File\nValueError: b"
+    again = f"{traced}\n\nDuring handling of another:\n\n{traced.replace('b', 'c')}"
+    assert in_a_line(f"after 3 attempts: x.py, line 7\n\n{traced}\n") == (
+        "after 3 attempts: x.py, line 7"
+    )
+    assert in_a_line(traced) == "ValueError: b"
+    assert in_a_line(again) == "ValueError: c"
 
 
 def test_the_first_error_of_this_launch_is_named(tmp_path: Path) -> None:

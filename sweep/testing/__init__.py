@@ -1,0 +1,30 @@
+"""Whether a model keeps the promises that the published ones keep; `sweep check` tells,
+and the tests of an author's own:
+
+    import pytest
+    from sweep.testing import PROMISES, assert_keeps
+
+    @pytest.mark.parametrize("promise", PROMISES)
+    def test_vortex_keeps(promise):
+        assert_keeps("vortex.py", promise)
+
+A broken promise is an AssertionError, which names file, line and rule; a promise that
+does not apply is skipped, with the reason.
+
+promises     all of them by name, and what becomes of them
+subject      the model that is checked
+described    settings and presets
+compiled     no allocation; the bits of plain Python
+interpreted  the program that flies in plain Python
+grids        any grid
+restarts     from any step
+processes    one process or two
+symmetries   what is declared of a moved flock
+reaching     what is declared of a boid's reach
+flights      small flights, and how two differ
+places       file and line of what a model says
+mishaps      what a model raises, as a sentence
+"""
+
+from sweep.testing.promises import PROMISES as PROMISES
+from sweep.testing.promises import assert_keeps as assert_keeps

@@ -1,0 +1,122 @@
+"""That the step of a model is compiled, allocates nothing, and has the bits of plain
+Python.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+from unittest import SkipTest
+
+from sweep.design.jobs import Job
+from sweep.testing.flights import difference, every_way, fly, go, in_words
+from sweep.testing.interpreted import MISHAP, read
+from sweep.testing.places import of_function
+from sweep.testing.subject import Subject
+from sweep.trial.simulation import Simulation
+
+ARGUMENTS = ("flock", "world", "params", "work", "record", "rng", "steps")
+MANY, BOIDS = 400, 20
+
+
+def allocation(subject: Subject) -> None:
+    """`advance` is compiled by `kernels.jit.jit`, which refuses what allocates; and
+    numba, asked, has allocated nothing in many steps.
+    """
+    advance: Any = subject.model.advance
+    place = of_function(advance)
+    options = getattr(advance, "targetoptions", None)
+    if options is None:
+        raise AssertionError(
+            f"{place}: advance is plain Python; put @jit of kernels.jit above it"
+        )
+    if options.get("_nrt", True):
+        raise AssertionError(
+            f"{place}: advance is compiled with memory; put @jit of kernels.jit above"
+            " it, which refuses what allocates"
+        )
+    taken = advance.py_func.__code__.co_argcount
+    if taken != len(ARGUMENTS):
+        raise AssertionError(
+            f"{place}: advance takes {taken} arguments, and is called with"
+            f" {len(ARGUMENTS)}: {', '.join(ARGUMENTS)}"
+        )
+    for job in every_way(subject, n=BOIDS, steps=MANY):
+        check_steps(subject, job)
+
+
+def check_steps(subject: Subject, job: Job) -> None:
+    """Raise AssertionError where `advance` returns no truth value, or allocates more in
+    many steps than in one.
+    """
+    advance: Any = subject.model.advance
+    place, simulation = of_function(advance), Simulation(job)
+    go(simulation, 1)
+    [result, *_] = {one.return_type for one in advance.nopython_signatures}
+    if str(result) != "bool":
+        raise AssertionError(
+            f"{place}: advance returns {result}; return False after a step that is not"
+            " finite, as observe says, and True at the end"
+        )
+    # A call takes a block of its own, however many steps it has.
+    few, many = (_blocks(simulation, steps) for steps in (1, MANY - 2))
+    if many > few:
+        raise AssertionError(
+            f"{place}: {MANY - 2} steps have allocated {many - few:,} blocks of memory"
+            " more than one; write into arrays of work or of the flock instead"
+        )
+
+
+def _blocks(simulation: Simulation, steps: int) -> int:
+    """The blocks of memory that are allocated in a call of so many steps."""
+    before = _allocated()
+    simulation.advance(steps)
+    return _allocated() - before
+
+
+def _allocated() -> int:
+    """The blocks that compiled code has allocated in this process."""
+    from numba.core import runtime
+
+    counted: Any = runtime
+    counted._nrt_python.memsys_enable_stats()
+    return int(counted.rtsys.get_allocation_stats().alloc)
+
+
+def interpreter(subject: Subject) -> None:
+    """Compiled, a model gives the same bits as plain Python: tried in a process in
+    which nothing is compiled.
+    """
+    if not subject.reference:
+        raise SkipTest("a Model that is in no file is known in this process alone")
+    place, jobs = of_function(subject.model.advance), list(every_way(subject))
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder) / "flights.npz"
+        _interpret(subject.reference, there)
+        plain = read(there)
+    for job, theirs in zip(jobs, plain, strict=True):
+        if said := difference(fly(job), theirs, "compiled", "in plain Python"):
+            raise AssertionError(
+                f"{place}: {said} ({in_words(job)}); write x * x * x for x**3, loops"
+                " for NumPy's sums, and integers below 2**63"
+            )
+
+
+def _interpret(reference: str, there: Path) -> None:
+    """Fly in another process, which writes the flights into a file."""
+    command = [sys.executable, "-P", "-m", "sweep.testing.interpreted", reference]
+    paths = os.pathsep.join(filter(None, sys.path))
+    done = subprocess.run(
+        [*command, str(there)],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode == MISHAP:
+        said = done.stdout.strip().splitlines()[-1]  # a model may print, too
+        raise AssertionError(f"{said} (in plain Python)")
+    if done.returncode:
+        raise RuntimeError(done.stderr)

@@ -1,0 +1,47 @@
+"""That a model gives the same in any number of processes."""
+
+from unittest import SkipTest
+
+from sweep.testing.flights import every_way, in_words
+from sweep.testing.places import of_function
+from sweep.testing.subject import Subject
+from sweep.trial.result import Result
+from sweep.trial.simulation import run
+from sweep.workers.executors import Loky
+
+WORKERS = 2
+
+
+def workers(subject: Subject) -> None:
+    """The same trials in this process, and in two workers at a time, have the same
+    results, to the bit.
+    """
+    if not subject.travels:
+        raise SkipTest("only registered models, and those of a file, go to workers")
+    jobs = list(every_way(subject))
+    engine = Loky(WORKERS)
+    try:
+        sent = list(engine.start().map(run, jobs))
+    finally:
+        engine.stop()
+    for job, theirs in zip(jobs, sent, strict=True):
+        mine = run(job)
+        if said := _difference(mine, theirs):
+            place = of_function(subject.model.advance)
+            raise AssertionError(
+                f"{place}: {said} ({in_words(job)}); a trial may depend on nothing but"
+                " its job: draw only from rng, and change nothing outside the flock"
+                " and work"
+            )
+
+
+def _difference(mine: Result, theirs: Result) -> str | None:
+    if mine.status != theirs.status:
+        error = theirs.error.partition("\n")[0] or mine.error.partition("\n")[0]
+        said = f"a trial is {mine.status} in one process and {theirs.status} in two"
+        return f"{said}: {error}"
+    assert mine.trajectory is not None
+    assert theirs.trajectory is not None
+    if mine.trajectory.tobytes() != theirs.trajectory.tobytes():
+        return "a trial has other positions in one process than in two"
+    return None

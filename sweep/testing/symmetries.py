@@ -1,0 +1,176 @@
+"""That a model has the symmetries that it declares."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple, get_args
+from unittest import SkipTest
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.model import Symmetry
+from sweep.design.jobs import Job
+from sweep.spec.settings import NotAllowedError
+from sweep.testing.flights import Floats, begun, every_way, go, in_words, together
+from sweep.testing.places import of_field
+from sweep.testing.subject import Subject
+from sweep.text import unknown
+from sweep.trial.simulation import Simulation
+from sweep.trial.state import State
+
+BOIDS, STEPS = 25, 16
+TOLERANCE = 1e-9
+"""Of the side of the world, and for velocities of its side in a step or of the highest
+speed. Rounding is 1e-16 of it, which the published models amplify to at most 1e-12 in
+15 steps; a symmetry that does not hold is off by more than 1e-6.
+"""
+PLACES = (("flock.x", "flock.y"),)
+VECTORS = (
+    ("flock.vx", "flock.vy"),
+    ("flock.previous_vx", "flock.previous_vy"),
+    ("work.heading_x", "work.heading_y"),
+)
+BY_BOID = ("flock.", "work.heading_", "work.state", "work.kind")
+"""How the names of arrays begin whose last axis has a place for each boid."""
+
+
+class Transform(NamedTuple):
+    """What becomes of a flock: places p become `turn` p + `shift`, vectors are turned
+    only, and boids stand in another `order`. On a torus places are taken modulo `side`.
+    """
+
+    turn: Floats
+    shift: Floats
+    order: NDArray[np.intp]
+    side: float
+
+    def of(self, state: State) -> State:
+        """The changed state. A model's own state goes along as it is."""
+        arrays = {name: array.copy() for name, array in state.arrays.items()}
+        for pairs, shift in ((PLACES, self.shift), (VECTORS, np.zeros((2, 1)))):
+            for names in pairs:
+                moved = self.turn @ np.stack([arrays[name] for name in names]) + shift
+                for name, values in zip(names, moved, strict=True):
+                    arrays[name] = values
+        for name in PLACES[0]:
+            arrays[name] = _wrapped(arrays[name], self.side)
+        for name in arrays:
+            if name.startswith(BY_BOID):
+                arrays[name] = arrays[name][..., self.order]
+        return state._replace(arrays=arrays)
+
+
+def symmetries(subject: Subject) -> None:
+    """A flock that is moved, turned, mirrored or sorted otherwise does the same, moved,
+    turned, mirrored or sorted, within TOLERANCE: in a world without obstacles, whose
+    middle is the goal.
+    """
+    declared, place = subject.model.symmetries, of_field(subject.model, "symmetries")
+    if not declared:
+        raise SkipTest("it declares no symmetry")
+    if said := _not_readable(subject, declared):
+        raise AssertionError(f"{place}: {said}")
+    for name, given in declared.items():
+        changes = {"n": BOIDS, "steps": STEPS} | dict(given)
+        for job in every_way(subject, obstacles=False, **changes):
+            near = replace(job, settings=job.settings | together(job))
+            for change in _changes(name, near):
+                if wrong := _broken(near, change):
+                    raise AssertionError(
+                        f'{place}: "{name}" does not hold ({in_words(job)}): {wrong};'
+                        " declare the settings with which it does, or declare it not"
+                    )
+
+
+def _not_readable(subject: Subject, declared: Any) -> str | None:
+    """What is wrong with how symmetries are declared."""
+    if not isinstance(declared, Mapping):
+        return 'symmetries are written as {"translation": {"setting": value}}'
+    for name, given in declared.items():
+        if name not in get_args(Symmetry):
+            return unknown("symmetry", name, get_args(Symmetry))
+        for setting, value in given.items():
+            if setting not in subject.settings:
+                return f"{name}: {unknown('setting', setting, subject.settings)}"
+            try:
+                subject.settings[setting].coerce(value)
+            except NotAllowedError as error:
+                return f"{name}: {error}"
+    return None
+
+
+def _changes(name: str, job: Job) -> Iterator[Transform]:
+    """The changes by which a symmetry is tried in the world of a job."""
+    side, borders = float(job.settings["width"]), job.settings["borders"]
+    is_open = borders == "open"
+    as_it_is, here = np.eye(2), np.zeros((2, 1))
+    order = np.arange(BOIDS)
+    same = Transform(as_it_is, here, order, math.inf)
+    turned = same._replace(shift=np.array([[side], [0.0]]))
+    if name == "translation" and is_open:
+        yield same._replace(shift=side * np.array([[0.2175], [-0.128]]))
+    elif name == "translation" and job.settings["minimum_image"]:
+        yield same._replace(shift=side * np.array([[0.484], [0.451]]), side=side)
+    elif name == "rotation" and is_open:
+        yield _about_the_middle(same, 1.0, side)
+    elif name == "quarter_turn":
+        yield turned._replace(turn=np.array([[0.0, -1.0], [1.0, 0.0]]))
+    elif name == "reflection":
+        yield turned._replace(turn=np.array([[-1.0, 0.0], [0.0, 1.0]]))
+        yield same._replace(turn=np.array([[0.0, 1.0], [1.0, 0.0]]))
+    elif name == "permutation" and is_open and _is_synchronous(job):
+        yield same._replace(order=np.random.default_rng(6).permutation(BOIDS))
+
+
+def _about_the_middle(same: Transform, angle: float, side: float) -> Transform:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    turn = np.array([[cosine, -sine], [sine, cosine]])
+    middle = np.full((2, 1), side / 2)
+    return same._replace(turn=turn, shift=middle - turn @ middle)
+
+
+def _is_synchronous(job: Job) -> bool:
+    """Boids that see each other's new states one after the other have an order."""
+    return job.settings.get("update") != "sequential"
+
+
+def _broken(job: Job, change: Transform) -> str | None:
+    """By how much the changed flock ends up elsewhere than the flock, changed."""
+    state = begun(job)
+    if state is None:
+        return None
+    plain, changed = _end(job, state), _end(job, change.of(state))
+    if plain is None or changed is None:
+        if plain is changed:
+            return None
+        return "one of the two flocks does not stay finite"
+    wanted = change.of(plain)
+    side, dt = (float(job.settings[name]) for name in ("width", "dt"))
+    speed = max(float(np.abs(plain.arrays[name]).max()) for name in VECTORS[0])
+    worst = 0.0
+    for names, scale in ((PLACES[0], side), (VECTORS[0], max(side / dt, speed))):
+        for name in names:
+            off = np.abs(wanted.arrays[name] - changed.arrays[name])
+            if names == PLACES[0] and math.isfinite(change.side):
+                off = np.minimum(off, change.side - off)
+            worst = max(worst, float(off.max()) / scale)
+    if worst <= TOLERANCE:
+        return None
+    return (
+        f"after {STEPS - 1} steps the two flocks differ by {worst:.1g} of the side of"
+        " the world"
+    )
+
+
+def _end(job: Job, state: State) -> State | None:
+    """The state at the end of a flight from a state; None if it is not finite."""
+    simulation = Simulation(job)
+    simulation.restore(state)
+    going = go(simulation, simulation.steps_left)
+    simulation.take_frames()
+    return simulation.state().copied() if going else None
+
+
+def _wrapped(values: Floats, side: float) -> Floats:
+    return values % side if math.isfinite(side) else values

@@ -1,0 +1,367 @@
+"""Promises: a good model keeps all, and a bad one is found, with its line."""
+
+import json
+import re
+from pathlib import Path
+from unittest import SkipTest
+
+import pytest
+
+from kernels.models import MODELS
+from sweep.errors import ChoiceError, CodeError
+from sweep.testing import PROMISES, assert_keeps
+from sweep.testing.compiled import check_steps
+from sweep.testing.flights import every_way
+from sweep.testing.promises import BROKEN, ELSEWHERE, KEPT, check_all
+from sweep.testing.subject import subject
+from tests.commands import sweep
+from tests.testing.models import LINE, doing, inside, written
+
+DEF = "def advance(flock, world, params, work, record, rng, steps):"
+SIGHT, REACH = "def sight(params):", "def obstacle_reach(params):"
+SYMMETRIES = 'symmetries={"translation": {}, "quarter_turn": {}, "permutation": {}},'
+GAIN = 'gain: Annotated[float, About("strength of the pull", "1/time^2", low=0)]'
+
+
+def marked(text: str) -> tuple[str, str]:
+    """The edit that marks a line and changes nothing."""
+    return text, f"{text}  {LINE}"
+
+
+def to(text: str, other: str) -> tuple[str, str]:
+    """The edit to another text, whose line is marked."""
+    return text, f"{other}  {LINE}"
+
+
+BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
+    ("settings", "has no range", (to(GAIN, 'gain: Annotated[float, About("it")]'),)),
+    (
+        "settings",
+        'has the unknown unit "furlongs"',
+        (to(GAIN, 'gain: Annotated[float, About("it", "furlongs", low=0)]'),),
+    ),
+    (
+        "settings",
+        "has no text",
+        (to(GAIN, 'gain: Annotated[float, About("", low=0)]'),),
+    ),
+    ("settings", "says nothing of itself", (to(GAIN, "gain: float"),)),
+    (
+        "settings",
+        "is of type str",
+        (to(GAIN, 'gain: Annotated[str, About("it", low=0)]'),),
+    ),
+    (
+        "settings",
+        "empty range 2 to 1",
+        (to(GAIN, 'gain: Annotated[float, About("it", low=2, high=1)]'),),
+    ),
+    (
+        "settings",
+        "all models have",
+        (to(GAIN, GAIN.replace("gain", "width")),),
+    ),
+    (
+        "presets",
+        'gives "gain" no value',
+        (
+            ('    "gain": 0.01,\n', ""),
+            (
+                '    presets={"as_run": PRESET},',
+                f'    presets={{"as_run": PRESET}},  {LINE}',
+            ),
+        ),
+    ),
+    ("presets", "-1 is not allowed for gain", (to('"gain": 0.01,', '"gain": -1,'),)),
+    (
+        "presets",
+        'which is no setting; did you mean "gain"',
+        (to('"gain": 0.01,', '"gain": 0.01, "gian": 1,'),),
+    ),
+    (
+        "presets",
+        "all are blind",
+        (
+            marked('    presets={"as_run": PRESET},'),
+            (
+                "    sight=sight,",
+                '    sight=sight, demands=(Demand("range > 60", "all are blind"),),',
+            ),
+        ),
+    ),
+    (
+        "presets",
+        "minimum_image is for a torus",
+        (
+            marked('    presets={"as_run": PRESET},'),
+            ('    "gain": 0.01,', '    "gain": 0.01, "minimum_image": True,'),
+        ),
+    ),
+    (
+        "presets",
+        'unknown metric "sped"; did you mean "speed"',
+        (to('metrics=("speed",),', 'metrics=("sped",),'),),
+    ),
+    ("presets", "another name", (to('name="drawn",', 'name="nanobot",'),)),
+    (
+        "allocation",
+        "is plain Python; put @jit",
+        ((f"@jit\n{DEF}", f"{DEF}  {LINE}"),),
+    ),
+    (
+        "allocation",
+        "is compiled with memory",
+        ((f"@jit\n{DEF}", f"@jit_with_memory\n{DEF}  {LINE}"),),
+    ),
+    (
+        "allocation",
+        "takes 6 arguments, and is called with 7",
+        (to(DEF, DEF.replace(" rng,", "")),),
+    ),
+    (
+        "allocation",
+        "advance returns OptionalType(bool)",
+        (
+            marked(DEF),
+            (
+                "            return False\n    return True\n",
+                "            return False\n",
+            ),
+        ),
+    ),
+    (
+        "allocation",
+        "advance took 0 steps of 1",
+        (
+            marked(DEF),
+            ("if not observe(flock, world, record):", "if steps < 0:"),
+        ),
+    ),
+    ("interpreter", "in plain Python", (marked(DEF), doing("vx += 1e-3 * vy**3"))),
+    (
+        "interpreter",
+        "ZeroDivisionError",
+        (inside("vx += 1.0 / (1.0 / float(step - step) + 1.0)"),),
+    ),
+    (
+        "grid",
+        "sight must declare the longest range",
+        (
+            marked(SIGHT),
+            (
+                "square_range(params.range, False)",
+                "square_range(2.5 * params.range, False)",
+            ),
+        ),
+    ),
+    (
+        "restart",
+        "keep only what is in the flock",
+        (marked(DEF), doing("vx += 0.01 * step")),
+    ),
+    (
+        "workers",
+        "draw only from rng",
+        (marked(DEF), doing("vx += 0.1 * np.random.random()")),
+    ),
+    (
+        "symmetries",
+        '"translation" does not hold',
+        (marked(SYMMETRIES), doing("vx -= 0.01 * x")),
+    ),
+    (
+        "symmetries",
+        '"quarter_turn" does not hold',
+        (to(SYMMETRIES, 'symmetries={"quarter_turn": {}},'), doing("vx += 0.1")),
+    ),
+    (
+        "symmetries",
+        '"reflection" does not hold',
+        (
+            to(SYMMETRIES, 'symmetries={"rotation": {}, "reflection": {}},'),
+            doing("vx, vy = vx - 0.1 * vy, vy + 0.1 * vx"),
+        ),
+    ),
+    (
+        "symmetries",
+        '"permutation" does not hold',
+        (
+            marked(SYMMETRIES),
+            doing("vx, vy = vx + 0.001 * i * vy, vy - 0.001 * i * vx"),
+        ),
+    ),
+    (
+        "symmetries",
+        'unknown symmetry "transaltion"; did you mean "translation"',
+        (to(SYMMETRIES, 'symmetries={"transaltion": {}},'),),
+    ),
+    (
+        "symmetries",
+        "symmetries are written as",
+        (to(SYMMETRIES, 'symmetries=("translation",),'),),
+    ),
+    (
+        "symmetries",
+        "-1 is not allowed for gain",
+        (to(SYMMETRIES, 'symmetries={"translation": {"gain": -1}},'),),
+    ),
+    (
+        "symmetries",
+        'unknown setting "gian"; did you mean "gain"',
+        (to(SYMMETRIES, 'symmetries={"translation": {"gian": 0}},'),),
+    ),
+    (
+        "reach",
+        "farther away than sight declares, 50,",
+        (
+            marked(SIGHT),
+            doing("for j in range(flock.x.size): vx += 1e-4 * (seen.x[j] - x)"),
+        ),
+    ),
+    (
+        "reach",
+        "outside the cone that sight declares, 90 degrees,",
+        (
+            marked(SIGHT),
+            (
+                "return Sight(params.range, params.fov)",
+                "return Sight(params.range, 90.0)",
+            ),
+        ),
+    ),
+    (
+        "reach",
+        "obstacle_reach declares, 25,",
+        (
+            marked(REACH),
+            (
+                "work.reach, params.range / 2, x, y",
+                "work.reach, 3 * params.range, x, y",
+            ),
+        ),
+    ),
+    (
+        "grid",
+        "ValueError: too far",
+        (to("return Sight(params.range, params.fov)", 'raise ValueError("too far")'),),
+    ),
+]
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_a_good_model_keeps_it(promise: str, tmp_path: Path) -> None:
+    assert_keeps(written(tmp_path)[0], promise)
+
+
+@pytest.mark.parametrize(("promise", "words", "edits"), BAD)
+def test_a_model_that_breaks_it_is_found_with_its_line(
+    promise: str, words: str, edits: tuple[tuple[str, str], ...], tmp_path: Path
+) -> None:
+    path, line = written(tmp_path, *edits)
+    with pytest.raises(AssertionError) as broken:
+        assert_keeps(path, promise)
+    said = str(broken.value)
+    assert said.startswith(f"drawn.py, line {line}")
+    assert words in said
+    assert "\n" not in said
+
+
+def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> None:
+    """By the blocks that 398 steps take more than one step does."""
+    advance = ("@jit\ndef advance", "@jit_with_memory\ndef advance")
+    about = subject(written(tmp_path, advance, doing("vx += np.zeros(3)[0]"))[0])
+    job = next(every_way(about, n=20, steps=400))
+    with pytest.raises(AssertionError, match="398 steps have allocated 7,940 blocks"):
+        check_steps(about, job)
+
+
+@pytest.mark.parametrize(
+    ("promise", "why", "edits"),
+    [
+        (
+            "restart",
+            "in the small worlds of this check it is small",
+            (
+                (
+                    "    sight=sight,",
+                    '    sight=sight, demands=(Demand("width > 399", "it is small"),),',
+                ),
+            ),
+        ),
+        ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
+        (
+            "grid",
+            "its boids see everyone",
+            (("return Sight(params.range, params.fov)", "return Sight(math.inf)"),),
+        ),
+        (
+            "reach",
+            "its boids see everyone",
+            (
+                ("return Sight(params.range, params.fov)", "return Sight(math.inf)"),
+                ("return params.range / 2", "return math.inf"),
+            ),
+        ),
+    ],
+)
+def test_what_does_not_apply_is_skipped_with_the_reason(
+    promise: str, why: str, edits: tuple[tuple[str, str], ...], tmp_path: Path
+) -> None:
+    with pytest.raises(SkipTest, match=why):
+        assert_keeps(written(tmp_path, *edits)[0], promise)
+
+
+@pytest.mark.parametrize("promise", ["interpreter", "workers"])
+def test_a_model_that_other_processes_cannot_find_is_skipped(promise: str) -> None:
+    model = MODELS["nanobot"]._replace(name="mine")
+    with pytest.raises(SkipTest, match="file"):
+        assert_keeps(model, promise)
+
+
+def test_without_what_others_need_they_are_not_tried(tmp_path: Path) -> None:
+    path, _ = written(tmp_path, ("@jit\ndef advance", "def advance"))
+    found = {kept.promise: (kept.status, kept.why) for kept in check_all(subject(path))}
+    assert tuple(found) == PROMISES
+    assert found["presets"] == (KEPT, "")
+    assert found["allocation"][0] == BROKEN
+    assert found["workers"] == (ELSEWHERE, '"allocation" must be kept first')
+
+
+def test_what_is_no_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        ChoiceError, match='unknown model "nanobat"; did you mean "nano'
+    ):
+        assert_keeps("nanobat", "grid")
+    with pytest.raises(ValueError, match="no promise 'gird'; allowed: settings,"):
+        assert_keeps("nanobot", "gird")
+    with pytest.raises(CodeError, match="no such file"):
+        assert_keeps(tmp_path / "nothing.py", "grid")
+    with pytest.raises(CodeError, match="OTHER is no Model"):
+        assert_keeps(f"{written(tmp_path)[0]}:OTHER", "grid")
+
+
+def test_the_command_says_each_promise_in_a_line(tmp_path: Path) -> None:
+    path, line = written(tmp_path, inside("vx += params.gian"))
+    done = sweep(tmp_path, "check", path.name)
+    assert (done.returncode, done.stderr) == (1, "")
+    lines = done.stdout.splitlines()
+    assert [re.split(r"\s{2,}|\s(?=\w+\s{2,})", one)[1] for one in lines] == list(
+        PROMISES
+    )
+    assert f'drawn.py, line {line}, "vx += params.gian' in done.stdout
+    as_json = sweep(tmp_path, "check", path.name, "--json")
+    assert as_json.returncode == 1
+    assert [one["promise"] for one in json.loads(as_json.stdout)] == list(PROMISES)
+
+
+def test_the_command_ends_with_0_where_nothing_is_broken(tmp_path: Path) -> None:
+    path, _ = written(tmp_path)
+    done = sweep(tmp_path, "check", f"{path.name}:MODEL", "--json")
+    assert done.returncode == 0
+    assert {one["status"] for one in json.loads(done.stdout)} == {KEPT}
+
+
+def test_the_command_refuses_what_is_no_model(tmp_path: Path) -> None:
+    done = sweep(tmp_path, "check", "vortex.py")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "vortex.py: no such file\n"
