@@ -20,7 +20,7 @@ from sweep.trial.simulation import Simulation
 from sweep.trial.state import State
 
 BOIDS, STEPS = 25, 16
-TOLERANCE = 1e-9
+TOLERANCE = 1e-10
 """Of the side of the world, and for velocities of its side in a step or of the highest
 speed. Rounding is 1e-16 of it, which the published models amplify to at most 1e-12 in
 15 steps; a symmetry that does not hold is off by more than 1e-6.
