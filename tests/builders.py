@@ -170,8 +170,15 @@ def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulatio
         array[:] = values
     reach = simulation.flight.model.sight(simulation.flight.params).range
     there = simulation.flight.scenery
+    work = simulation.flight.work
     simulation.flight.work = build_workspace(
-        simulation.flock, simulation.world, reach, there.reach, there.occupancy
+        simulation.flock,
+        simulation.world,
+        reach,
+        there.reach,
+        there.occupancy,
+        work.state,
+        work.kind,
     )
     watch = simulation.flight.record.watch
     for state in (

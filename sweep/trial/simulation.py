@@ -21,6 +21,7 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
+from kernels.recording import FIRST_STATE
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
@@ -98,6 +99,12 @@ class Simulation:
         return self.flight.step
 
     @property
+    def watched(self) -> str:
+        """What must be a finite number after each step, in words."""
+        more = ", velocity or state" if self.flight.model.state else " or velocity"
+        return f"a position{more}"
+
+    @property
     def steps_left(self) -> int:
         return self.schedule.steps - self.step
 
@@ -124,6 +131,7 @@ class Simulation:
             frames.step[: flight.filled].copy(),
             values,
             frames.bodies[: flight.filled, :4, :bodies].copy(),
+            frames.bodies[: flight.filled, FIRST_STATE:, :bodies].copy(),
         )
         forget_frames(flight)
         return taken
@@ -144,6 +152,7 @@ class Simulation:
         fixed = (
             flight.scenery,
             flight.work.grid,
+            flight.work.kind,
             flight.record.frames,
             flight.record.coverage.stamp,
         )
@@ -196,7 +205,9 @@ class Simulation:
             status,
             time.perf_counter() - began,
             self.step,
-            ENDINGS.get(status, "").format(step=self.step, limit=self.job.time_limit),
+            ENDINGS.get(status, "").format(
+                what=self.watched, step=self.step, limit=self.job.time_limit
+            ),
             {name: float(value[-1]) for name, value in values.items()} if done else {},
             {name: float(value[late].mean()) for name, value in values.items()}
             if done
@@ -205,6 +216,7 @@ class Simulation:
             {name: values[name] for name in wanted.series},
             heatmap(self.flight.record.coverage) if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
+            taken.state if wanted.trajectories else None,
         )
 
 
@@ -221,6 +233,11 @@ def _flight(job: Job) -> Flight:
     scenery = scenery_of(job, params, settings)
     metrics = tuple(known.metrics[name] for name in record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
+    coverage = (
+        coverage_of(job, settings, observation, scenery)
+        if memory.covering
+        else no_coverage()
+    )
     with Randomness(stream(job, "start")).lent() as rng:
         flock = known.starts[str(job.settings["start_draws"])].draw(
             schedule.n,
@@ -230,18 +247,17 @@ def _flight(job: Job) -> Flight:
             rng,
             literal_seed(job, "start"),
         )
-    return begin(
-        model,
-        params,
-        schedule,
-        observation,
-        scenery,
-        flock,
-        memory,
-        coverage_of(job, settings, observation, scenery)
-        if memory.covering
-        else no_coverage(),
-    )
+        return begin(
+            model,
+            params,
+            schedule,
+            observation,
+            scenery,
+            flock,
+            memory,
+            coverage,
+            rng,
+        )
 
 
 def warm(job: Job) -> None:
