@@ -26,7 +26,7 @@ from kernels.recording import (
     keep_frame,
 )
 from kernels.settings import Observation, Schedule, WorldSettings
-from kernels.state import Flock, World
+from kernels.state import Floats, Flock, Kinds, World
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Obstacles, Reach, build_reach, build_world
 
@@ -123,21 +123,19 @@ def begin(
     `coverage` is that of the world with nothing visited, see kernels.coverage, and
     without pixels where `memory` is not covering. `flock` and `coverage` become the
     flight's own. `rng` has drawn the flock, and draws the state that boids begin with.
-    Raises RuntimeError where the model's kinds are not those of so many boids.
+    Raises RuntimeError where the model's kinds are not those of so many boids, or this
+    state is not finite.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     counts = kind_counts(model, params, schedule.n)
     kind = np.repeat(np.arange(len(counts)), counts)
-    state = np.zeros((len(model.state), schedule.n))
-    if model.begin_state:
-        model.begin_state(params, flock, kind, rng, state)
     work = build_workspace(
         flock,
         scenery.world,
         model.sight(params).range,
         scenery.reach,
         scenery.occupancy,
-        state,
+        _begun(model, params, flock, kind, rng),
         kind,
     )
     flight = Flight(
@@ -162,6 +160,20 @@ def begin(
     note_start(flock, scenery.world, flight.record.watch)
     keep_frame(flock, flight.record)
     return flight
+
+
+def _begun(
+    model: Model, params: Any, flock: Flock, kind: Kinds, rng: Generator
+) -> Floats:
+    """The state (S, N) with which the boids of `flock` begin."""
+    state = np.zeros((len(model.state), flock.x.size))
+    if model.begin_state:
+        model.begin_state(params, flock, kind, rng, state)
+    for name, row in zip(model.state, state, strict=True):
+        if not np.isfinite(row).all():
+            words = f"model {model.name}: begin_state gives boids a {name} that is"
+            raise RuntimeError(f"{words} not a finite number")
+    return state
 
 
 def _record(
