@@ -230,9 +230,10 @@ def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]
     bodies  (F, 4, N): x, y, vx and vy
     states  (F, S, N): the rows of the model's state
     """
+    state = job.known.models[job.model].state
     columns: dict[str, Numbers] = {
         name: rows[:, row].ravel()
-        for names, rows in ((FLIGHT, bodies), (job.known.models[job.model].state, states))
+        for names, rows in ((FLIGHT, bodies), (state, states))
         for row, name in enumerate(names)
     }
     if kinds := kinds_of(job):
