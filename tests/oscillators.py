@@ -20,6 +20,17 @@ from kernels.settings import COMMON, SEQUENTIAL, UPDATE, About, Observation
 from kernels.state import Floats, Flock, Kinds, World, remember
 from kernels.workspace import Workspace
 
+SPEC = """
+study: circles
+model: oscillators
+preset: as_run
+fixed: {steps: 9}
+sweep: {coupling: [0.1, 0.4]}
+replicates: 2
+seed: 5
+record: {metrics: [order], series: [order], every: 2, trajectories: true}
+"""
+"""Twelve boids; six frames a trial."""
 PHASE, FREQUENCY = 0, 1
 PACEMAKER, FOLLOWER = 0, 1
 
