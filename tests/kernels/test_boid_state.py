@@ -294,8 +294,8 @@ NOT_USED = About("what nobody uses", "radians")
         ({"state": {"vx": NOT_USED}}, '"vx": tables have a column of that name'),
         ({"state": {"fov": NOT_USED}, "params": SKELETON.params}, '"fov": there is a'),
         ({"state": {"n": NOT_USED}}, '"n": there is a setting of that name'),
-        ({"state": {"Phase": NOT_USED}}, '"Phase": its name has at most 60 small'),
-        ({"state": {"a-b": NOT_USED}}, '"a-b": its name has at most 60 small'),
+        ({"state": {"Phase": NOT_USED}}, '"Phase": its name has small letters'),
+        ({"state": {"a-b": NOT_USED}}, '"a-b": its name has small letters'),
         ({"state": {"phase": "radians"}}, 'state "phase" needs an About'),
         ({"state": {"phase": About("", "hour")}}, "needs an About with a unit"),  # type: ignore[arg-type]
         ({"state": {}}, "there is a begin_state, but no state"),
