@@ -203,7 +203,6 @@ def test_a_state_that_nothing_begins_is_zero() -> None:
 
 
 def test_a_state_that_is_not_finite_ends_the_trial() -> None:
-    """Though no place and no velocity of the last step is."""
     a_job = oscillating(coupling=1e308, dt=1e3, speed_of_flight=0, steps=40)
     result = run(flown(a_job))
     assert result.status == "diverged"
@@ -215,6 +214,16 @@ def test_a_state_that_is_not_finite_ends_the_trial() -> None:
     assert result.states is not None
     assert result.states.shape == (result.step, 2, 12)
     assert np.isfinite(result.states).all()
+
+
+def test_each_row_must_be_finite_though_nothing_follows_from_it() -> None:
+    spare = MODEL.state | {"spare": About("what nobody reads")}
+    simulation = with_model(MODEL._replace(state=spare))
+    assert simulation.advance(3)
+    simulation.flight.work.state[2, 11] = math.nan
+    assert not simulation.advance(3)
+    assert simulation.step == 4
+    assert np.isfinite(builders.state(simulation.flock)).all()
 
 
 def begins_at_infinity(
@@ -278,6 +287,7 @@ def test_a_flight_that_goes_on_keeps_the_state_of_the_same_rows(
 def test_to_look_at_a_flight_does_not_change_its_state() -> None:
     simulation = Simulation(oscillating(seed=3))
     simulation.advance(4)
+    simulation.flight.work.state_before[:] = 7.0
     before = simulation.state().copied()
     drawn = looking.accelerations(simulation)
     assert drawn.shape == (0, 2, 12)
