@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from kernels.model import Model
 from kernels.settings import About
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
-from sweep.own_code.entries import Offered
+from sweep.own_code.entries import Offered, nothing
 from sweep.own_code.loading import load_model
 from tests import ROOT
 from tests.commands import sweep
@@ -54,8 +55,13 @@ def test_a_study_of_it_runs_and_its_trajectories_are_exported(tmp_path: Path) ->
     assert first.replace('"', "") == names
 
 
+def offering(model: Model) -> Offered:
+    """What a file offers that has the model, and the metric."""
+    return nothing()._replace(models={model.name: model}, metrics={"order": ORDER})
+
+
 def test_a_description_has_state_and_kinds_without_code() -> None:
-    own = Offered({MODEL.name: MODEL}, {"order": ORDER}, {}, {})
+    own = offering(MODEL)
     found = described(json.dumps(description(own)))
     model, metric = found.models[MODEL.name], found.metrics["order"]
     assert (model.state, model.kinds) == (MODEL.state, MODEL.kinds)
@@ -68,6 +74,6 @@ def test_a_description_has_state_and_kinds_without_code() -> None:
 def test_a_description_of_a_state_that_cannot_be_is_none() -> None:
     """It may be a stranger's."""
     bad = MODEL._replace(state={"vx": About("a column", "radians")})
-    text = json.dumps(description(Offered({MODEL.name: bad}, {}, {}, {})))
+    text = json.dumps(description(offering(bad)))
     with pytest.raises(ValueError, match='no state can be called "vx"'):
         described(text)
