@@ -80,6 +80,13 @@ def lacks(model: Model, metric: Metric) -> str:
     """What a model would need for a metric, in words; "" where it has all of it."""
     if metric.potential and not model.pair_potential:
         return "a pair potential"
+    return lacks_boids(model, metric)
+
+
+def lacks_boids(model: Model, metric: Metric) -> str:
+    """The state or the kinds of boids that a metric reads and a model has not, in
+    words; "" where it has them.
+    """
     if tuple(model.state)[: len(metric.state)] != metric.state:
         return f"the state {', '.join(metric.state)}"
     if tuple(model.kinds)[: len(metric.kinds)] != metric.kinds:

@@ -21,10 +21,12 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
+from kernels.metrics import Metric
 from kernels.recording import FIRST_STATE
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
+from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
 from sweep.trial.derived import measured
@@ -124,8 +126,8 @@ class Simulation:
         as far as what the job records is enough for them.
         """
         record, flight = wanted or self.job.record, self.flight
-        metrics = [self.job.known.metrics[name] for name in record.metrics]
-        values, frames = measure(flight, metrics), flight.record.frames
+        values = measure(flight, _metrics(self.job, record.metrics))
+        frames = flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
         taken = Taken(
             frames.step[: flight.filled].copy(),
@@ -231,7 +233,7 @@ def _flight(job: Job) -> Flight:
     params, settings = group(model.params), group(WorldSettings)
     schedule, observation = group(Schedule), group(Observation)
     scenery = scenery_of(job, params, settings)
-    metrics = tuple(known.metrics[name] for name in record.metrics)
+    metrics = _metrics(job, record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
     coverage = (
         coverage_of(job, settings, observation, scenery)
@@ -258,6 +260,17 @@ def _flight(job: Job) -> Flight:
             coverage,
             rng,
         )
+
+
+def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
+    """The metrics of these names. Raises RuntimeError for one that reads what boids of
+    the job's model have not: its kernel would read beyond the frames.
+    """
+    found = tuple(job.known.metrics[name] for name in names)
+    for name, metric in zip(names, found, strict=True):
+        if lacking := lacks_boids(job.known.models[job.model], metric):
+            raise RuntimeError(f'metric "{name}" is for models with {lacking}')
+    return found
 
 
 def warm(job: Job) -> None:

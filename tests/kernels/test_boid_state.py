@@ -21,7 +21,7 @@ from kernels.settings import About
 from kernels.stamps import Definition, closure
 from sweep.design.jobs import Job, stream
 from sweep.errors import SpecError
-from sweep.spec.study import parse_spec
+from sweep.spec.study import RecordSpec, parse_spec
 from sweep.trial import looking
 from sweep.trial.kinds import kinds_of
 from sweep.trial.simulation import Simulation, run
@@ -48,7 +48,7 @@ def oscillating(**changes: Any) -> Job:
 def with_model(model: Model, **changes: Any) -> Simulation:
     """A simulation of another model of that name."""
     with builders.entered(model):
-        return Simulation(oscillating(**changes))
+        return Simulation(oscillating(metrics=("speed",), **changes))
 
 
 class Twin:
@@ -364,6 +364,21 @@ def test_a_metric_reads_rows_and_kinds_in_their_order(
         pytest.raises(SpecError, match=f"is for models with {needed}: $"),
     ):
         parse_spec(spec)
+
+
+@pytest.mark.parametrize("model", ["nguyen2024", "nanobot"])
+def test_a_trial_measures_nothing_that_its_boids_have_not(model: str) -> None:
+    """Whoever names the metric: a stored row may be a stranger's, and a model may have
+    it among its own.
+    """
+    result = run(builders.job(model, metrics=("speed", "order"), steps=2))
+    assert result.status == "failed"
+    assert result.error.strip().endswith(
+        'RuntimeError: metric "order" is for models with the state phase'
+    )
+    simulation = Simulation(builders.job(model, steps=2))
+    with pytest.raises(RuntimeError, match='metric "order" is for models with'):
+        simulation.take_frames(RecordSpec(("order",)))
 
 
 def begins_otherwise(
