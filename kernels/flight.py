@@ -14,12 +14,19 @@ from numpy.typing import NDArray
 from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
 from kernels.metrics import Ground, Metric
-from kernels.model import NO_POTENTIAL, Model, OccupancySettings
+from kernels.model import NO_POTENTIAL, Model, OccupancySettings, kind_counts
 from kernels.neighbours import build_grid
 from kernels.occupancy import Occupancy, build_occupancy, no_occupancy
-from kernels.recording import FILLED, STEP, Record, build_frames, keep_frame
+from kernels.recording import (
+    FILLED,
+    FIRST_STATE,
+    STEP,
+    Record,
+    build_frames,
+    keep_frame,
+)
 from kernels.settings import Observation, Schedule, WorldSettings
-from kernels.state import Flock, World
+from kernels.state import Floats, Flock, Kinds, World
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Obstacles, Reach, build_reach, build_world
 
@@ -109,14 +116,28 @@ def begin(
     flock: Flock,
     memory: Memory,
     coverage: Coverage,
+    rng: Generator,
 ) -> Flight:
     """A flight at its start, which is its first frame.
 
     `coverage` is that of the world with nothing visited, see kernels.coverage, and
     without pixels where `memory` is not covering. `flock` and `coverage` become the
-    flight's own.
+    flight's own. `rng` has drawn the flock, and draws the state that boids begin with.
+    Raises RuntimeError where the model's kinds are not those of so many boids, or this
+    state is not finite.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
+    counts = kind_counts(model, params, schedule.n)
+    kind = np.repeat(np.arange(len(counts)), counts)
+    work = build_workspace(
+        flock,
+        scenery.world,
+        model.sight(params).range,
+        scenery.reach,
+        scenery.occupancy,
+        _begun(model, params, flock, kind, rng),
+        kind,
+    )
     flight = Flight(
         model,
         params,
@@ -124,14 +145,8 @@ def begin(
         observation,
         scenery,
         flock,
-        build_workspace(
-            flock,
-            scenery.world,
-            model.sight(params).range,
-            scenery.reach,
-            scenery.occupancy,
-        ),
-        _record(schedule, observation, scenery, memory, coverage),
+        work,
+        _record(schedule, observation, scenery, memory, coverage, work),
         Ground(
             scenery.world,
             schedule.n,
@@ -139,11 +154,26 @@ def begin(
             coverage.visits.size,
             params.dt,
             potential,
+            kind,
         ),
     )
     note_start(flock, scenery.world, flight.record.watch)
     keep_frame(flock, flight.record)
     return flight
+
+
+def _begun(
+    model: Model, params: Any, flock: Flock, kind: Kinds, rng: Generator
+) -> Floats:
+    """The state (S, N) with which the boids of `flock` begin."""
+    state = np.zeros((len(model.state), flock.x.size))
+    if model.begin_state:
+        model.begin_state(params, flock, kind, rng, state)
+    for name, row in zip(model.state, state, strict=True):
+        if not np.isfinite(row).all():
+            words = f"model {model.name}: begin_state gives boids a {name} that is"
+            raise RuntimeError(f"{words} not a finite number")
+    return state
 
 
 def _record(
@@ -152,6 +182,7 @@ def _record(
     scenery: Scenery,
     memory: Memory,
     coverage: Coverage,
+    work: Workspace,
 ) -> Record:
     """Nothing remembered yet. There is room for FRAME_BYTES of frames, and for two at
     least: one on time, the last.
@@ -159,9 +190,10 @@ def _record(
     metrics = memory.metrics
     looks = memory.bodies or any(metric.looks for metric in metrics)
     n = schedule.n if looks else 0
-    room = max(2, min(MOST_FRAMES, FRAME_BYTES // (48 * n + 48)))
+    states = len(work.state)
+    room = FRAME_BYTES // (8 * (FIRST_STATE + states) * n + 48)
     return Record(
-        frames=build_frames(room, n),
+        frames=build_frames(max(2, min(MOST_FRAMES, room)), n, states),
         progress=np.zeros(2, np.int64),
         every=memory.every,
         last=schedule.steps,
@@ -174,6 +206,8 @@ def _record(
             scenery.contact,
             observation,
         ),
+        state=work.state,
+        state_before=work.state_before,
     )
 
 
@@ -229,7 +263,8 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     """Put a flight in the place of `earlier`, which has as many boids: the flock, the
     steps and the counts become those of `earlier`. All frames must have been taken.
 
-    Visits are kept if both have the same pixels outside obstacles.
+    The state of boids is kept if both have the same rows of it, and visits if both have
+    the same pixels outside obstacles.
     """
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)
@@ -238,6 +273,8 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
             mine[:] = theirs
     flight.work.heading_x[:] = earlier.work.heading_x
     flight.work.heading_y[:] = earlier.work.heading_y
+    if list(flight.model.state) == list(earlier.model.state):
+        flight.work.state[:] = flight.work.state_before[:] = earlier.work.state
     rebuild_grid(flight, 0)
     coverage, before = flight.record.coverage, earlier.record.coverage
     if np.array_equal(coverage.visits < 0, before.visits < 0):

@@ -107,8 +107,8 @@ def _flight_stamp() -> str:
 
 
 def _model_stamp(model: Model | None, preset: str) -> str:
-    """Of the functions of a model, the shape of its settings, and the preset's values,
-    which points leave out.
+    """Of the functions of a model, the shape of its settings, the preset's values,
+    which points leave out, the names of its rows of state and its kinds.
     """
     if model is None or preset not in model.presets:
         return ""
@@ -117,7 +117,8 @@ def _model_stamp(model: Model | None, preset: str) -> str:
         for field, value in model._asdict().items()
         if callable(value) and value is not model.params
     }
-    return _hash([functions, _shape(model.params), model.presets[preset]])
+    boids = [list(model.state), model.kinds]
+    return _hash([functions, _shape(model.params), model.presets[preset], boids])
 
 
 def _metric_stamp(metric: Metric | None) -> str:

@@ -2,10 +2,20 @@
 boids see, and the kernel that advances a flock.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal, NamedTuple, get_args, get_type_hints
 
-from kernels.settings import About, Demand
+import numpy as np
+
+from kernels.settings import (
+    UNITS,
+    About,
+    Demand,
+    Observation,
+    Schedule,
+    StartSettings,
+    WorldSettings,
+)
 
 
 class Sight(NamedTuple):
@@ -66,6 +76,14 @@ MOST_CELLS = 10**7
 """Of an occupancy grid."""
 
 
+BODY_COLUMNS = (
+    *("trial_id", "frame", "boid", "x", "y", "vx", "vy", "kind", "index"),
+    *("trial", "point", "replicate", "seed", "provenance"),
+)
+"""The other columns of tables that have a row a boid, in all formats."""
+NO_STATE: Mapping[str, About] = {}
+
+
 def only_surfaces(_params: Any) -> float:
     """The `obstacle_reach` of a model in which no force begins at an obstacle."""
     return 0.0
@@ -101,6 +119,12 @@ class Model(NamedTuple):
     `symmetries` are those that it has, each with the settings that it needs:
     `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
 
+    `state` says what a boid has besides its place and velocity, by name; see
+    kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills these rows
+    (S, N), which are 0 before, for a flock that was just drawn. `kinds` names the kinds
+    of boids: the first boids are of the first kind, the next ones of the second, and
+    `count_kinds(params, n)` says how many of n boids are of each.
+
     `demands` are conditions on the settings, and `potential_demands` those of metrics
     of the potential. `length` and `time` are the units of the model, and `y_down` says
     that pictures of it have y point down.
@@ -119,6 +143,10 @@ class Model(NamedTuple):
     occupancy: Callable[[Any], OccupancySettings] | None = None
     faces_heading: bool = False
     symmetries: Mapping[Symmetry, Mapping[str, Any]] = NONE_DECLARED
+    state: Mapping[str, About] = NO_STATE
+    begin_state: Callable[..., None] | None = None
+    kinds: tuple[str, ...] = ()
+    count_kinds: Callable[[Any, int], tuple[int, ...]] | None = None
     demands: tuple[Demand, ...] = ()
     potential_demands: tuple[Demand, ...] = ()
     length: str = "px"
@@ -143,3 +171,65 @@ class Model(NamedTuple):
         return self.goal_seekers(params, n) > 0 and any(
             getattr(params, rule.weight) > 0 for rule in self.rules if rule.to_goal
         )
+
+
+def kind_counts(model: Model, params: Any, n: int) -> tuple[int, ...]:
+    """How many of `n` boids are of each kind; (n,) where there are no kinds.
+
+    Raises RuntimeError where the model's `count_kinds` does not say that.
+    """
+    if model.count_kinds is None:
+        return (n,)
+    found: object = model.count_kinds(params, n)
+    counts = found if isinstance(found, tuple) else ()
+    whole = all(isinstance(one, int | np.integer) and one >= 0 for one in counts)
+    if not whole or len(counts) != len(model.kinds) or sum(counts) != n:
+        raise RuntimeError(
+            f"model {model.name}: count_kinds gives {found} for the kinds"
+            f" {', '.join(model.kinds)}: it must give a whole number from 0 for each"
+            f" kind, and {n} in all"
+        )
+    return tuple(map(int, counts))
+
+
+def flaw(model: Model) -> str:
+    """Why a model's state and kinds cannot be used, in words; "" where they can."""
+    return next(_flaws(model), "")
+
+
+def _flaws(model: Model) -> Iterator[str]:
+    if isinstance(model.state, Mapping):
+        yield from _flaws_of_state(model)
+    else:
+        yield "state is no mapping from names to Abouts"
+    if model.begin_state and not model.state:
+        yield "there is a begin_state, but no state that it could fill"
+    texts = isinstance(model.kinds, tuple) and all(map(_is_text, model.kinds))
+    if not texts or len(model.kinds) > len(set(model.kinds)):
+        yield "kinds is no tuple of different names"
+    if bool(model.kinds) != bool(model.count_kinds):
+        yield "kinds and count_kinds belong together, and there is only one of them"
+    for name in ("begin_state", "count_kinds"):
+        if not (getattr(model, name) is None or callable(getattr(model, name))):
+            yield f"{name} is no function"
+
+
+def _flaws_of_state(model: Model) -> Iterator[str]:
+    groups = (model.params, Schedule, WorldSettings, StartSettings, Observation)
+    settings = {name for group in groups for name in getattr(group, "_fields", ())}
+    for name, about in model.state.items():
+        refused = f'no state can be called "{name}": '
+        if not _is_text(name) or not (name.isascii() and name.isidentifier()):
+            yield f"{refused}its name has letters, digits and _"
+        elif name.startswith("_") or name != name.lower():
+            yield f"{refused}its name has small letters, and begins with one"
+        elif name in BODY_COLUMNS:
+            yield f"{refused}tables have a column of that name"
+        elif name in settings:
+            yield f"{refused}there is a setting of that name"
+        if not isinstance(about, About) or about.unit not in UNITS:
+            yield f'state "{name}" needs an About with a unit of settings'
+
+
+def _is_text(name: object) -> bool:
+    return isinstance(name, str) and name != ""

@@ -9,20 +9,22 @@ from numpy.typing import NDArray
 from kernels.coverage import Coverage, mark
 from kernels.events import N_EVENTS, Watch, count
 from kernels.jit import jit
-from kernels.state import Flock, World
+from kernels.state import Floats, Flock, World
 
 COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
 FIRST_EVENT = 3
 N_COUNTS = FIRST_EVENT + N_EVENTS
 STEP, FILLED = 0, 1
+FIRST_STATE = len(Flock._fields)
 
 
 class Frames(NamedTuple):
-    """Up to F snapshots: `bodies` (F, 6, N) in the order of Flock's fields, `counts`
-    (F, N_COUNTS), `step` (F,).
+    """Up to F snapshots: `bodies` (F, 6 + S, N), the fields of Flock in their order and
+    from FIRST_STATE on the rows of the model's state, `counts` (F, N_COUNTS), `step`
+    (F,).
 
     The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch.
-    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6, 0).
+    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6 + S, 0).
     """
 
     bodies: NDArray[np.float64]
@@ -34,7 +36,8 @@ class Record(NamedTuple):
     """What to remember, and how far the run is.
 
     `progress` (2,) holds the steps done and the frames filled. A frame is kept every
-    `every` steps and at the step `last`.
+    `every` steps and at the step `last`. `state` and `state_before` are those of the
+    Workspace.
     """
 
     frames: Frames
@@ -44,12 +47,14 @@ class Record(NamedTuple):
     covering: bool
     coverage: Coverage
     watch: Watch
+    state: Floats
+    state_before: Floats
 
 
-def build_frames(n_frames: int, n: int) -> Frames:
-    """Room for `n_frames` snapshots of `n` bodies."""
+def build_frames(n_frames: int, n: int, states: int = 0) -> Frames:
+    """Room for `n_frames` snapshots of `n` bodies with so many rows of state."""
     return Frames(
-        np.zeros((n_frames, 6, n)),
+        np.zeros((n_frames, FIRST_STATE + states, n)),
         np.zeros((n_frames, N_COUNTS), np.int64),
         np.zeros(n_frames, np.int64),
     )
@@ -59,15 +64,21 @@ NEVER = 2**62
 """A step that is not reached."""
 
 
-def silent(record: Record) -> Record:
-    """A record of the same types in which nothing of a step is kept but its number and
-    the events that a model counts itself.
+def silent(record: Record, state: Floats, state_before: Floats) -> Record:
+    """A record of the same types, of boids with this state, in which nothing of a step
+    is kept but its number and the events that a model counts itself.
     """
     watch = record.watch._replace(
         counting=False, pairing=False, events=record.watch.events.copy()
     )
     return record._replace(
-        progress=np.array([1, 0]), every=NEVER, last=NEVER, covering=False, watch=watch
+        progress=np.array([1, 0]),
+        every=NEVER,
+        last=NEVER,
+        covering=False,
+        watch=watch,
+        state=state,
+        state_before=state_before,
     )
 
 
@@ -86,6 +97,9 @@ def keep_frame(flock: Flock, record: Record) -> None:
         bodies[f, 3, i] = flock.vy[i]
         bodies[f, 4, i] = flock.previous_vx[i]
         bodies[f, 5, i] = flock.previous_vy[i]
+    for k in range(record.state.shape[0]):
+        for i in range(bodies.shape[2]):
+            bodies[f, FIRST_STATE + k, i] = record.state[k, i]
     for k in range(FIRST_EVENT):
         record.frames.counts[f, k] = record.coverage.sums[k]
     for k in range(N_EVENTS):
@@ -95,14 +109,29 @@ def keep_frame(flock: Flock, record: Record) -> None:
 
 
 @jit
-def observe(flock: Flock, world: World, record: Record) -> bool:
-    """Take note of one step done; return whether all positions and velocities are
+def keep_state(state: Floats, state_before: Floats) -> bool:
+    """Keep the state as that from before the next step; return whether all of it are
     finite numbers.
+    """
+    for k in range(state.shape[0]):
+        for i in range(state.shape[1]):
+            if not math.isfinite(state[k, i]):
+                return False
+            state_before[k, i] = state[k, i]
+    return True
+
+
+@jit
+def observe(flock: Flock, world: World, record: Record) -> bool:
+    """Take note of one step done; return whether all positions, velocities and states
+    are finite numbers.
     """
     record.progress[STEP] += 1
     for i in range(flock.x.size):
         if not math.isfinite(flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]):
             return False
+    if not keep_state(record.state, record.state_before):
+        return False
     if record.covering:
         for i in range(flock.x.size):
             mark(record.coverage, flock.x[i], flock.y[i])

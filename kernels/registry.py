@@ -14,7 +14,7 @@ take the name of one of ours, nor that of another package's.
 
 import site
 import sys
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from importlib.metadata import EntryPoint, distributions
 from pathlib import Path
 from typing import TypeVar
@@ -29,11 +29,18 @@ class Registry(MutableMapping[str, T]):
     """Entries of one kind by name, in the order of their registration.
 
     `group` is the group of entry points, and `origins` has for each name the
-    distribution that it comes from: that of other packages only.
+    distribution that it comes from: that of other packages only. `flaw` says in words
+    why an entry of theirs cannot be used, if it cannot.
     """
 
-    def __init__(self, group: str, kind: type[T], own: Mapping[str, T]) -> None:
-        self.group, self.kind, self._own = group, kind, dict(own)
+    def __init__(
+        self,
+        group: str,
+        kind: type[T],
+        own: Mapping[str, T],
+        flaw: Callable[[T], str] = lambda _entry: "",
+    ) -> None:
+        self.group, self.kind, self._own, self.flaw = group, kind, dict(own), flaw
         self._others: dict[str, T] | None = None
         self.origins: dict[str, str] = {}
         self.refused: dict[str, str] = {}
@@ -89,11 +96,13 @@ class Registry(MutableMapping[str, T]):
                 said = f"{type(error).__name__}: {error}"
                 self.refused[name] = f"{owners[0]} has it in {point.value}: {said}"
                 return
-            if isinstance(entry, self.kind):
-                self._others[name], self.origins[name] = entry, owners[0]
-            else:
+            if not isinstance(entry, self.kind):
                 what = f"no {self.kind.__name__} but a {type(entry).__name__}"
                 self.refused[name] = f"{owners[0]} has in {point.value} {what}"
+            elif flaw := self.flaw(entry):
+                self.refused[name] = f"{owners[0]} has it in {point.value}: {flaw}"
+            else:
+                self._others[name], self.origins[name] = entry, owners[0]
 
 
 def owner(point: EntryPoint) -> str:

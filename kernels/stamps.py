@@ -20,14 +20,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-REGISTRIES = (
+NOT_FOLLOWED = (
+    "kernels.caching.OURS",
     "kernels.metrics.METRICS",
     "kernels.models.MODELS",
     "kernels.starts.STARTS",
     "kernels.worlds.MAPS",
 )
-"""Tables of what a trial looks up by name. They are not followed, as what it finds
-there has a stamp of its own.
+"""Tables of what a trial looks up by name, which has a stamp of its own; and of what
+numba caches, which is the same wherever it is kept.
 """
 
 
@@ -100,7 +101,7 @@ def closure(root: Definition) -> set[Definition]:
     found, waiting = set[Definition](), [root]
     while waiting:
         one = waiting.pop()
-        if one not in found and ".".join(one) not in REGISTRIES:
+        if one not in found and ".".join(one) not in NOT_FOLLOWED:
             found.add(one)
             waiting += _used(one)
     return found

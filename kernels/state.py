@@ -11,6 +11,7 @@ from kernels.jit import jit
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.uint32]
+Kinds = NDArray[np.int64]
 
 
 class Flock(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels.neighbours import Grid, Near, build_grid, build_near
 from kernels.occupancy import Occupancy
-from kernels.state import Floats, Flock, World, empty_flock
+from kernels.state import Floats, Flock, Kinds, World, empty_flock
 from kernels.worlds import Reach
 
 
@@ -18,6 +18,11 @@ class Workspace(NamedTuple):
 
     `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, at first
     (1, 0). Models use them in which a boid at rest still has a heading.
+
+    `state` (S, N) has the rows of the model's state in their order, and `state_before`
+    what they were before the step, which `observe` keeps; both are (0, N) for a model
+    without. `kind` (N,) has for each boid the index of its kind, 0 where there are
+    none.
     """
 
     grid: Grid
@@ -27,13 +32,22 @@ class Workspace(NamedTuple):
     before: Flock
     heading_x: Floats
     heading_y: Floats
+    state: Floats
+    state_before: Floats
+    kind: Kinds
 
 
 def build_workspace(
-    flock: Flock, world: World, search_range: float, reach: Reach, occupancy: Occupancy
+    flock: Flock,
+    world: World,
+    search_range: float,
+    reach: Reach,
+    occupancy: Occupancy,
+    state: Floats,
+    kind: Kinds,
 ) -> Workspace:
-    """The workspace of `flock`, whose model searches
-    neighbours up to `search_range`.
+    """The workspace of `flock`, whose model searches neighbours up to `search_range`.
+    `state` and `kind` become its own.
     """
     n = flock.x.size
     at_rest = (flock.vx == 0.0) & (flock.vy == 0.0)
@@ -45,4 +59,7 @@ def build_workspace(
         empty_flock(n),
         np.where(at_rest, 1.0, flock.vx),
         np.where(at_rest, 0.0, flock.vy),
+        state,
+        state.copy(),
+        kind,
     )

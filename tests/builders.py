@@ -2,14 +2,17 @@
 
 import hashlib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import product
 from typing import Any
 
 import numpy as np
+import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.events import note_start
-from kernels.metrics import METRICS
+from kernels.metrics import METRICS, Metric
+from kernels.model import Model
 from kernels.models import MODELS
 from kernels.settings import OPEN, Observation
 from kernels.state import Flock, World, empty_flock
@@ -164,15 +167,34 @@ def isotropic(model: str) -> dict[str, Any]:
     )
 
 
+@contextmanager
+def entered(model: Model, **metrics: Metric) -> Iterator[None]:
+    """Inside, a model and metrics are among those that there are."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(MODELS, model.name, model)
+        for name, metric in metrics.items():
+            patch.setitem(METRICS, name, metric)
+        settings_of.cache_clear()
+        yield
+    settings_of.cache_clear()
+
+
 def place(simulation: Simulation, x: Any, y: Any, vx: Any, vy: Any) -> Simulation:
     """The simulation with its boids put elsewhere before the first step."""
     for array, values in zip(simulation.flock, (x, y, vx, vy), strict=False):
         array[:] = values
     reach = simulation.flight.model.sight(simulation.flight.params).range
     there = simulation.flight.scenery
+    work = simulation.flight.work
     simulation.flight.work = build_workspace(
-        simulation.flock, simulation.world, reach, there.reach, there.occupancy
-    )
+        simulation.flock,
+        simulation.world,
+        reach,
+        there.reach,
+        there.occupancy,
+        work.state,
+        work.kind,
+    )._replace(state_before=work.state_before)
     watch = simulation.flight.record.watch
     for state in (
         watch.outside,

@@ -13,6 +13,7 @@ import pytest
 
 from tests import ROOT
 from tests.commands import SWEEP
+from tests.oscillators import SPEC as SPEC_OF_CIRCLES
 from tests.other_packages import FILES, OFFERED, RULES, install
 
 SPEC = """
@@ -176,6 +177,41 @@ def test_what_cannot_be_used_is_said_and_harms_no_other(
         refused = said(tmp_path, "plan", "spec.yaml", code=2).stderr
         assert 'spec.yaml:3: model "swirl' in refused
         assert "cannot be used: swirling 1.0" in refused
+
+
+OSCILLATORS = (ROOT / "tests" / "oscillators.py").read_text()
+CIRCLES = {
+    "boidsweep.models": {"oscillators": "swirling.model:MODEL"},
+    "boidsweep.metrics": {"order": "swirling.model:ORDER"},
+}
+
+
+def test_a_model_with_state_and_kinds_runs_in_workers(tmp_path: Path) -> None:
+    install(tmp_path, CIRCLES, {"__init__.py": "", "model.py": OSCILLATORS})
+    (tmp_path / "spec.yaml").write_text(SPEC_OF_CIRCLES)
+    assert "4 done" in said(tmp_path, "launch", "spec.yaml", "--workers", "2").stderr
+    verified = said(tmp_path, "verify", "circles", "--fraction", "1").stdout
+    assert "4 of 4 the same" in verified
+    assert f"{4 * 6 * (1 + 7 * 12):,} values of trajectories" in verified
+    parts = (tmp_path / "results" / "circles" / "parts").glob("*/trajectories.parquet")
+    flights = pd.concat([pd.read_parquet(part) for part in parts])
+    assert list(flights)[6:] == ["phase", "frequency", "kind"]
+    assert all(kind.tolist() == [0] * 3 + [1] * 9 for kind in flights["kind"])
+    # Both points begin with the same flocks.
+    assert len({phase.tobytes() for phase in flights["phase"]}) == 4 * 6 - 2
+
+
+def test_a_state_that_is_a_column_already_is_refused_in_a_sentence(
+    tmp_path: Path,
+) -> None:
+    model = OSCILLATORS.replace('"phase": About', '"vy": About')
+    install(tmp_path, CIRCLES, {"__init__.py": "", "model.py": model})
+    (tmp_path / "spec.yaml").write_text(SPEC_OF_CIRCLES)
+    found = said(tmp_path, "plan", "spec.yaml", code=2)
+    assert len(found.stderr.splitlines()) == 1
+    why = 'no state can be called "vy": tables have a column of that name'
+    place = "oscillators cannot be used: swirling 1.0 has it in swirling.model:MODEL: "
+    assert place + why in said(tmp_path, "models").stderr
 
 
 def test_two_packages_of_one_name_are_both_named(tmp_path: Path) -> None:

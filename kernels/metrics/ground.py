@@ -4,17 +4,17 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from kernels.model import PairPotential
-from kernels.recording import Frames
+from kernels.recording import FIRST_STATE, Frames
 from kernels.settings import Demand, Observation, Unit
-from kernels.state import Floats, World
+from kernels.state import Floats, Kinds, World
 
 Better = Literal["high", "low"]
-X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(6)
+X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
 
 
 class Ground(NamedTuple):
     """The world and the number of boids, of traversable pixels and of all pixels, the
-    time of a step, the potential.
+    time of a step, the potential, and of each boid the index of its kind (N,).
     """
 
     world: World
@@ -23,6 +23,7 @@ class Ground(NamedTuple):
     pixels: int
     dt: float
     potential: PairPotential
+    kind: Kinds
 
 
 class Metric(NamedTuple):
@@ -32,7 +33,10 @@ class Metric(NamedTuple):
     compares boids with each other, which takes longer. `covers`, `counts` and `pairs`
     say that it needs, instead of the bodies: the visited pixels; escapes, collisions
     and arrivals; contacts between boids. `potential` says that it needs a model with a
-    pair potential. `demands` are conditions on the settings of whoever records it.
+    pair potential; `state` and `kinds`, that it needs one whose rows of state, and
+    whose kinds of boids, begin with these, in this order. Row k of the state is
+    `frames.bodies[f, FIRST_STATE + k]`, and `ground.kind[i]` is the index of the kind
+    of boid i. `demands` are conditions on the settings of whoever records it.
     `short` is what the figure of visits calls it, which shows no metric without one.
     """
 
@@ -46,6 +50,8 @@ class Metric(NamedTuple):
     counts: bool = False
     pairs: bool = False
     potential: bool = False
+    state: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
     demands: tuple[Demand, ...] = ()
     short: str = ""
 

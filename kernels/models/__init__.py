@@ -1,6 +1,6 @@
 """The published models, by name. To add one, copy `_skeleton.py` and enter it here."""
 
-from kernels.model import Model
+from kernels.model import Model, flaw
 from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024
 from kernels.registry import Registry
 
@@ -14,4 +14,5 @@ MODELS = Registry(
         "patel2023": patel2023.MODEL,
         "nanobot": nanobot.MODEL,
     },
+    flaw,
 )

@@ -75,14 +75,19 @@ def trial_seconds(
     return TRIAL_SECONDS + n * steps * boid_step + metrics
 
 
-def trial_bytes(settings: dict[str, Value], record: RecordSpec) -> float:
-    """The estimated bytes that a trial adds to the store."""
+def trial_bytes(
+    settings: dict[str, Value], record: RecordSpec, states: int = 0
+) -> float:
+    """The estimated bytes that a trial adds to the store; `states` is the number of
+    rows of its model's state.
+    """
     frames = math.ceil(float(settings["steps"]) / record.every) + 1
     size = ROW_BYTES + 2 * NUMBER_BYTES * len(record.names)
     if record.series:
         size += frames * (1.0 + NUMBER_BYTES * len(record.series))
     if record.trajectories:
-        size += frames * (1.0 + 4 * TRAJECTORY_NUMBER_BYTES * float(settings["n"]))
+        numbers = (4 + states) * float(settings["n"])
+        size += frames * (1.0 + TRAJECTORY_NUMBER_BYTES * numbers)
     if record.heatmaps:
         pixels = (
             float(settings["width"])
@@ -148,6 +153,7 @@ def study_cost(
     seconds = np.mean(
         [trial_seconds(study.model, study.known, one, study.record) for one in settings]
     )
-    size = np.mean([trial_bytes(one, study.record) for one in settings])
+    states = len(study.known.models[study.model].state)
+    size = np.mean([trial_bytes(one, study.record, states) for one in settings])
     trials = design.n_points * study.trials_per_point
     return float(seconds) * pace.factor * trials, float(size) * trials

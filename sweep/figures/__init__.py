@@ -48,6 +48,7 @@ from sweep.figures.search_repetitions import comparison_figure, hypervolume_figu
 from sweep.figures.sensitivity import sensitivity_figure
 from sweep.figures.style import (
     BLUE,
+    COLOURS,
     GREEN,
     GREY,
     LINE_STYLES,
@@ -63,6 +64,7 @@ from sweep.figures.trajectories import trajectories_figure
 
 __all__ = [
     "BLUE",
+    "COLOURS",
     "GREEN",
     "GREY",
     "KINDS",

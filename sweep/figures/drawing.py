@@ -65,10 +65,13 @@ def _shape(row: NDArray[np.float64]) -> Patch:
 
 
 def draw_flock(
-    axes: Axes, bodies: NDArray[np.float64], length: float, colour: str = "0.1"
+    axes: Axes,
+    bodies: NDArray[np.float64],
+    length: float,
+    colour: str | list[str] = "0.1",
 ) -> None:
     """Boids as triangles that point where they fly. `bodies` (4, N) are x, y, vx and
-    vy; a boid at rest points along x.
+    vy; a boid at rest points along x. They have one colour, or one each.
     """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)

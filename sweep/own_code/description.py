@@ -8,7 +8,7 @@ import math
 from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hints
 
 from kernels.metrics import Metric
-from kernels.model import Model
+from kernels.model import Model, flaw
 from kernels.settings import About, Demand
 from kernels.starts import Start
 from kernels.worlds import Map
@@ -37,6 +37,7 @@ def _of_model(model: Model) -> dict[str, Any]:
     }
     return _plain(model) | {
         "settings": settings,
+        "state": {name: _plain(about) for name, about in model.state.items()},
         POTENTIAL: model.pair_potential is not None,
     }
 
@@ -79,23 +80,33 @@ def _model(about: dict[str, Any]) -> Model:
         about[demands] = _demands(about.get(demands, []))
     potential = _asleep if about.pop(POTENTIAL) else None
     about["metrics"] = tuple(about["metrics"])
-    return Model(
+    about["kinds"] = tuple(about["kinds"])
+    state = {name: _about(one) for name, one in about.pop("state").items()}
+    model = Model(
         params=params,
         sight=_asleep,
         advance=_asleep,
         obstacle_reach=_asleep,
         goal_seekers=_asleep,
         pair_potential=potential,
+        state=state,
+        count_kinds=_asleep if about["kinds"] else None,
         **about,
     )
+    if said := flaw(model):
+        raise ValueError(said)
+    return model
 
 
 def _hint(about: dict[str, Any]) -> Any:
-    kind = KIND[about.pop("kind")]
+    return Annotated[KIND[about.pop("kind")], _about(about)]
+
+
+def _about(about: dict[str, Any]) -> About:
     about["choices"] = tuple(about.get("choices", ()))
     if math.isnan(about["low"]) or math.isnan(about["high"]):
         raise ValueError("a bound is no number")
-    return Annotated[kind, About(**about)]
+    return About(**about)
 
 
 def _demands(stored: list[list[str]]) -> tuple[Demand, ...]:
@@ -104,6 +115,8 @@ def _demands(stored: list[list[str]]) -> tuple[Demand, ...]:
 
 def _metric(about: dict[str, Any]) -> Metric:
     demands = _demands(about.pop("demands", []))
+    for read in ("state", "kinds"):
+        about[read] = tuple(about[read])
     return Metric(_asleep, demands=demands, **about)
 
 

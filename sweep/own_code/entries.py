@@ -19,7 +19,7 @@ from typing import (
 )
 
 from kernels.metrics import Metric
-from kernels.model import Model
+from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
 from kernels.starts import Start
 from kernels.worlds import Map
@@ -92,6 +92,8 @@ def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
     check_name(file, "model", model.name)
     _check_settings(file, model)
     _check_presets(file, model)
+    if said := flaw(model):
+        raise CodeError(f"{file}: {model.name}: {said}")
     return model
 
 

@@ -1,11 +1,12 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
-Boids are triangles that point in their direction of flight. The picture shows the world
-with its obstacles, and the goal if boids are drawn to it. What does not change is drawn
-once.
+Boids are triangles that point in their direction of flight; where they are of several
+kinds, each kind has a colour. The picture shows the world with its obstacles, and the
+goal if boids are drawn to it. What does not change is drawn once.
 """
 
 from collections.abc import Iterator
+from itertools import cycle
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,10 +19,11 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
-from sweep.figures import GREEN, STYLE, draw_flock, draw_map
+from sweep.figures import COLOURS, GREEN, STYLE, draw_flock, draw_map
 from sweep.replays.flight import Report, frames
 from sweep.replays.video import write_gif, write_mp4
 from sweep.tables.outputs import unfinished
+from sweep.trial.kinds import kinds_of
 from sweep.trial.world import world_of
 
 MOST_FRAMES = 600
@@ -30,6 +32,9 @@ TRIANGLES = 45
 """The size of a boid: so many triangles, one behind the other, are as long as the
 longer side of the world.
 """
+
+BOIDS = "0.1"
+"""Their colour, where there are no kinds."""
 
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3): red, green and blue."""
@@ -58,6 +63,7 @@ class Scene:
                 downwards=self.world.y_down,
             )
             self._draw_goal()
+            self.colour = self._colours()
             self.figure.suptitle(
                 f"{study}, trial {job.trial_id}: {job.model} {job.preset}", fontsize=9
             )
@@ -70,7 +76,7 @@ class Scene:
         """The picture of one frame; `bodies` (4, N) are x, y, vx and vy."""
         with style.context(STYLE):
             self.canvas.restore_region(self.still)
-            draw_flock(self.axes, bodies, self.length)
+            draw_flock(self.axes, bodies, self.length, self.colour)
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
@@ -87,6 +93,16 @@ class Scene:
             + 0.6
         )
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
+
+    def _colours(self) -> str | list[str]:
+        """The colour of boids; where there are kinds one for each, and a legend."""
+        found, names = list[str](), kinds_of(self.job)
+        for colour, (name, count) in zip(cycle(COLOURS), names.items(), strict=False):
+            self.axes.plot([], [], ">", color=colour, label=f"{count:,} {name}")
+            found += count * [colour]
+        if names:
+            self.axes.legend(loc="upper right")
+        return found or BOIDS
 
     def _draw_goal(self) -> None:
         if self.world.goal:

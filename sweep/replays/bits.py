@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.store.rows import trial_row
+from sweep.store.rows import boid_columns, trial_row
 from sweep.tables.stored_trials import Columns, StoredTrial
 from sweep.trial.result import Result
 
@@ -97,18 +97,16 @@ def _row(row: dict[str, Any]) -> Columns:
 
 def _found(study: str, stored: StoredTrial, result: Result) -> dict[str, Columns]:
     row = dict.fromkeys(stored.row) | trial_row(study, result)
-    nothing, flight = np.empty(0), result.trajectory
+    nothing, job = np.empty(0), result.job
     frames = nothing if result.frames is None else result.frames
     tables = {"trials": _row(row)}
     tables["series"] = {"frame": frames} | {
-        name: result.series.get(name, nothing) for name in result.job.record.series
+        name: result.series.get(name, nothing) for name in job.record.series
     }
     tables["heatmaps"] = _heatmap(result.heatmap)
     tables["trajectories"] = {"frame": frames}
-    for index, name in enumerate(("x", "y", "vx", "vy")):
-        tables["trajectories"][name] = (
-            nothing if flight is None else flight[:, index].ravel()
-        )
+    if result.trajectory is not None and result.states is not None:
+        tables["trajectories"] |= boid_columns(job, result.trajectory, result.states)
     return tables
 
 

@@ -13,7 +13,7 @@ import pyarrow as pa
 from sweep.design.jobs import Job
 from sweep.spec.study import RecordSpec
 from sweep.store.parquet import table_writer
-from sweep.store.rows import trajectories_schema
+from sweep.store.rows import boid_columns, trajectories_schema
 from sweep.tables.outputs import unfinished
 from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation
 from sweep.trial.state import Taken
@@ -34,9 +34,9 @@ def frames(
         report   is told how many of how many steps are done
         record   the metrics that are measured at each frame
 
-    Each `Taken` has the values of the metrics (M, F), and x, y, vx and vy (F, 4, N), in
-    the model's length and length/time. The flight is the same whatever is recorded. A
-    trial that diverges ends with its last finite frame.
+    Each `Taken` has the values of the metrics (M, F), x, y, vx and vy (F, 4, N), in the
+    model's length and length/time, and the state of boids (F, S, N). The flight is the
+    same whatever is recorded. A trial that diverges ends with its last finite frame.
     """
     steps = int(job.settings["steps"])
     whole = replace(record, every=every, trajectories=True)
@@ -64,17 +64,18 @@ def write_flight(
     count = 0
     with unfinished(path) as file, table_writer(file, schema) as writer:
         for taken in frames(job, every, report):
-            writer.write_table(_table(job.trial_id, taken, schema))
+            writer.write_table(_table(job, taken, schema))
             count += len(taken.steps)
     return count
 
 
-def _table(trial: str, taken: Taken, schema: pa.Schema) -> pa.Table:
+def _table(job: Job, taken: Taken, schema: pa.Schema) -> pa.Table:
     count, _, n = taken.bodies.shape
     offsets = pa.array(np.arange(count + 1) * n, pa.int32())
-    columns: list[Any] = [pa.array([trial] * count, pa.string()), pa.array(taken.steps)]
+    ids = pa.array([job.trial_id] * count, pa.string())
+    columns: list[Any] = [ids, pa.array(taken.steps)]
     columns += [
-        pa.ListArray.from_arrays(offsets, pa.array(taken.bodies[:, row].ravel()))
-        for row in range(4)
+        pa.ListArray.from_arrays(offsets, pa.array(values))
+        for values in boid_columns(job, taken.bodies, taken.state).values()
     ]
     return pa.Table.from_arrays(columns, schema=schema)

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from kernels.catalogue import Catalogue
-from kernels.metrics import METRICS
+from kernels.metrics import METRICS, Metric
+from kernels.model import Model
 from sweep.spec.document import Entry
 from sweep.text import unknown
 
@@ -68,10 +69,26 @@ class KnownMetrics(NamedTuple):
     def check(self, entry: Entry, name: str) -> None:
         """Raise SpecError for a metric that the model cannot have."""
         metric, models = self.known.metrics.get(name), self.known.models
-        if metric and metric.potential and not models[self.model].pair_potential:
-            having = ", ".join(
-                other.name for other in models.values() if other.pair_potential
-            )
+        if metric and (lacking := lacks(models[self.model], metric)):
+            having = [one.name for one in models.values() if not lacks(one, metric)]
             raise entry.error(
-                f'metric "{name}" is for models with a pair potential: {having}'
+                f'metric "{name}" is for models with {lacking}: {", ".join(having)}'
             )
+
+
+def lacks(model: Model, metric: Metric) -> str:
+    """What a model would need for a metric, in words; "" where it has all of it."""
+    if metric.potential and not model.pair_potential:
+        return "a pair potential"
+    return lacks_boids(model, metric)
+
+
+def lacks_boids(model: Model, metric: Metric) -> str:
+    """The state or the kinds of boids that a metric reads and a model has not, in
+    words; "" where it has them.
+    """
+    if tuple(model.state)[: len(metric.state)] != metric.state:
+        return f"the state {', '.join(metric.state)}"
+    if tuple(model.kinds)[: len(metric.kinds)] != metric.kinds:
+        return f"the kinds {', '.join(metric.kinds)}"
+    return ""

@@ -5,11 +5,13 @@ provenance in the file's.
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import starmap
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from kernels.model import Model
 from sweep.design.jobs import Job
@@ -17,11 +19,16 @@ from sweep.spec.recorded import Column
 from sweep.spec.settings import Setting, settings_of, spelled
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
+from sweep.trial.kinds import kinds_of
 from sweep.trial.result import Result
 
+Floats = NDArray[np.float64]
+Numbers = NDArray[Any]
 EXPRESSION = b"expression"
 """The key, in the metadata of a column, of what derives a metric from others."""
-BODIES = pa.list_(pa.float64())
+BODIES, KINDS = pa.list_(pa.float64()), pa.list_(pa.int64())
+FLIGHT = ("x", "y", "vx", "vy")
+"""The columns of trajectories that every model has."""
 ARROW = {
     "float": pa.float64(),
     "int": pa.int64(),
@@ -117,7 +124,8 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
 
 def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     """One row a recorded frame: the steps done (`frame`), and x, y, vx and vy of all
-    boids in the order of theirs.
+    boids in the order of theirs; then the rows of the model's state, and the kinds of
+    boids where it has some.
     """
     length, speed = spelled("length", model), spelled("length/time", model)
     columns = [
@@ -128,6 +136,11 @@ def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
         _column("vx", BODIES, speed, "velocities"),
         _column("vy", BODIES, speed, "velocities"),
     ]
+    for name, row in model.state.items():
+        columns.append(_column(name, BODIES, spelled(row.unit, model), row.text))
+    if model.kinds:
+        named = ", ".join(f"{index} {kind}" for index, kind in enumerate(model.kinds))
+        columns.append(_column("kind", KINDS, "", f"kinds: {named}"))
     return pa.schema(columns, _metadata(provenance))
 
 
@@ -181,17 +194,17 @@ class Tables:
 
     def _trajectories(self, results: Sequence[Result]) -> pa.Table:
         flights = [
-            result.trajectory for result in results if result.trajectory is not None
+            (result.job, result.trajectory, result.states)
+            for result in results
+            if result.trajectory is not None and result.states is not None
         ]
         sizes = np.concatenate(
-            [[0], *(np.full(len(flight), flight.shape[2]) for flight in flights)]
+            [[0], *(np.full(len(bodies), bodies.shape[2]) for _, bodies, _ in flights)]
         )
         offsets = pa.array(np.cumsum(sizes), pa.int32())
-        columns = _ids_and_frames(results)
-        for row in range(4):
-            numbers = _joined(
-                [flight[:, row].ravel() for flight in flights], pa.float64()
-            )
+        columns, flown = _ids_and_frames(results), list(starmap(boid_columns, flights))
+        for field in list(self.trajectories)[len(columns) :]:
+            numbers = _joined([one[field.name] for one in flown], field.type.value_type)
             columns.append(pa.ListArray.from_arrays(offsets, numbers))
         return pa.Table.from_arrays(columns, schema=self.trajectories)
 
@@ -207,6 +220,26 @@ class Tables:
             for result, visits in zip(results, maps, strict=True)
         ]
         return pa.Table.from_pylist(rows, self.heatmaps)
+
+
+def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]:
+    """The columns of a table of trajectories that have a value a boid: those of all
+    frames of a trial, one frame after the other.
+
+    job     the trial
+    bodies  (F, 4, N): x, y, vx and vy
+    states  (F, S, N): the rows of the model's state
+    """
+    state = job.known.models[job.model].state
+    columns: dict[str, Numbers] = {
+        name: rows[:, row].ravel()
+        for names, rows in ((FLIGHT, bodies), (state, states))
+        for row, name in enumerate(names)
+    }
+    if kinds := kinds_of(job):
+        kind = np.repeat(np.arange(len(kinds)), list(kinds.values()))
+        columns["kind"] = np.tile(kind, len(bodies))
+    return columns
 
 
 def trial_row(study: str, result: Result) -> dict[str, Any]:
@@ -253,12 +286,12 @@ def _ids_and_frames(results: Sequence[Result]) -> list[pa.Array]:
     return [trials, _joined([_frames(result) for result in results], pa.int64())]
 
 
-def _frames(result: Result) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _frames(result: Result) -> NDArray[np.int64]:
     assert result.frames is not None
     return result.frames
 
 
-def _joined(arrays: Sequence[np.ndarray[Any, Any]], kind: pa.DataType) -> pa.Array:
+def _joined(arrays: Sequence[Numbers], kind: pa.DataType) -> pa.Array:
     return pa.array(np.concatenate(arrays) if arrays else [], kind)
 
 

@@ -18,16 +18,15 @@ from kernels.settings import MOST_PIXELS
 from sweep.errors import StoreError
 from sweep.spec.settings import settings_of
 from sweep.store.locations import Location
-from sweep.store.rows import ABOUT_TRIAL, ARROW
+from sweep.store.rows import ABOUT_TRIAL, ARROW, FLIGHT
 from sweep.text import shortened
 
 NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
-BODIES = ("x", "y", "vx", "vy")
 FULL = {
     "trials": ("trial_id", "point", "model", "preset", "status"),
     "series": ("trial_id", "frame"),
     "heatmaps": ("trial_id", "rows", "columns", "visits"),
-    "trajectories": ("trial_id", "frame", *BODIES),
+    "trajectories": ("trial_id", "frame", *FLIGHT),
 }
 """Columns that each table has, and in which no cell is empty."""
 
@@ -54,6 +53,7 @@ def checked(
             )
     try:
         _check_names(table)
+        table = _without_others(table, FULL[name])
         _check_full(table, FULL[name])
         CHECKS[name](table, known)
     except ValueError as error:
@@ -61,6 +61,21 @@ def checked(
             f"the stored {name} are not what a launch writes: {error}", study
         ) from None
     return table
+
+
+def _without_others(table: pa.Table, kept: Iterable[str]) -> pa.Table:
+    """The table less the lists that only other trials have: the model of an earlier
+    launch may have had other rows of state.
+    """
+    return table.drop_columns(
+        [
+            field.name
+            for field in table.schema
+            if pa.types.is_list(field.type)
+            and field.name not in kept
+            and table[field.name].null_count == table.num_rows
+        ]
+    )
 
 
 def checked_numbers(
@@ -133,12 +148,15 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
 
 def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
-    boids = _lengths(table, "x", pa.float64())
-    if boids.min() < 1 or not all(
-        (_lengths(table, name, pa.float64()) == boids).all() for name in BODIES
-    ):
-        raise ValueError("x, y, vx and vy are not of the same boids")
-    for name in BODIES:
+    names = [name for name in table.column_names if name not in ("trial_id", "frame")]
+    _check_full(table, names)
+    boids, numbers = _lengths(table, "x", pa.float64()), set(names) - {"kind"}
+    lengths = {name: _lengths(table, name, pa.float64()) for name in sorted(numbers)}
+    if "kind" in names:
+        lengths["kind"] = _lengths(table, "kind", pa.int64())
+    if boids.min() < 1 or any((found != boids).any() for found in lengths.values()):
+        raise ValueError(f"{', '.join(names)} are not of the same boids")
+    for name in names:
         if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
             raise ValueError(f"{name} has values that are not finite")
     frames, trials = (

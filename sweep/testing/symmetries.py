@@ -16,6 +16,7 @@ from sweep.testing.flights import Floats, begun, every_way, go, in_words, togeth
 from sweep.testing.places import of_field
 from sweep.testing.subject import Subject
 from sweep.text import unknown
+from sweep.trial.kinds import kinds_of
 from sweep.trial.simulation import Simulation
 from sweep.trial.state import State
 
@@ -31,7 +32,7 @@ VECTORS = (
     ("flock.previous_vx", "flock.previous_vy"),
     ("work.heading_x", "work.heading_y"),
 )
-BY_BOID = ("flock.", "work.heading_", "work.state", "work.kind")
+BY_BOID = ("flock.", "work.heading_", "work.state")
 """How the names of arrays begin whose last axis has a place for each boid."""
 
 
@@ -120,7 +121,16 @@ def _changes(name: str, job: Job) -> Iterator[Transform]:
         yield turned._replace(turn=np.array([[-1.0, 0.0], [0.0, 1.0]]))
         yield same._replace(turn=np.array([[0.0, 1.0], [1.0, 0.0]]))
     elif name == "permutation" and is_open and _is_synchronous(job):
-        yield same._replace(order=np.random.default_rng(6).permutation(BOIDS))
+        yield same._replace(order=_sorted_otherwise(job))
+
+
+def _sorted_otherwise(job: Job) -> NDArray[np.intp]:
+    """Another order of boids, within each kind: the first boids are of the first."""
+    rng, orders, start = np.random.default_rng(6), list[NDArray[np.intp]](), 0
+    for count in kinds_of(job).values() or [BOIDS]:
+        orders.append(start + rng.permutation(count))
+        start += count
+    return np.concatenate(orders)
 
 
 def _about_the_middle(same: Transform, angle: float, side: float) -> Transform:

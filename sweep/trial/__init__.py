@@ -6,6 +6,7 @@ derived     metrics that a spec computes from others
 state       what is between two calls
 result      what a trial gave
 generators  random numbers for kernels
+kinds       how many boids are of which kind
 world       the same world, to be shown
 looking     what boids see and rules do, to be shown
 compiled    where kernels are kept

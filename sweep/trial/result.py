@@ -14,7 +14,7 @@ divergence is what the model gives.
 
 
 ENDINGS = {
-    "diverged": "a position or velocity was not a finite number after step {step}",
+    "diverged": "{what} was not a finite number after step {step}",
     "timeout": "time limit of {limit} s reached after step {step}",
 }
 """Why a trial ended before its time, by its status."""
@@ -29,7 +29,7 @@ class Result:
     last half, and are empty unless done. `frames` (F,) and each of `series` (F,) are
     the steps and values of the recorded frames; `heatmap` (rows, columns) holds visit
     counts, -1 in obstacles; `trajectory` (F, 4, N) holds x, y, vx and vy of every boid
-    in them.
+    in them, and `states` (F, S, N) the rows of the model's state.
     """
 
     job: Job
@@ -43,6 +43,7 @@ class Result:
     series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     heatmap: NDArray[np.int32] | None = None
     trajectory: NDArray[np.float64] | None = None
+    states: NDArray[np.float64] | None = None
 
     @property
     def has_failed(self) -> bool:
@@ -70,6 +71,6 @@ def result_bytes(result: Result) -> int:
     """The bytes of the arrays that can be large."""
     return sum(
         array.nbytes
-        for array in (result.heatmap, result.trajectory)
+        for array in (result.heatmap, result.trajectory, result.states)
         if array is not None
     )

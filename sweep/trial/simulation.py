@@ -21,9 +21,12 @@ from kernels.flight import (
     measure,
     rebuild_grid,
 )
+from kernels.metrics import Metric
+from kernels.recording import FIRST_STATE
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.state import Flock, World
 from sweep.design.jobs import Job, literal_seed, stream
+from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import settings_of, settings_tuple
 from sweep.spec.study import RecordSpec
 from sweep.trial.derived import measured
@@ -98,6 +101,12 @@ class Simulation:
         return self.flight.step
 
     @property
+    def watched(self) -> str:
+        """What must be a finite number after each step, in words."""
+        more = ", velocity or state" if self.flight.model.state else " or velocity"
+        return f"a position{more}"
+
+    @property
     def steps_left(self) -> int:
         return self.schedule.steps - self.step
 
@@ -117,13 +126,14 @@ class Simulation:
         as far as what the job records is enough for them.
         """
         record, flight = wanted or self.job.record, self.flight
-        metrics = [self.job.known.metrics[name] for name in record.metrics]
-        values, frames = measure(flight, metrics), flight.record.frames
+        values = measure(flight, _metrics(self.job, record.metrics))
+        frames = flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
         taken = Taken(
             frames.step[: flight.filled].copy(),
             values,
             frames.bodies[: flight.filled, :4, :bodies].copy(),
+            frames.bodies[: flight.filled, FIRST_STATE:, :bodies].copy(),
         )
         forget_frames(flight)
         return taken
@@ -144,6 +154,7 @@ class Simulation:
         fixed = (
             flight.scenery,
             flight.work.grid,
+            flight.work.kind,
             flight.record.frames,
             flight.record.coverage.stamp,
         )
@@ -196,7 +207,9 @@ class Simulation:
             status,
             time.perf_counter() - began,
             self.step,
-            ENDINGS.get(status, "").format(step=self.step, limit=self.job.time_limit),
+            ENDINGS.get(status, "").format(
+                what=self.watched, step=self.step, limit=self.job.time_limit
+            ),
             {name: float(value[-1]) for name, value in values.items()} if done else {},
             {name: float(value[late].mean()) for name, value in values.items()}
             if done
@@ -205,6 +218,7 @@ class Simulation:
             {name: values[name] for name in wanted.series},
             heatmap(self.flight.record.coverage) if wanted.heatmaps and done else None,
             taken.bodies if wanted.trajectories else None,
+            taken.state if wanted.trajectories else None,
         )
 
 
@@ -219,8 +233,13 @@ def _flight(job: Job) -> Flight:
     params, settings = group(model.params), group(WorldSettings)
     schedule, observation = group(Schedule), group(Observation)
     scenery = scenery_of(job, params, settings)
-    metrics = tuple(known.metrics[name] for name in record.metrics)
+    metrics = _metrics(job, record.metrics)
     memory = Memory(metrics, record.every, record.heatmaps, record.trajectories)
+    coverage = (
+        coverage_of(job, settings, observation, scenery)
+        if memory.covering
+        else no_coverage()
+    )
     with Randomness(stream(job, "start")).lent() as rng:
         flock = known.starts[str(job.settings["start_draws"])].draw(
             schedule.n,
@@ -230,18 +249,28 @@ def _flight(job: Job) -> Flight:
             rng,
             literal_seed(job, "start"),
         )
-    return begin(
-        model,
-        params,
-        schedule,
-        observation,
-        scenery,
-        flock,
-        memory,
-        coverage_of(job, settings, observation, scenery)
-        if memory.covering
-        else no_coverage(),
-    )
+        return begin(
+            model,
+            params,
+            schedule,
+            observation,
+            scenery,
+            flock,
+            memory,
+            coverage,
+            rng,
+        )
+
+
+def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
+    """The metrics of these names. Raises RuntimeError for one that reads what boids of
+    the job's model have not: its kernel would read beyond the frames.
+    """
+    found = tuple(job.known.metrics[name] for name in names)
+    for name, metric in zip(names, found, strict=True):
+        if lacking := lacks_boids(job.known.models[job.model], metric):
+            raise RuntimeError(f'metric "{name}" is for models with {lacking}')
+    return found
 
 
 def warm(job: Job) -> None:

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 class Taken(NamedTuple):
     """Frames of a run: steps (F,), metrics (number of metrics, F) and, where wanted, x,
-    y, vx and vy (F, 4, N).
+    y, vx and vy (F, 4, N) and the state of boids (F, S, N).
     """
 
     steps: NDArray[np.int64]
     values: NDArray[np.float64]
     bodies: NDArray[np.float64]
+    state: NDArray[np.float64]
 
 
 class State(NamedTuple):
@@ -40,8 +41,8 @@ class State(NamedTuple):
 
 def joined(taken: Sequence[Taken]) -> Taken:
     """Frames one after the other."""
-    steps, values, bodies = zip(*taken, strict=True)
-    return Taken(np.concatenate(steps), np.hstack(values), np.concatenate(bodies))
+    steps, values, *flown = zip(*taken, strict=True)
+    return Taken(np.concatenate(steps), np.hstack(values), *map(np.concatenate, flown))
 
 
 def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[Any]]:
@@ -49,11 +50,17 @@ def changing(parts: Mapping[str, object], fixed: object) -> dict[str, NDArray[An
     that are also in `fixed`.
 
     They are found by walking through the tuples, so a new array needs no entry
-    anywhere. They are the arrays in use, not copies.
+    anywhere. They are the arrays in use, not copies; one in several places has the name
+    of the first.
     """
     left_out = {id(array) for _, array in _arrays("", fixed)}
-    found = (named for part, value in parts.items() for named in _arrays(part, value))
-    return {name: array for name, array in found if id(array) not in left_out}
+    found = {}
+    for part, value in parts.items():
+        for name, array in _arrays(part, value):
+            if id(array) not in left_out:
+                found[name] = array
+                left_out.add(id(array))
+    return found
 
 
 def _arrays(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -77,7 +84,7 @@ def check(state: State, n: int, steps: int) -> None:
     finite = all(
         np.isfinite(array).all()
         for name, array in state.arrays.items()
-        if name.startswith("flock.")
+        if name.startswith(("flock.", "work.state"))
     )
     in_order = np.array_equal(np.sort(state.arrays["record.watch.order"]), np.arange(n))
     if not (0 < step < steps and filled == 0 and finite and in_order):

@@ -14,7 +14,7 @@ from kernels.model import Model
 from sweep.errors import SpecError
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.recorded import Column
+from sweep.spec.recorded import Column, lacks
 from sweep.spec.settings import Setting, Value, preset_settings, settings_of, spelled
 from sweep.spec.strict_yaml import read_document
 from sweep.web.protocol import OVERLAYS, Reply, plain
@@ -70,7 +70,7 @@ def controls(
             *(
                 _metric(name, metric, about, preset, experiments)
                 for name, metric in known.metrics.items()
-                if not metric.potential or about.pair_potential is not None
+                if not lacks(about, metric)
             ),
             *map(_derived, derive),
         ],

@@ -110,7 +110,7 @@ def _svg(
     )
     scene.draw(step, bodies)
     with style.context(STYLE):
-        draw_flock(scene.axes, bodies, scene.length)
+        draw_flock(scene.axes, bodies, scene.length, scene.colour)
         metadata = {"Creator": said["Software"], "Date": None, "Description": words}
         scene.figure.savefig(file, format="svg", metadata=metadata)
     return file.getvalue()

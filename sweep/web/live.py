@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from sweep.errors import SpecError
 from sweep.trial import looking
+from sweep.trial.kinds import kinds_of
 from sweep.web import encoding, messages
 from sweep.web.controls import controls
 from sweep.web.filing import Order, filed
@@ -166,6 +167,7 @@ class Live(Session):
                 list(map(float, obstacle)) for obstacle in zip(*columns, strict=True)
             ],
             "goal": goal,
+            "kinds": list(map(list, kinds_of(simulation.job).items())),
         }
 
     def selection(self) -> Reply:

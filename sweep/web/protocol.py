@@ -36,9 +36,10 @@ To the page:
           sweeps selected overlays plots replay answers
           settings that are infinite are the text "inf"; replay is null or {study,
           trial, frames, equal}
-    scene width height borders length time downwards obstacles goal
+    scene width height borders length time downwards obstacles goal kinds
           obstacles are [x, y, half_width, half_height, 1 for a disc], those of built-in
-          maps too; goal is [x, y, radius]
+          maps too; goal is [x, y, radius]; kinds are [name, how many boids], in the
+          order of boids
     metrics steps values reset
           the values since the last such message, thinned where there are many; with
           reset: true the page forgets the earlier ones; null is NaN

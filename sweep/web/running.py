@@ -9,6 +9,7 @@ from functools import cache
 from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job
 from sweep.spec.derived_metrics import needed
+from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.looking import seen_by
@@ -38,10 +39,12 @@ def simulation_of(job: Job) -> Simulation:
     visits are counted only if the metrics of the job need them.
     """
     _compile(job.model, job.preset, job.known)
+    model = job.known.models[job.model]
     wanted = [
         name
         for name, metric in job.known.metrics.items()
-        if metric.counts or metric.pairs or metric.covers
+        if (metric.counts or metric.pairs or metric.covers)
+        and not lacks_boids(model, metric)
     ]
     if not _can_cover(job):
         wanted = [

@@ -106,7 +106,7 @@ class Session:
             self.diverged = True
             self.note = (
                 f"diverged at step {self.step:,}:"
-                " a position or velocity was not a finite number"
+                f" {self.simulation.watched} was not a finite number"
             )
         if self.diverged or self.simulation.steps_left <= 0:
             self.pause()

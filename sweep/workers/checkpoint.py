@@ -97,6 +97,7 @@ class _Checkpoint:
         self._kind = frame_type(
             len(job.record.metrics),
             simulation.schedule.n if job.record.trajectories else 0,
+            len(simulation.flight.model.state),
         )
         # The first, the last, and those between.
         self._most_frames = simulation.schedule.steps // job.record.every + 2

@@ -111,10 +111,17 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     )
 
 
-def frame_type(metrics: int, bodies: int) -> FrameType:
-    """The record of a frame: its step, metrics, and x, y, vx, vy of `bodies` boids."""
+def frame_type(metrics: int, bodies: int, states: int = 0) -> FrameType:
+    """The record of a frame: its step, metrics, and x, y, vx, vy and so many rows of
+    state of `bodies` boids.
+    """
     return np.dtype(
-        [("step", "<i8"), ("values", "<f8", (metrics,)), ("bodies", "<f8", (4, bodies))]
+        [
+            ("step", "<i8"),
+            ("values", "<f8", (metrics,)),
+            ("bodies", "<f8", (4, bodies)),
+            ("state", "<f8", (states, bodies)),
+        ]
     )
 
 
@@ -136,11 +143,8 @@ def add_frames(
         file.seek(0, os.SEEK_END)
         for one in taken:
             rows = np.empty(len(one.steps), kind)
-            rows["step"], rows["values"], rows["bodies"] = (
-                one.steps,
-                one.values.T,
-                one.bodies,
-            )
+            rows["step"], rows["values"] = one.steps, one.values.T
+            rows["bodies"], rows["state"] = one.bodies, one.state
             content = rows.tobytes()
             file.write(content)
             frames, crc = frames + len(rows), zlib.crc32(content, crc)
@@ -187,6 +191,7 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
         rows["step"].copy(),
         np.ascontiguousarray(rows["values"].T),
         rows["bodies"].copy(),
+        rows["state"].copy(),
     )
 
 

@@ -119,6 +119,29 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
         {"y": pa.array([1.0] * ROWS)},
         "not lists of double",
     ),
+    "a state shorter": (
+        "trajectories",
+        {"phase": lists([0.0])},
+        "x, y, vx, vy, phase are not of the same boids",
+    ),
+    "a state NaN": (
+        "trajectories",
+        {"phase": lists([math.nan] * BOIDS)},
+        "phase has values that are not finite",
+    ),
+    "a state null in one frame": (
+        "trajectories",
+        {"phase": lists(None)},
+        '"phase" has empty cells',
+    ),
+    "a state of texts": (
+        "trajectories",
+        {"phase": pa.array([["a"] * BOIDS] * ROWS)},
+        "not lists of double",
+    ),
+    "a state a number": ("trajectories", {"phase": 1.0}, "not lists of double"),
+    "kinds of fractions": ("trajectories", {"kind": lists()}, "not lists of int64"),
+    "kinds of texts": ("trajectories", {"kind": "prey"}, "not lists of int64"),
     "frames backwards": (
         "trajectories",
         {"frame": pa.array([20, 10, 0] * TRIALS)},
@@ -216,6 +239,13 @@ def test_a_figure_of_it_is_one_line(
     assert done.returncode == 2, done.stdout
     assert done.stderr.count("\n") == 1
     assert "study covering: " in done.stderr
+
+
+def test_a_state_that_only_other_trials_have_is_left_out(folder: Path) -> None:
+    """As of the parts of an earlier launch, when the model had another state."""
+    give(folder / "results" / "covering", "trajectories", phase=pa.nulls(ROWS, BODIES))
+    study = StoredStudy("covering", folder / "results")
+    assert list(study.trajectories) == ["trial_id", "frame", "x", "y", "vx", "vy"]
 
 
 def test_honest_tables_pass(honest: Path) -> None:

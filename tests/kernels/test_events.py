@@ -170,5 +170,5 @@ def test_what_boids_start_in_has_not_begun() -> None:
         0.0,
         0.0,
     )
-    _, values, _ = builders.to_end(simulation).take_frames()
+    values = builders.to_end(simulation).take_frames().values
     assert values[:, -1].tolist() == [0.0, 0.0, 0.0, 20.0, 0.0]

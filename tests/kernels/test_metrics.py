@@ -23,6 +23,7 @@ GROUND = Ground(
     pixels=1000,
     dt=0.5,
     potential=PairPotential(0.15, 40.0, 0.6, 70.0, False),
+    kind=np.zeros(30, np.int64),
 )
 
 

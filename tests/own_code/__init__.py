@@ -1,0 +1,1 @@
+"""Models and other entries from files of the user's own."""

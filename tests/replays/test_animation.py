@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from PIL import Image
@@ -16,10 +17,11 @@ import sweep.replays.flight as flight
 import sweep.replays.video as video
 from sweep.cli.replay_files import Wanted, check, show
 from sweep.errors import ChoiceError, OutputError
+from sweep.figures import COLOURS
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.replays.flight import frames, write_flight
 from sweep.tables.stored_study import StoredStudy
-from tests import builders
+from tests import builders, oscillators
 from tests.commands import sweep
 from tests.studies import SMALL, launched
 
@@ -125,6 +127,39 @@ def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
     picture = later
     assert max(colour(7.0, 3.0)) < 60
     assert colour(5.0, 2.0) == [255, 255, 255]
+
+
+def test_kinds_have_colours_of_their_own_and_a_legend() -> None:
+    with builders.entered(oscillators.MODEL):
+        a_job = builders.job("oscillators", metrics=(), n=2, pacemakers=1)
+        scene = Scene("test", a_job)
+    assert [text.get_text() for text in scene.axes.get_legend().get_texts()] == [
+        "1 pacemaker",
+        "1 follower",
+    ]
+    places = np.array([[50.0, 120.0], [40.0, 90.0], [1.0, 1.0], [0.0, 0.0]])
+    picture = scene.draw(0, places)
+    for (x, y), colour in zip(places[:2].T, COLOURS, strict=False):
+        column, up = scene.axes.transData.transform((x, y))
+        found = picture[round(picture.shape[0] - up), round(column)]
+        assert found.tolist() == list(bytes.fromhex(colour[1:]))
+    assert Scene("test", builders.job(n=2)).axes.get_legend() is None
+
+
+def test_every_frame_has_the_state_and_the_kinds_of_boids(tmp_path: Path) -> None:
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
+        study = launched(oscillators.SPEC, tmp_path)
+        trial = str(study.plan["trial_id"][1].as_py())
+        show(study, trial, Wanted(trajectory=tmp_path / "flight.parquet"))
+        written = pq.read_table(tmp_path / "flight.parquet")
+        stored = study.read("trajectories", pa.array([trial]))
+    assert written.column_names == stored.column_names
+    assert written.column_names[6:] == ["phase", "frequency", "kind"]
+    steps = stored["frame"].to_pylist()
+    assert steps == [0, 2, 4, 6, 8, 9]
+    for name in written.column_names[2:]:
+        assert written.take(steps)[name].to_pylist() == stored[name].to_pylist()
+        assert written.field(name).metadata == stored.field(name).metadata
 
 
 def test_a_frame_says_its_number_its_time_and_who_is_outside() -> None:

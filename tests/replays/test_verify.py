@@ -21,6 +21,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import stored_trials
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
+from tests import builders, oscillators
 from tests.commands import sweep
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched
 
@@ -152,6 +153,33 @@ def test_one_changed_bit_is_found_and_named(
     report, same = replay(study, trial)
     assert not same
     assert str(found.differing[trial][0]) in report
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "message"),
+    [
+        (
+            "phase",
+            lambda row: [next_float(row[0]), *row[1:]],
+            r"trajectories\.phase differs in 1 of 72 values, .* \(1 ulp\)$",
+        ),
+        (
+            "kind",
+            lambda row: [1, *row[1:]],
+            r"trajectories\.kind differs in 1 of 72 values, first in row 0: stored 1",
+        ),
+    ],
+)
+def test_a_changed_bit_of_state_or_kind_is_found_too(
+    tmp_path: Path, column: str, change: Any, message: str
+) -> None:
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
+        study = launched(oscillators.SPEC, tmp_path)
+        assert checked(study).same
+        assert checked(study).values["trajectories"] == 4 * 6 * (1 + 7 * 12)
+        found = checked(rewrite(study, "trajectories", column, change))
+    [[difference]] = found.differing.values()
+    assert re.search(message, str(difference))
 
 
 def test_a_changed_setting_is_found_even_where_it_has_no_effect(tmp_path: Path) -> None:

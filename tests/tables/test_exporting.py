@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,11 @@ from pyarrow import csv
 
 import sweep.tables.exporting as exporting
 import sweep.tables.netcdf as netcdf
+from kernels.model import BODY_COLUMNS, flaw
 from sweep.errors import ChoiceError, OutputError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
+from tests import builders, oscillators
 from tests.commands import sweep
 from tests.studies import COVERING, IMPOSSIBLE, SMALL, launched, relaunch
 
@@ -184,6 +187,60 @@ def test_netcdf_has_arrays_by_trial_with_units_and_settings(
     assert maps["visits"].shape == (4, 600, 800)
     assert (maps["visits"].values[3] == study.heatmaps["visits"][3]).all()
     assert json.loads(str(trials["provenance"].values))["spec"] == study.spec
+
+
+@pytest.fixture(scope="module")
+def oscillating(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StoredStudy]:
+    """A study whose boids have state and kinds."""
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
+        yield launched(oscillators.SPEC, tmp_path_factory.mktemp("circles"))
+
+
+def test_state_and_kinds_are_columns_of_every_format(
+    oscillating: StoredStudy, tmp_path: Path
+) -> None:
+    for ending in ENDINGS:
+        export(oscillating, tmp_path / f"flights{ending}", "trajectories")
+    stored = in_order(oscillating, "trajectories")
+    kinds = ([0] * 3 + [1] * 9) * 24
+    flat = csv.read_csv(tmp_path / "flights.csv")
+    arrays = opened(tmp_path / "flights.nc")
+    for name in ("phase", "frequency"):
+        assert bits(flat[name]) == bits(stored[name])
+        assert bits(arrays[name].values.ravel()) == bits(stored[name])
+        assert arrays[name].dims == ("trial", "frame", "boid")
+        assert bits(pq.read_table(tmp_path / "flights.parquet")[name]) == bits(
+            stored[name]
+        )
+    assert (stored["kind"].combine_chunks().flatten().to_pylist()) == kinds
+    assert flat["kind"].to_pylist() == kinds
+    assert arrays["kind"].values.ravel().tolist() == kinds
+    assert arrays["phase"].attrs == {
+        "units": "radians",
+        "long_name": "phase of the oscillator",
+    }
+    assert arrays["frequency"].attrs["units"] == "1/step"
+    assert arrays["kind"].attrs == {"long_name": "kinds: 0 pacemaker, 1 follower"}
+    frame = oscillating.trajectories
+    assert list(frame)[2:] == ["x", "y", "vx", "vy", "phase", "frequency", "kind"]
+    about = json.loads((tmp_path / "flights.csv.json").read_text())
+    assert about["columns"]["phase"]["unit"] == "radians"
+
+
+def test_no_state_can_have_the_name_of_another_column(
+    oscillating: StoredStudy, tmp_path: Path
+) -> None:
+    """Of those that each format has beside the state, and settings."""
+    own = {"phase", "frequency"}
+    export(oscillating, tmp_path / "flights.csv", "trajectories")
+    found = set(csv.read_csv(tmp_path / "flights.csv").column_names)
+    data = netcdf.dataset(exporting._rows(oscillating, "trajectories"), oscillating)
+    found |= {str(name) for name in data.variables} - set(oscillating.varied)
+    found |= set(in_order(oscillating, "trajectories").column_names)
+    assert found - own == set(BODY_COLUMNS) - {"index"}
+    about = oscillators.MODEL.state["phase"]
+    for name in (*BODY_COLUMNS, *oscillating.varied):
+        assert name in flaw(oscillators.MODEL._replace(state={name: about}))
 
 
 def test_netcdf_pads_what_is_shorter_or_smaller(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from sweep.web import encoding, overlays
 from sweep.web.controls import EXPERIMENTS, controls, published
 from sweep.web.running import simulation_of
 from sweep.web.state import begin
-from tests import ROOT, builders
+from tests import ROOT, builders, oscillators
 
 FIELDS_OF_VIEW = [
     ("aziel_chen2025", "as_written"),
@@ -269,6 +269,19 @@ def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
     assert {"arena", "empty", "random_obstacles", "lab"} <= names
     assert "cafeteria" not in names
     assert "potential" not in {entry["name"] for entry in message["metrics"]}
+
+
+def test_metrics_of_state_and_kinds_are_for_models_that_have_them() -> None:
+    """Also one that counts, which every run of the page would measure."""
+    counting = oscillators.ORDER._replace(counts=True)
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER, count=counting):
+        for model in ("nguyen2024", "oscillators"):
+            message = controls(model, "as_run", experiments=Path("nowhere"))
+            offered = {entry["name"] for entry in message["metrics"]}
+            recorded = simulation_of(builders.job(model)).job.record.metrics
+            own = model == "oscillators"
+            assert ({"order", "count"} <= offered) == own
+            assert ("order" in offered) == ("count" in recorded) == own
 
 
 def test_published_numbers_come_with_the_settings_that_they_hold_for() -> None:

@@ -25,7 +25,7 @@ from sweep.web.page import script
 from sweep.web.protocol import Reply
 from sweep.web.replaying import Replay
 from sweep.web.server import Socket
-from tests import studies
+from tests import builders, oscillators, studies
 from tests.web.chromium import Opened, running_server
 
 Open = Callable[..., Opened]
@@ -197,6 +197,20 @@ def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
     assert live(page).state.settings["steps"] == 40
 
 
+PIXELS = """(places) => {
+  const { stage } = boidsweep.view;
+  const context = stage.canvas.getContext("2d");
+  const pixel = ([x, y]) => {
+    const at = stage.toScreen({ x, y });
+    const [column, row] = [Math.floor(at.x), Math.floor(at.y)];
+    const colour = context.getImageData(column, row, 1, 1).data.slice(0, 3);
+    return `rgb(${colour.join(", ")})`;
+  };
+  return [stage.colours.boid, places.map(pixel)];
+}"""
+"""The colour of boids, and that of the picture at some places."""
+
+
 @pytest.mark.parametrize("n", [100, 1500])
 def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
     """The pixels at their places have their colour, whether they are drawn as triangles
@@ -207,20 +221,7 @@ def test_boids_are_drawn_where_they_are(opened: Open, n: int) -> None:
     until_set(page, "n", n)
     page.until(f"boidsweep.view.stage.frame.n === {n}")
     bodies = go_to(page, 5)
-    colour, pixels = page.page.evaluate(
-        """(places) => {
-          const { stage } = boidsweep.view;
-          const context = stage.canvas.getContext("2d");
-          const pixel = ([x, y]) => {
-            const at = stage.toScreen({ x, y });
-            const [column, row] = [Math.floor(at.x), Math.floor(at.y)];
-            const colour = context.getImageData(column, row, 1, 1).data.slice(0, 3);
-            return `rgb(${colour.join(", ")})`;
-          };
-          return [stage.colours.boid, places.map(pixel)];
-        }""",
-        bodies[:2].T.tolist(),
-    )
+    colour, pixels = page.page.evaluate(PIXELS, bodies[:2].T.tolist())
     assert pixels == [colour] * n
 
 
@@ -439,6 +440,42 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
             f"!boidsweep.view.stage.overlays.has('{overlay}') && ({COLOURS})() ==="
             f" {plain}"
         )
+
+
+@pytest.mark.parametrize("n", [20, 1500])
+def test_kinds_of_boids_have_colours_of_their_own_and_a_legend(
+    opened: Open, n: int
+) -> None:
+    """Drawn as triangles or stamped; a model without kinds looks as ever."""
+    page = opened()
+    legend = "boidsweep.view.overlays.legends.get('kinds')"
+    assert page.ask(f"{legend}.hidden && {legend}.textContent === ''")
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
+        page.send(type="model", model="oscillators", preset="as_run")
+        until_model(page, "oscillators")
+        page.send(type="set", name="n", value=n)
+        until_set(page, "n", n)
+        page.until(f"boidsweep.view.stage.frame.n === {n}")
+        page.send(type="set", name="pacemakers", value=n // 2)
+        until_set(page, "pacemakers", n // 2)
+        bodies = go_to(page, 5)
+        _, pixels = page.page.evaluate(PIXELS, bodies[:2].T.tolist())
+        kinds = page.ask("boidsweep.view.stage.rules.slice(0, 2)")
+        wanted = [kinds[0]] * (n // 2) + [kinds[1]] * (n - n // 2)
+        same = sum(one == other for one, other in zip(pixels, wanted, strict=True))
+        # A boid may lie on another one.
+        assert same > 0.8 * n
+        assert set(pixels) <= set(kinds)
+        page.until(
+            f"{legend}.textContent === '{n // 2} pacemaker{n - n // 2} follower'"
+        )
+        page.page.get_by_label("flocks", exact=True).check()
+        page.until(f"{legend}.hidden")
+        page.page.get_by_label("flocks", exact=True).uncheck()
+        page.until(f"!{legend}.hidden")
+        page.send(type="model", model="nguyen2024", preset="as_run")
+        until_model(page, "nguyen2024")
+        page.until(f"{legend}.hidden && boidsweep.view.stage.kinds === null")
 
 
 def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(

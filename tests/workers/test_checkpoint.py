@@ -30,7 +30,7 @@ from sweep.trial.simulation import Simulation, run
 from sweep.workers import checkpoint, checkpoint_file
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
-from tests import builders
+from tests import builders, oscillators
 from tests.faults.campaign import tables
 from tests.studies import SMALL, relaunch
 from tests.trial.test_trial import flown, in_another_process, small
@@ -177,6 +177,58 @@ def test_metrics_that_are_derived_go_on_to_the_same_bits_too(
         assert numbers(result) == numbers(run(a_job))
         assert {"gain", "loss"} <= result.mean.keys()
         assert np.isfinite(result.series["loss"]).all()
+
+
+@pytest.fixture
+def _oscillators() -> Iterator[None]:
+    with builders.entered(oscillators.MODEL, order=oscillators.ORDER):
+        yield
+
+
+def oscillating(**changes: Any) -> Job:
+    return named(builders.job("oscillators", series=("order",), **changes))
+
+
+@pytest.mark.usefixtures("_oscillators")
+@pytest.mark.parametrize("update", builders.UPDATES)
+@pytest.mark.parametrize("calls", range(1, 7))
+def test_the_state_of_boids_goes_on_to_the_same_bits(
+    update: str, calls: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After each of its calls, the state from before a step too."""
+    a_job = flown(oscillating(update=update))
+    killed_after(calls, a_job, tmp_path, monkeypatch)
+    result = resumed(a_job, tmp_path, monkeypatch)
+    assert numbers(result) == numbers(run(a_job))
+    assert result.states is not None
+    assert result.states.shape == (21, 2, 12)
+
+
+@pytest.mark.usefixtures("_oscillators")
+def test_the_state_of_boids_is_kept_once_and_their_kinds_never() -> None:
+    found = Simulation(oscillating()).state().arrays
+    size = 2 * 12 * 8
+    kept = {name: array.nbytes for name, array in found.items() if ".state" in name}
+    del kept["record.watch.state"]
+    assert kept == {"work.state": size, "work.state_before": size}
+    assert not any("kind" in name for name in found)
+
+
+@pytest.mark.usefixtures("_oscillators")
+@pytest.mark.parametrize("name", ["work.state", "work.state_before"])
+def test_a_checkpoint_with_a_state_that_is_not_finite_is_not_used(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    a_job = oscillating()
+    put(broken_off(tmp_path, monkeypatch, a_job), name, NAN)
+    with caplog.at_level(logging.WARNING, "sweep"):
+        result = Checkpointed(run, tmp_path, 1e9)(a_job)
+    [record] = caplog.records
+    assert "no trial is ever in this state; the trial begins anew" in record.message
+    assert numbers(result) == numbers(run(a_job))
 
 
 @pytest.mark.parametrize("model", MODELS)

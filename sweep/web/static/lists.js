@@ -240,7 +240,8 @@ export class BoidCard {
   }
 }
 
-// Switches for what is drawn besides the boids, with the legend of each.
+// Switches for what is drawn besides the boids, with the legend of each; above them the
+// colours of the kinds of boids.
 export class Overlays {
   /** @param {Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
@@ -249,11 +250,14 @@ export class Overlays {
     this.inputs = new Map();
     /** @type {Map<string, HTMLElement>} */
     this.legends = new Map();
+    this.kinds = make("div", { className: "legend", hidden: true });
+    this.legends.set("kinds", this.kinds);
     this.rows = make("div", { className: "overlays" });
     this.element = make(
       "section",
       { "aria-label": "overlays" },
       make("h2", { textContent: "Show" }),
+      this.kinds,
       this.rows,
     );
     this.changed = changed;
@@ -321,6 +325,19 @@ export class Overlays {
         textContent: `1 to ${most}${most >= 254 ? " or more" : ""} visits of a pixel`,
       }),
     ]);
+    const kinds = this.stage.scene?.kinds ?? [];
+    this.legend(
+      "kinds",
+      kinds.length > 0 && !on("flocks"),
+      () =>
+        kinds.map(([name, boids], i) =>
+          this.swatch(
+            this.stage.rules[i % this.stage.rules.length],
+            `${boids} ${spaced(name)}`,
+          )
+        ),
+    );
+    this.kinds.hidden = !this.kinds.hasChildNodes();
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
     const words = `${flocks.size} of two or more; grey boids are alone`;

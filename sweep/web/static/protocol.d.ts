@@ -153,6 +153,8 @@ export interface Scene {
   downwards: boolean;
   obstacles: Obstacle[];
   goal: [x: number, y: number, radius: number] | null;
+  /** The kinds of boids: the first boids are of the first kind. */
+  kinds: [name: string, boids: number][];
 }
 
 export interface Metrics {

@@ -66,6 +66,14 @@ function coloursBeside(element) {
   return [/** @type {Colours} */ (Object.fromEntries(named)), rules];
 }
 
+/** @param {Scene} scene */
+function coloursOfKinds({ kinds }) {
+  if (!kinds.length) return null;
+  return Int16Array.from(
+    kinds.flatMap(([, boids], kind) => Array(boids).fill(kind % RULES)),
+  );
+}
+
 // The box about all boids: left, top, right and bottom.
 /** @param {Frame} frame @param {Scene} scene */
 function around(frame, scene) {
@@ -119,6 +127,8 @@ export class Stage {
     this.screenX = new Float32Array(0);
     this.screenY = new Float32Array(0);
     this.flocks = new FlockColours(RULES);
+    /** @type {Int16Array | null} */
+    this.kinds = null; // the colour of each boid, where there are kinds
     this.stamps = new Stamps();
     this.heat = document.createElement("canvas");
     /** @type {Coverage | null} */
@@ -165,6 +175,7 @@ export class Stage {
     const size = this.scene &&
       `${this.scene.width} ${this.scene.height} ${this.scene.downwards}`;
     this.scene = scene;
+    this.kinds = coloursOfKinds(scene);
     if (size !== `${scene.width} ${scene.height} ${scene.downwards}`) {
       this.fit = "world";
     }

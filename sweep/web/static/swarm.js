@@ -8,7 +8,7 @@ import { CORNERS } from "./stamps.js";
 /** @import { Scene } from "./protocol.d.ts" */
 /** @import { Camera, Stage } from "./stage.js" */
 
-export const RULES = 7; // colours of rules and flocks: --rule-0 to --rule-6
+export const RULES = 7; // colours of rules, flocks and kinds: --rule-0 to --rule-6
 // Two frames that are so many steps apart are not joined: a straight line would
 // mislead.
 const TRAIL_GAP = 10;
@@ -89,7 +89,7 @@ function boidLength(scene, frame, { scale }) {
 export function drawBoids(stage, scene, frame) {
   const { context } = stage;
   const size = boidLength(scene, frame, stage.camera);
-  const of = stage.overlays.has("flocks") && frame.flocks ? stage.flocks.ofBoid : null;
+  const of = boidColours(stage, frame);
   if (frame.n > MANY) stampBoids(stage, frame, size, of);
   else {
     for (let i = 0; i < frame.n; i++) {
@@ -106,10 +106,17 @@ export function drawBoids(stage, scene, frame) {
   context.stroke();
 }
 
-/** @param {Stage} stage @param {Int16Array | null} flocks @param {number} i */
-function boidColour(stage, flocks, i) {
-  if (!flocks) return stage.colours.boid;
-  return flocks[i] < 0 ? stage.colours.edge : stage.rules[flocks[i]];
+// For each boid the colour of its flock (-1 for one that is alone), or of its kind.
+/** @param {Stage} stage @param {Frame} frame */
+function boidColours({ overlays, flocks, kinds }, frame) {
+  if (overlays.has("flocks") && frame.flocks) return flocks.ofBoid;
+  return kinds?.length === frame.n ? kinds : null;
+}
+
+/** @param {Stage} stage @param {Int16Array | null} colours @param {number} i */
+function boidColour(stage, colours, i) {
+  if (!colours) return stage.colours.boid;
+  return colours[i] < 0 ? stage.colours.edge : stage.rules[colours[i]];
 }
 
 /**
@@ -138,9 +145,9 @@ function drawBoid(stage, frame, i, size, colour) {
  * @param {Stage} stage
  * @param {Frame} frame
  * @param {number} size
- * @param {Int16Array | null} flocks
+ * @param {Int16Array | null} ofBoid
  */
-function stampBoids(stage, frame, size, flocks) {
+function stampBoids(stage, frame, size, ofBoid) {
   const { context, canvas, ratio } = stage;
   /** @param {string} colour */
   const packed = (colour) =>
@@ -154,7 +161,7 @@ function stampBoids(stage, frame, size, flocks) {
     stage.upright,
   );
   for (let i = 0; i < frame.n; i++) {
-    const colour = flocks ? colours[flocks[i] + 1] : plain;
+    const colour = ofBoid ? colours[ofBoid[i] + 1] : plain;
     stage.stamps.add(
       stage.screenX[i] * ratio,
       stage.screenY[i] * ratio,

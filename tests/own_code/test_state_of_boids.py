@@ -1,0 +1,79 @@
+"""A file of one's own whose boids have state and kinds: checked when it is loaded, run
+by a spec, and described without its code.
+"""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from kernels.model import Model
+from kernels.settings import About
+from sweep.errors import CodeError
+from sweep.own_code.description import described, description
+from sweep.own_code.entries import Offered, nothing
+from sweep.own_code.loading import load_model
+from tests import ROOT
+from tests.commands import sweep
+from tests.oscillators import MODEL, ORDER, SPEC
+
+TEXT = (ROOT / "tests" / "oscillators.py").read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"phase": About', '"vy": About', 'no state can be called "vy": tables have'),
+        ('"phase": About', '"coupling": About', "there is a setting of that name"),
+        ("    count_kinds=count_kinds,\n", "", "kinds and count_kinds belong together"),
+    ],
+)
+def test_a_state_or_kinds_that_cannot_be_are_refused(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    path = tmp_path / "circles.py"
+    path.write_text(TEXT)
+    assert list(load_model(path).state) == ["phase", "frequency"]
+    path.write_text(TEXT.replace(old, new))
+    with pytest.raises(CodeError) as raised:
+        load_model(path)
+    assert str(raised.value).startswith("circles.py: oscillators: ")
+    assert said in str(raised.value)
+
+
+def test_a_study_of_it_runs_and_its_trajectories_are_exported(tmp_path: Path) -> None:
+    (tmp_path / "circles.py").write_text(f'{TEXT}\nMETRICS = {{"order": ORDER}}\n')
+    spec = SPEC.replace("model: oscillators", "model: ./circles.py")
+    (tmp_path / "spec.yaml").write_text(spec.replace("[order]", "[./circles.py]", 1))
+    launched = sweep(tmp_path, "launch", "spec.yaml")
+    assert "4 done" in launched.stderr
+    verified = sweep(tmp_path, "verify", "circles", "--fraction", "1")
+    assert "4 of 4 the same" in verified.stdout
+    sweep(tmp_path, "export", "circles", "--table", "trajectories", "--to", "t.csv")
+    names = "trial_id,frame,boid,x,y,vx,vy,phase,frequency,kind"
+    first = (tmp_path / "t.csv").read_text().partition("\n")[0]
+    assert first.replace('"', "") == names
+
+
+def offering(model: Model) -> Offered:
+    """What a file offers that has the model, and the metric."""
+    return nothing()._replace(models={model.name: model}, metrics={"order": ORDER})
+
+
+def test_a_description_has_state_and_kinds_without_code() -> None:
+    own = offering(MODEL)
+    found = described(json.dumps(description(own)))
+    model, metric = found.models[MODEL.name], found.metrics["order"]
+    assert (model.state, model.kinds) == (MODEL.state, MODEL.kinds)
+    assert (metric.state, metric.kinds) == (ORDER.state, ORDER.kinds)
+    assert model.count_kinds is not None
+    with pytest.raises(CodeError, match="which was not loaded"):
+        model.count_kinds(None, 3)
+
+
+def test_a_description_of_a_state_that_cannot_be_is_none() -> None:
+    """It may be a stranger's."""
+    bad = MODEL._replace(state={"vx": About("a column", "radians")})
+    text = json.dumps(description(offering(bad)))
+    with pytest.raises(ValueError, match='no state can be called "vx"'):
+        described(text)
