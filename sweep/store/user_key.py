@@ -32,7 +32,10 @@ def own_key() -> bytes:
         path = _state_folder() / NAME
         return _read(path) if path.exists() else _made(path)
     except (OSError, RuntimeError) as error:
-        words = "nothing of this launch is known as yours by a later one"
+        words = (
+            "no later launch goes on from the checkpoints of this one, and code of your"
+            " own runs again only with --trust"
+        )
         LOG.warning("%s; %s, unless XDG_STATE_HOME is a folder of yours", error, words)
         return secrets.token_bytes(BYTES)
 
