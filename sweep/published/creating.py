@@ -94,7 +94,7 @@ def _check_name(kind: str, name: str, known: Registry[Any]) -> None:
     """Raise UserError where a file, a study or an entry cannot have the name."""
     if not _is_for_python(name):
         fitting = re.sub("[^A-Za-z0-9_]", "_", name)
-        fitting = fitting if _is_for_python(fitting) else f"{kind}_{fitting}"
+        fitting = fitting if _is_for_python(fitting) else f"my_{fitting}"
         raise UserError(
             f'a {kind} cannot be called "{shortened(name)}": a name has letters, digits'
             " and _, begins with a letter and is no keyword of Python;"

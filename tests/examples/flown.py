@@ -1,0 +1,48 @@
+"""Flights of the examples, as a spec beside their files describes them."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sweep.design.design import expand
+from sweep.design.jobs import Job, Jobs
+from sweep.spec.study import parse_spec
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, run
+from tests import ROOT
+
+EXAMPLES = ROOT / "examples"
+
+
+def job(
+    model: str,
+    preset: str,
+    metrics: Sequence[str] = ("speed",),
+    seed: int = 1,
+    **settings: Any,
+) -> Job:
+    """One trial of an example, which keeps each metric of every frame."""
+    spec = {
+        "study": "example",
+        "model": model,
+        "preset": preset,
+        "fixed": settings,
+        "replicates": 1,
+        "seed": seed,
+        "record": {"series": list(metrics)},
+    }
+    study = parse_spec(spec, EXAMPLES / "spec.yaml")
+    return Jobs(study, expand(study))[0]
+
+
+def flown(a_job: Job) -> Result:
+    """The result of a trial that is done."""
+    result = run(a_job)
+    assert result.status == "done", result.error
+    return result
+
+
+def places(simulation: Simulation) -> np.ndarray:
+    """x and y of all boids, shape (N, 2)."""
+    return np.column_stack([simulation.flock.x, simulation.flock.y])
