@@ -4,12 +4,28 @@ from collections.abc import Iterator
 
 import pytest
 
-from examples import rotation, vicsek, vortex
+from examples import (
+    phase_order,
+    predator_distance,
+    predators,
+    rotation,
+    swarmalators,
+    vicsek,
+    vortex,
+)
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from sweep.spec.settings import settings_of
 
-LOADED = (vicsek, vortex, rotation)
+LOADED = (
+    vicsek,
+    vortex,
+    rotation,
+    phase_order,
+    predator_distance,
+    predators,
+    swarmalators,
+)
 
 
 @pytest.fixture(autouse=True)

@@ -19,18 +19,19 @@ def job(
     model: str,
     preset: str,
     metrics: Sequence[str] = ("speed",),
+    every: int = 1,
     seed: int = 1,
     **settings: Any,
 ) -> Job:
-    """One trial of an example, which keeps each metric of every frame."""
+    """One trial of an example, whose series are of these metrics."""
     spec = {
         "study": "example",
         "model": model,
         "preset": preset,
-        "fixed": settings,
+        "fixed": {"map": "empty"} | settings,
         "replicates": 1,
         "seed": seed,
-        "record": {"series": list(metrics)},
+        "record": {"series": list(metrics), "every": every},
     }
     study = parse_spec(spec, EXAMPLES / "spec.yaml")
     return Jobs(study, expand(study))[0]
