@@ -28,7 +28,7 @@ def mean_resultant(frames: Frames, f: int, side: float) -> float:
         angle = frames.bodies[f, PHASE, i] + side * math.atan2(dy, dx)
         x += math.cos(angle)
         y += math.sin(angle)
-    return math.sqrt(x * x + y * y) / n
+    return float(math.sqrt(x * x + y * y) / n)
 
 
 @jit

@@ -32,7 +32,7 @@ class Params(NamedTuple):
             high=math.tau,
         ),
     ]
-    speed: Annotated[float, About("v: speed of all boids", "length/time", low=0)]
+    cruise_speed: Annotated[float, About("v: speed of all boids", "length/time", low=0)]
     interaction_range: Annotated[
         float, About("r: range within which headings are averaged", "length", low=0)
     ]
@@ -41,7 +41,7 @@ class Params(NamedTuple):
 
 AS_WRITTEN = COMMON | {
     "noise": 2.0,
-    "speed": 0.03,
+    "cruise_speed": 0.03,
     "interaction_range": 1.0,
     "dt": 1.0,
     "n": 100,
@@ -115,13 +115,13 @@ def advance(
             x, y = turned(x, y, rng.uniform(-half, half))
             flock.x[i], flock.vx[i] = confine(
                 seen.x[i] + seen.vx[i] * params.dt,
-                params.speed * x,
+                params.cruise_speed * x,
                 world.width,
                 world.borders,
             )
             flock.y[i], flock.vy[i] = confine(
                 seen.y[i] + seen.vy[i] * params.dt,
-                params.speed * y,
+                params.cruise_speed * y,
                 world.height,
                 world.borders,
             )
@@ -141,8 +141,8 @@ MODEL = Model(
     advance=advance,
     demands=(
         Demand(
-            "start_speed == speed",
-            "all boids have one speed from the start: start_speed must be speed",
+            "start_speed == cruise_speed",
+            "all boids have one speed from the start: start_speed must be that one",
         ),
     ),
     length="r",

@@ -1,0 +1,102 @@
+"""The public interface: what its page lists is there as listed, and is all that models
+use, ours and the examples.
+"""
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kernels
+from kernels.models import MODELS
+from tests import ROOT
+
+PAGE = (ROOT / "docs" / "own-models.md").read_text(encoding="utf-8")
+ROW = re.compile(r"^\| `(\.[\w.]+)` \| `(\w+)([^`]*)` \| .+ \|$", re.MULTILINE)
+LISTED = {(f"kernels{module}", name): rest for module, name, rest in ROW.findall(PAGE)}
+"""What follows a name on the page: `(its, arguments=...)`, or `: some, fields`, or
+nothing.
+"""
+WRITTEN = [
+    *(ROOT / "kernels" / "models" / f"{name}.py" for name in MODELS),
+    *sorted((ROOT / "examples").glob("*.py")),
+]
+HELD = {
+    "work": "kernels.workspace Workspace",
+    "record": "kernels.recording Record",
+    "world": "kernels.state World",
+    "near": "kernels.neighbours Near",
+    "frames": "kernels.recording Frames",
+    "ground": "kernels.metrics Ground",
+    "settings": "kernels.settings WorldSettings",
+}
+"""What models, metrics and maps call the values that they get."""
+
+
+def found(module: str, name: str) -> Any:
+    """What is listed; of a compiled function the plain one."""
+    entry = getattr(import_module(module), name)
+    return getattr(entry, "py_func", entry)
+
+
+def arguments(entry: Any) -> str:
+    parameters = inspect.signature(entry).parameters.values()
+    return ", ".join(
+        one.name + ("" if one.default is one.empty else "=...") for one in parameters
+    )
+
+
+def is_called(entry: Any) -> bool:
+    """Whether users call it: a function, or a class that is no alias of a type."""
+    return inspect.isfunction(entry) or inspect.isclass(entry)
+
+
+def test_the_page_lists_names() -> None:
+    """Else the pattern of a row has become one that finds none."""
+    assert len(LISTED) > 50
+    assert len(LISTED) == PAGE.count("\n| `.")
+
+
+@pytest.mark.parametrize(("module", "name"), LISTED)
+def test_what_is_listed_is_there_with_these_arguments(module: str, name: str) -> None:
+    entry, rest = found(module, name), LISTED[module, name]
+    if rest.startswith(": "):
+        assert set(rest.removeprefix(": ").split(", ")) <= set(entry._fields)
+    elif rest:
+        assert rest == f"({arguments(entry)})"
+    else:
+        assert not is_called(entry)
+
+
+def imports(path: Path) -> Iterator[tuple[str, str]]:
+    """The modules of `kernels` that a file imports from, each with a name."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            assert not any(one.name.startswith("kernels") for one in node.names)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(
+            "kernels"
+        ):
+            yield from ((node.module, one.name) for one in node.names)
+
+
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
+def test_models_import_what_is_listed_and_nothing_else(path: Path) -> None:
+    assert set(imports(path)) <= LISTED.keys()
+
+
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
+def test_models_read_the_fields_that_are_listed(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        holder = node.value if isinstance(node, ast.Attribute) else None
+        if isinstance(holder, ast.Name) and holder.id in HELD:
+            listed = LISTED[tuple(HELD[holder.id].split())]
+            assert node.attr in listed.removeprefix(": ").split(", "), node.lineno
+
+
+def test_the_page_is_of_this_version() -> None:
+    assert f"It is interface {kernels.INTERFACE} (`kernels.INTERFACE`)." in PAGE
