@@ -7,7 +7,7 @@ import numpy as np
 
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
-from sweep.spec.study import parse_spec
+from sweep.own_code.reading import study_of
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, run
 from tests import ROOT
@@ -23,17 +23,17 @@ def job(
     seed: int = 1,
     **settings: Any,
 ) -> Job:
-    """One trial of an example, whose series are of these metrics."""
+    """One trial of an example, whose series are of these metrics, by name or file."""
     spec = {
         "study": "example",
-        "model": model,
+        "model": f"./{model}.py",
         "preset": preset,
         "fixed": {"map": "empty"} | settings,
         "replicates": 1,
         "seed": seed,
         "record": {"series": list(metrics), "every": every},
     }
-    study = parse_spec(spec, EXAMPLES / "spec.yaml")
+    study = study_of(spec, EXAMPLES / "spec.yaml")
     return Jobs(study, expand(study))[0]
 
 

@@ -10,6 +10,7 @@ from sweep.errors import SpecError
 from sweep.trial.simulation import Simulation
 from tests.examples.flown import flown, job, places
 
+METRIC = "./predator_distance.py"
 INNER, OUTER = math.sqrt(0.2), math.sqrt(1.2)
 """The radii of the ring, for a = 1 and b = 0.2."""
 
@@ -109,17 +110,17 @@ def test_the_ring_lasts_between_two_strengths_of_the_chase(
 
 
 def test_a_weak_predator_is_left_behind() -> None:
-    metrics = ["predator_distance"]
+    metrics = [METRIC]
     series = flown(job("predators", "weak", metrics)).series["predator_distance"]
     assert series[-1] > 2 * OUTER
 
 
 def test_the_metric_is_the_mean_distance_to_the_nearest_predator() -> None:
     """In the ring it is 2/3 (R2^3 - R1^3) / (R2^2 - R1^2), for many prey."""
-    result = flown(job("predators", "confused", ["predator_distance"], n=201))
+    result = flown(job("predators", "confused", [METRIC], n=201))
     ideal = 2 / 3 * (OUTER**3 - INNER**3) / (OUTER**2 - INNER**2)
     assert result.last["predator_distance"] == pytest.approx(ideal, rel=0.01)
-    a_job = job("predators", "confused", ["predator_distance"], predators=4, n=30)
+    a_job = job("predators", "confused", [METRIC], predators=4, n=30)
     simulation = Simulation(a_job)
     place = places(simulation)
     apart = np.hypot(*(place[:26, None] - place[None, 26:]).T).T
@@ -128,7 +129,7 @@ def test_the_metric_is_the_mean_distance_to_the_nearest_predator() -> None:
 
 
 def test_without_predators_there_is_no_distance() -> None:
-    result = flown(job("predators", "confused", ["predator_distance"], predators=0))
+    result = flown(job("predators", "confused", [METRIC], predators=0))
     assert np.isnan(result.series["predator_distance"]).all()
 
 

@@ -18,7 +18,7 @@ def test_boids_circle_at_the_angle_and_radius_of_their_law(swirl: float) -> None
     c, s = 0.01 * n / (n - 1), swirl * n / (n - 1)
     half = brentq(lambda a: 4 * math.sin(a) ** 2 - c + s * math.tan(a), 0, 1)
     start = {"start_radius": 60, "start_center_x": 200, "start_center_y": 200}
-    metrics = ["speed", "flock_radius", "rotation", "polarization"]
+    metrics = ["speed", "flock_radius", "./rotation.py", "polarization"]
     last = flown(
         job("vortex", "standard", metrics, swirl_weight=swirl, steps=3000, **start)
     ).last
