@@ -4,19 +4,16 @@ The examples are real files, which are checked and tested as they stand. A copy 
 another name in the place of theirs, wherever that is a word of its own.
 """
 
-import keyword
 import re
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any
 
-from kernels.metrics import METRICS
-from kernels.models import MODELS
-from kernels.registry import Registry
-from kernels.worlds import MAPS
-from sweep.errors import OutputError, UserError
+from sweep.errors import CodeError, OutputError, UserError
+from sweep.own_code.catalogue import check_free
+from sweep.own_code.entries import check_name
 from sweep.published.starting import ENDINGS, OWN, for_editors
 from sweep.spec.built_in import EXAMPLES
 from sweep.spec.study_folder import taken_name
@@ -27,19 +24,16 @@ from sweep.text import shortened, unknown
 
 @dataclass(frozen=True)
 class Template:
-    """An example by its `name`, its `files`, of which the first is the code, and what
-    is known of the same kind, whose names are taken.
-    """
+    """An example: its name, and its files, of which the first is the code."""
 
     name: str
     files: tuple[str, ...]
-    known: Registry[Any]
 
 
-TEMPLATES: dict[str, Template] = {
-    "model": Template("vortex", ("vortex.py", "vortex.yaml", "test_vortex.py"), MODELS),
-    "metric": Template("rotation", ("rotation.py",), METRICS),
-    "map": Template("pillars", ("pillars.py",), MAPS),
+TEMPLATES = {
+    "model": Template("vortex", ("vortex.py", "vortex.yaml", "test_vortex.py")),
+    "metric": Template("rotation", ("rotation.py",)),
+    "map": Template("pillars", ("pillars.py",)),
 }
 """By the kind of what they are."""
 
@@ -54,13 +48,13 @@ def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
     Returns the files, the code first. A spec of it is the study my/NAME, and leads
     editors to the schema.
 
-    Raises UserError for another kind and for a name that cannot be, OutputError where a
-    file is there already or cannot be written. Nothing is written then.
+    Raises UserError for another kind, CodeError for a name that cannot be, OutputError
+    where a file is there already or cannot be written. Nothing is written then.
     """
     if kind not in TEMPLATES:
         raise UserError(unknown("kind of code", kind, TEMPLATES))
     template = TEMPLATES[kind]
-    _check_name(kind, name, template.known)
+    _check_name(kind, name)
     _check_folder(folder)
     contents = {
         folder / file.replace(template.name, name): _copied(template, file, name)
@@ -90,32 +84,25 @@ def _check_folder(folder: Path) -> None:
         raise OutputError(f"{folder}: there is no such folder")
 
 
-def _check_name(kind: str, name: str, known: Registry[Any]) -> None:
-    """Raise UserError where a file, a study or an entry cannot have the name."""
-    if not _is_for_python(name):
-        fitting = re.sub("[^A-Za-z0-9_]", "_", name)
-        fitting = fitting if _is_for_python(fitting) else f"my_{fitting}"
-        raise UserError(
-            f'a {kind} cannot be called "{shortened(name)}": a name has letters, digits'
-            " and _, begins with a letter and is no keyword of Python;"
-            f' did you mean "{shortened(fitting)}"?'
-        )
-    if why := _taken(kind, name, known):
-        raise UserError(f'a {kind} of your own cannot be called "{name}": {why}')
-
-
-def _is_for_python(name: str) -> bool:
-    letters = re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name)
-    return letters is not None and not keyword.iskeyword(name)
-
-
-def _taken(kind: str, name: str, known: Registry[Any]) -> str:
-    """By what a name is taken; "" for a free one."""
-    if name in known:
-        owner = known.origins.get(name)
-        return f"{owner} has one" if owner else f"it is a built-in {kind}"
+def _check_name(kind: str, name: str) -> None:
+    """Raise CodeError where an entry, a study or a file cannot have the name."""
+    file = f"{shortened(name)}.py"
+    try:
+        check_name(file, kind, name)
+    except CodeError as error:
+        raise CodeError(f"{error}{_fitting(kind, name)}") from None
+    check_free(file, f"{kind}s", name)
     if taken_name(f"{OWN}/{name}"):
-        return "results use this name themselves"
+        raise CodeError(f"{file}: results use the name {name} themselves")
     if name in sys.stdlib_module_names or PathFinder.find_spec(name):
-        return f"a file {name}.py would hide the module {name} that is installed"
+        raise CodeError(f"{file}: would hide the module {name}, which is installed")
+
+
+def _fitting(kind: str, name: str) -> str:
+    """The question after a name that cannot be, with a similar one that can, if any."""
+    plain = re.sub("[^a-z0-9_]", "_", name.lower())
+    for one in (plain, f"my_{plain}"):
+        with suppress(CodeError):
+            check_name("", kind, one[:60])
+            return f'; did you mean "{one[:60]}"?'
     return ""

@@ -6,13 +6,13 @@ from runpy import run_path
 
 import pytest
 
-from kernels.registry import Registry
+from kernels.catalogue import BUILT_IN
 from sweep.published.creating import TEMPLATES, create
 from sweep.spec.built_in import EXAMPLES
 from tests.commands import sweep
 
 MODEL = ["test_eddy.py", "eddy.py", "eddy.yaml"]
-AWKWARD = ("frames", "range", "Params", "MODEL", "x", "vortex", "n" * 60)
+AWKWARD = ("frames", "values", "settings", "search", "x1", "vortex", "n" * 60)
 """Names that the examples use themselves, for something else or as their own."""
 
 
@@ -97,18 +97,26 @@ def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) ->
     ("arguments", "message"),
     [
         (("modle", "eddy"), 'unknown kind of code "modle"; did you mean "model"?'),
-        (("model", "a-b"), 'and is no keyword of Python; did you mean "a_b"?'),
+        (("model", "a-b"), 'and is no word of expressions; did you mean "a_b"?'),
+        (("model", "Eddy"), 'did you mean "eddy"?'),
         (("model", "2d"), 'did you mean "my_2d"?'),
         (("model", "class"), 'did you mean "my_class"?'),
         (("model", "../eddy"), 'did you mean "my____eddy"?'),
         (("model", "wirbelstärke"), 'did you mean "wirbelst_rke"?'),
-        (("model", "nguyen2024"), '"nguyen2024": it is a built-in model'),
-        (("metric", "speed"), '"speed": it is a built-in metric'),
-        (("map", "maze"), '"maze": it is a built-in map'),
-        (("model", "random"), "would hide the module random that is installed"),
-        (("model", "numpy"), "would hide the module numpy that is installed"),
-        (("model", "kernels"), "would hide the module kernels that is installed"),
-        (("model", "Parts"), '"Parts": results use this name themselves'),
+        (("model", "n" * 61), f'did you mean "{"n" * 60}"?'),
+        (("metric", "seed"), 'of that name; did you mean "my_seed"?'),
+        (("metric", "gain_mean"), "tables have columns of that name\n"),
+        (
+            ("model", "nguyen2024"),
+            'the model "nguyen2024" is built in: one of your',
+        ),
+        (("metric", "speed"), 'speed.py: the metric "speed" is built in'),
+        (("metric", "width"), 'there is a setting "width" already'),
+        (("map", "maze"), 'the map "maze" is built in'),
+        (("model", "random"), "would hide the module random, which is installed"),
+        (("model", "numpy"), "would hide the module numpy, which is installed"),
+        (("model", "kernels"), "would hide the module kernels, which is installed"),
+        (("model", "parts"), "results use the name parts themselves"),
         (("model", "eddy", "--folder", "no"), "no: there is no such folder"),
     ],
 )
@@ -125,13 +133,10 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(
 def test_a_name_of_another_package_is_said_with_its_owner(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    installed = Registry("boidsweep.none", object, {"eddy": object()})
-    installed.origins["eddy"] = "swirling 1.0"
-    template = TEMPLATES["model"]
-    monkeypatch.setitem(
-        TEMPLATES, "model", type(template)(template.name, template.files, installed)
-    )
+    monkeypatch.setitem(BUILT_IN.models, "eddy", BUILT_IN.models["nguyen2024"])
+    monkeypatch.setitem(BUILT_IN.models.origins, "eddy", "swirling 1.0")
     done = sweep(tmp_path, "new", "model", "eddy")
     assert done.stderr == (
-        'a model of your own cannot be called "eddy": swirling 1.0 has one\n'
+        'eddy.py: the model "eddy" is of swirling 1.0: one of your own needs another'
+        " name\n"
     )
