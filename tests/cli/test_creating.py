@@ -1,6 +1,7 @@
 """`sweep new`: code of one's own, begun as a copy of an example."""
 
 import ast
+import csv
 from pathlib import Path
 from runpy import run_path
 
@@ -34,6 +35,16 @@ def test_a_model_comes_with_a_study_and_tests(tmp_path: Path) -> None:
     assert spec.startswith("# yaml-language-server: $schema=file:///")
     assert "\nstudy: my/eddy\nmodel: ./eddy.py\n" in spec
     assert "vortex" not in "".join(path.read_text() for path in tmp_path.iterdir())
+
+
+def test_its_study_is_launched_as_it_stands(tmp_path: Path) -> None:
+    create("model", "eddy", tmp_path)
+    done = sweep(tmp_path, "launch", "eddy.yaml")
+    assert "32 new trials (32 done)" in done.stderr
+    table = sweep(tmp_path, "table", "my/eddy", "--csv").stdout.splitlines()
+    radius = [float(row["flock_radius"]) for row in csv.DictReader(table)]
+    assert radius == sorted(radius)
+    assert len(radius) == 4
 
 
 def test_a_model_is_short_and_has_two_rules(tmp_path: Path) -> None:

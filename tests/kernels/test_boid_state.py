@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kernels.models._skeleton import MODEL as SKELETON
 
 from kernels import flight
 from kernels.catalogue import BUILT_IN
@@ -16,7 +17,6 @@ from kernels.identity import code_of
 from kernels.metrics.ground import FIRST_STATE
 from kernels.model import BODY_COLUMNS, Model, flaw
 from kernels.models import MODELS
-from kernels.models._skeleton import MODEL as SKELETON
 from kernels.settings import About
 from kernels.stamps import Definition, closure
 from sweep.design.jobs import Job, stream
