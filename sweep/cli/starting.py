@@ -51,13 +51,13 @@ def init(
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="model, metric or map.")],
+    kind: Annotated[str, typer.Argument(help="model, metric, map or start.")],
     name: Annotated[str, typer.Argument(help="Its name, e.g. vortex.")],
     folder: Annotated[
         Path, typer.Option(help="The folder of the new files, which is there.")
     ] = Path(),
 ) -> None:
-    """Begin a model, a metric or a map of your own.
+    """Begin a model, a metric, a map or a start of your own.
 
     It is a file NAME.py that works as it stands. A model comes with NAME.yaml, a small
     study of it, and with test_NAME.py. No file is replaced.

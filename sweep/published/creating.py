@@ -1,4 +1,4 @@
-"""A model, a metric or a map of one's own, begun as a copy of an example.
+"""A model, a metric, a map or a start of one's own, begun as a copy of an example.
 
 The examples are real files, which are checked and tested as they stand. A copy has
 another name in the place of theirs, wherever that is a word of its own.
@@ -34,12 +34,13 @@ TEMPLATES = {
     "model": Template("vortex", ("vortex.py", "vortex.yaml", "test_vortex.py")),
     "metric": Template("rotation", ("rotation.py",)),
     "map": Template("pillars", ("pillars.py",)),
+    "start": Template("ring", ("ring.py",)),
 }
 """By the kind of what they are."""
 
 
 def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
-    """Write the files of a model, a metric or a map called `name` into `folder`.
+    """Write the files of something called `name` into `folder`.
 
         kind    one of TEMPLATES
         name    a name for Python that nothing of the kind has yet

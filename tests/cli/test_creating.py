@@ -79,13 +79,13 @@ def without_texts(code: str) -> str:
     return ast.dump(tree)
 
 
-@pytest.mark.parametrize("kind", ["metric", "map"])
-def test_a_metric_and_a_map_are_one_file(kind: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["metric", "map", "start"])
+def test_the_others_are_one_file(kind: str, tmp_path: Path) -> None:
     done = sweep(tmp_path, "new", kind, "eddy")
     assert (done.returncode, done.stderr) == (0, "eddy.py\n")
     assert names(tmp_path) == ["eddy.py"]
-    table = {"metric": "METRICS", "map": "MAPS"}[kind]
-    assert list(run_path(str(tmp_path / "eddy.py"))[table]) == ["eddy"]
+    module = run_path(str(tmp_path / "eddy.py"))
+    assert list(module[f"{kind.upper()}S"]) == ["eddy"]
 
 
 def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) -> None:
@@ -125,6 +125,7 @@ def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) ->
         (("metric", "width"), 'there is a setting "width" already'),
         (("map", "maze"), 'the map "maze" is built in'),
         (("model", "random"), "would hide the module random, which is installed"),
+        (("model", "sys"), "would hide the module sys, which is installed"),
         (("model", "numpy"), "would hide the module numpy, which is installed"),
         (("model", "kernels"), "would hide the module kernels, which is installed"),
         (("model", "parts"), "results use the name parts themselves"),

@@ -26,16 +26,12 @@ WRITTEN = [
     *(ROOT / "kernels" / "models" / f"{name}.py" for name in MODELS),
     *sorted((ROOT / "examples").glob("*.py")),
 ]
-HELD = {
-    "work": "kernels.workspace Workspace",
-    "record": "kernels.recording Record",
-    "world": "kernels.state World",
-    "near": "kernels.neighbours Near",
-    "frames": "kernels.recording Frames",
-    "ground": "kernels.metrics Ground",
-    "settings": "kernels.settings WorldSettings",
+FIELDS = {
+    name: rest.removeprefix(": ").split(", ")
+    for (_, name), rest in LISTED.items()
+    if rest.startswith(": ")
 }
-"""What models, metrics and maps call the values that they get."""
+"""Those that may be read of what is handed to models, metrics, maps and starts."""
 
 
 def found(module: str, name: str) -> Any:
@@ -65,8 +61,8 @@ def test_the_page_lists_names() -> None:
 @pytest.mark.parametrize(("module", "name"), LISTED)
 def test_what_is_listed_is_there_with_these_arguments(module: str, name: str) -> None:
     entry, rest = found(module, name), LISTED[module, name]
-    if rest.startswith(": "):
-        assert set(rest.removeprefix(": ").split(", ")) <= set(entry._fields)
+    if name in FIELDS:
+        assert set(FIELDS[name]) <= set(entry._fields)
     elif rest:
         assert rest == f"({arguments(entry)})"
     else:
@@ -91,11 +87,18 @@ def test_models_import_what_is_listed_and_nothing_else(path: Path) -> None:
 
 @pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
 def test_models_read_the_fields_that_are_listed(path: Path) -> None:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        holder = node.value if isinstance(node, ast.Attribute) else None
-        if isinstance(holder, ast.Name) and holder.id in HELD:
-            listed = LISTED[tuple(HELD[holder.id].split())]
-            assert node.attr in listed.removeprefix(": ").split(", "), node.lineno
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            kinds = {
+                one.arg: ast.unparse(one.annotation)
+                for one in function.args.args
+                if one.annotation
+            }
+            for node in ast.walk(function):
+                if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                    kind = kinds.get(node.value.id)
+                    assert node.attr in FIELDS.get(kind, [node.attr]), node.lineno
 
 
 def test_the_page_is_of_this_version() -> None:
