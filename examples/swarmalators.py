@@ -31,7 +31,8 @@ class Params(NamedTuple):
         float, About("J: how much like phases attract each other", low=-1, high=1)
     ]
     coupling: Annotated[
-        float, About("K: how strongly near phases come together; < 0: apart")
+        float,
+        About("K: how strongly near phases meet; below 0 they part", low=-10, high=10),
     ]
     max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
     dt: Annotated[float, About("time of one update", "time", low=0, exclusive=True)]
