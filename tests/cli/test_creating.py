@@ -2,6 +2,8 @@
 
 import ast
 import csv
+import subprocess
+import sys
 from pathlib import Path
 from runpy import run_path
 
@@ -45,6 +47,15 @@ def test_its_study_is_launched_as_it_stands(tmp_path: Path) -> None:
     radius = [float(row["flock_radius"]) for row in csv.DictReader(table)]
     assert radius == sorted(radius)
     assert len(radius) == 4
+
+
+@pytest.mark.slow
+def test_its_tests_pass_as_they_stand(tmp_path: Path) -> None:
+    *_, tests = create("model", "eddy", tmp_path)
+    command = [sys.executable, "-m", "pytest", "-q", "-W", "error", tests.name]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert "passed" in done.stdout
 
 
 def test_a_model_is_short_and_has_two_rules(tmp_path: Path) -> None:
