@@ -165,6 +165,12 @@ MODEL = Model(
     kinds=("prey", "predator"),
     count_kinds=count_kinds,
     demands=(Demand("predators < n", "there must be at least one prey"),),
+    symmetries={
+        "translation": {},
+        "rotation": {},
+        "quarter_turn": {},
+        "reflection": {},
+    },
     length="length",
     time="time",
 )

@@ -139,6 +139,13 @@ MODEL = Model(
     advance=advance,
     state={"phase": About("phase of its oscillator", "radians")},
     begin_state=begin_state,
+    symmetries={
+        "translation": {},
+        "rotation": {},
+        "quarter_turn": {},
+        "reflection": {},
+        "permutation": {},
+    },
     length="length",
     time="time",
 )

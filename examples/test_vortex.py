@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from sweep.testing import PROMISES, assert_keeps
 
 

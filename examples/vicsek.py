@@ -139,6 +139,13 @@ MODEL = Model(
     metrics=("polarization", "flock_count"),
     sight=sight,
     advance=advance,
+    symmetries={
+        "translation": {"noise": 0.0},
+        "rotation": {"noise": 0.0},
+        "quarter_turn": {"noise": 0.0},
+        "reflection": {"noise": 0.0},
+        "permutation": {"noise": 0.0},
+    },
     demands=(
         Demand(
             "start_speed == cruise_speed",

@@ -95,4 +95,5 @@ MODEL = Model(
     metrics=("speed", "polarization", "flock_radius"),
     sight=sight,
     advance=advance,
+    symmetries={"translation": {}, "rotation": {}, "permutation": {}},
 )

@@ -1,8 +1,8 @@
 """The examples keep what models promise."""
 
 import pytest
-from sweep.testing import PROMISES, assert_keeps
 
+from sweep.testing import PROMISES, assert_keeps
 from tests.examples.flown import EXAMPLES
 
 MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
