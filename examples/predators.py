@@ -170,6 +170,7 @@ MODEL = Model(
         "rotation": {},
         "quarter_turn": {},
         "reflection": {},
+        "permutation": {},
     },
     length="length",
     time="time",
