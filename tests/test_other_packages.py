@@ -139,7 +139,7 @@ def test_a_study_of_a_package_that_is_gone_is_read_and_not_run(folder: Path) -> 
         assert len(found.stderr.splitlines()) == 1
         assert 'unknown model "swirl"' in found.stderr
     found = said(folder, "verify", "swirling", code=2, **bare)
-    assert "model swirl as_run" in found.stderr
+    assert "model swirl standard" in found.stderr
 
 
 BROKEN = {
