@@ -35,3 +35,6 @@ _PLACES = ",".join(f"{name}CacheLocator" for name in _USUAL.split())
 setattr(  # noqa: B010
     numba.config, "CACHE_LOCATOR_CLASSES", f"kernels.caching.ByStamp,{_PLACES}"
 )
+
+INTERFACE = 1
+"""The version of what models of others may import; see docs/own-models.md."""

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from tests import ROOT
 
-SKELETON = (ROOT / "kernels" / "models" / "_skeleton.py").read_text()
-MODEL = SKELETON.replace('name="skeleton"', 'name="swirl"').replace(
+VORTEX = (ROOT / "examples" / "vortex.py").read_text()
+MODEL = VORTEX.replace('name="vortex"', 'name="swirl"').replace(
     "from kernels.rules.social import cohesion", "from swirling.rules import cohesion"
 )
 RULES = '''"""Rules of one's own."""

@@ -14,10 +14,10 @@ FOR_DEVELOPERS = [
     ROOT / "DEVELOPING.md",
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
-STUDIES = ROOT.glob("experiments/*/*.md")
+STUDIES = [*ROOT.glob("experiments/*/*.md"), *ROOT.glob("examples/*.md")]
 DOCUMENTS = sorted({*FOR_DEVELOPERS, *ROOT.glob("*.md"), *STUDIES})
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<file>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
-FOLDERS = "kernels|sweep|experiments|docs|tests"
+FOLDERS = "kernels|sweep|examples|experiments|docs|tests"
 PLACE = re.compile(rf"\b(?:{FOLDERS})/(?:[\w-]+/)*(?:[\w-]+\.\w+)?")
 TEST = re.compile(r"`(test_\w+\.py)`")
 LISTED = re.compile(r"^- \[(.*)\]\((.*)\)$", re.MULTILINE)

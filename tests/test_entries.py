@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from examples import vortex
 from kernels.catalogue import BUILT_IN
 from kernels.jit import jit
 from kernels.metrics import METRICS, Metric
-from kernels.models import MODELS, _skeleton
+from kernels.model import Sight
+from kernels.models import MODELS
 from kernels.recording import Frames
 from kernels.settings import Demand, Observation
 from kernels.worlds import MAPS, Map
@@ -130,14 +132,20 @@ def pillar(settings: Any, _rng: np.random.Generator) -> np.ndarray:
     return np.array([[settings.width / 2, settings.height / 2, 40.0, 40.0, 1.0]])
 
 
+def ahead(params: Any) -> Sight:
+    """Whom the boids of a new model see."""
+    return Sight(params.perception_range, 270.0)
+
+
 @pytest.fixture
 def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A model, a metric and a map, each with one entry of its dict."""
-    robots = _skeleton.MODEL._replace(
+    robots = vortex.MODEL._replace(
         length="m",
         time="s",
         y_down=False,
-        demands=(Demand("fov > 0", "the boids are blind"),),
+        sight=ahead,
+        demands=(Demand("perception_range > 0", "the boids are blind"),),
     )
     metric = Metric(
         eastward,
@@ -148,7 +156,7 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         pairwise=True,
         demands=(Demand("n > 1", "one boid has no mean"),),
     )
-    monkeypatch.setitem(MODELS, "skeleton", robots)
+    monkeypatch.setitem(MODELS, "vortex", robots)
     monkeypatch.setitem(METRICS, "eastward", metric)
     monkeypatch.setitem(MAPS, "pillar", Map(pillar, "one disc", "this test"))
     settings_of.cache_clear()
@@ -157,10 +165,10 @@ def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("entered")
-@pytest.mark.parametrize("preset", _skeleton.MODEL.presets)
+@pytest.mark.parametrize("preset", vortex.MODEL.presets)
 def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None:
     a_job = builders.job(
-        "skeleton",
+        "vortex",
         preset,
         map="pillar",
         metrics=("eastward", "speed"),
@@ -177,8 +185,8 @@ def test_a_new_model_metric_and_map_run_with_one_entry_each(preset: str) -> None
 
 SPEC = """
 study: new
-model: skeleton
-preset: as_run
+model: vortex
+preset: standard
 fixed: {map: pillar, n: 12, steps: 10}
 sweep: {cohesion_weight: [0.01, 0.1]}
 replicates: 2
@@ -195,11 +203,11 @@ record:
 def test_every_command_knows_them(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SPEC)
     for words, said in (
-        (["models"], "skeleton"),
-        (["models", "skeleton"], "cohesion_weight"),
+        (["models"], "vortex"),
+        (["models", "vortex"], "cohesion_weight"),
         (["metrics"], "eastward"),
         (["maps"], "pillar"),
-        (["plan", "spec.yaml"], "skeleton, preset as_run"),
+        (["plan", "spec.yaml"], "vortex, preset standard"),
         (["launch", "spec.yaml"], "4 done"),
         (["table", "new"], "eastward"),
         (["plot", "new"], "pareto"),
@@ -216,7 +224,7 @@ def test_every_command_knows_them(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("entered")
 @pytest.mark.parametrize(
     ("setting", "message"),
-    [("fov: 0", "the boids are blind"), ("n: 1", "one boid has no mean")],
+    [("perception_range: 0", "the boids are blind"), ("n: 1", "one boid has no mean")],
 )
 def test_what_they_demand_is_checked(
     tmp_path: Path, setting: str, message: str
@@ -230,9 +238,9 @@ def test_what_they_demand_is_checked(
 
 @pytest.mark.usefixtures("entered")
 def test_a_metric_that_compares_pairs_costs_more() -> None:
-    settings = preset_settings("skeleton", "as_run", BUILT_IN)
+    settings = preset_settings("vortex", "standard", BUILT_IN)
     compared, plain = (
-        trial_seconds("skeleton", BUILT_IN, settings, RecordSpec((name,)))
+        trial_seconds("vortex", BUILT_IN, settings, RecordSpec((name,)))
         for name in ("eastward", "speed")
     )
     assert compared > plain
@@ -241,11 +249,11 @@ def test_a_metric_that_compares_pairs_costs_more() -> None:
 @pytest.mark.usefixtures("entered")
 def test_the_schema_and_the_page_know_them() -> None:
     schema = json.dumps(json_schema())
-    assert all(f'"{name}"' in schema for name in ("skeleton", "eastward", "pillar"))
-    state = begin("skeleton").with_settings({"map": "pillar", "n": 12})
+    assert all(f'"{name}"' in schema for name in ("vortex", "eastward", "pillar"))
+    state = begin("vortex", "standard").with_settings({"map": "pillar", "n": 12})
     show = Live(state.follow(("eastward",)))
     controls, scene, status = show.greeting()
-    assert controls["model"] == status["model"] == "skeleton"
+    assert controls["model"] == status["model"] == "vortex"
     assert "eastward" in {metric["name"] for metric in controls["metrics"]}
     assert "pillar" in {one["name"] for one in controls["maps"]}
     assert (scene["length"], scene["downwards"], scene["goal"]) == ("m", False, None)
@@ -255,25 +263,6 @@ def test_the_schema_and_the_page_know_them() -> None:
     show.advance(2)
     assert show.picture()
     replies = {reply["type"]: reply for reply in show.news(Cursor())[0]}
-    assert replies["rules"]["names"] == ["cohesion"]
+    assert replies["rules"]["names"] == ["cohesion", "swirl"]
     assert replies["selection"]["fov"] == 270.0
     assert len(replies["metrics"]["values"]["eastward"]) == 3
-
-
-@pytest.mark.usefixtures("entered")
-def test_the_skeleton_gathers_its_boids() -> None:
-    """As it says it does, in an open world that they all see."""
-    changes = {
-        "perception_range": 2000,
-        "fov": 360,
-        "cohesion_weight": 0.05,
-        "borders": "open",
-        "n": 30,
-        "steps": 20,
-    }
-    radius = run(
-        builders.job(
-            "skeleton", metrics=("flock_radius",), series=("flock_radius",), **changes
-        )
-    ).series["flock_radius"]
-    assert radius[-1] < radius[0]

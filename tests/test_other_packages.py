@@ -19,7 +19,7 @@ from tests.other_packages import FILES, OFFERED, RULES, install
 SPEC = """
 study: swirling
 model: swirl
-preset: as_run
+preset: standard
 seed: 5
 replicates: 2
 fixed: {n: 12, steps: 30, map: pillar, start_draws: still}
@@ -100,7 +100,7 @@ def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> Non
     assert "nothing was missing" in said(tmp_path, "launch", "spec.yaml").stderr
     install(tmp_path, OFFERED, FILES | {"rules.py": RULES.replace("1.0", "-1.0", 1)})
     changed = said(tmp_path, "diff", "spec.yaml").stdout
-    assert "the code has changed (model swirl as_run)" in changed
+    assert "the code has changed (model swirl standard)" in changed
     assert "6 new trials" in said(tmp_path, "launch", "spec.yaml").stderr
     every = trials(tmp_path)
     again = every[~every["trial_id"].isin(first["trial_id"])]
@@ -139,7 +139,7 @@ def test_a_study_of_a_package_that_is_gone_is_read_and_not_run(folder: Path) -> 
         assert len(found.stderr.splitlines()) == 1
         assert 'unknown model "swirl"' in found.stderr
     found = said(folder, "verify", "swirling", code=2, **bare)
-    assert "model swirl as_run" in found.stderr
+    assert "model swirl standard" in found.stderr
 
 
 BROKEN = {
@@ -265,7 +265,8 @@ def test_a_package_is_not_imported_for_a_study_that_does_without(
 ) -> None:
     files = FILES | {"model.py": "raise RuntimeError('imported')"}
     install(tmp_path, {"boidsweep.models": OFFERED["boidsweep.models"]}, files)
-    text = SPEC.replace("swirl\n", "nguyen2024\n").replace(", map: pillar", "")
+    text = SPEC.replace("swirl\n", "nguyen2024\n").replace("standard", "as_run")
+    text = text.replace(", map: pillar", "")
     for word in (", start_draws: still", "rightwards, "):
         text = text.replace(word, "")
     text = text.replace("[rightwards]", "[speed]").replace("evenly", "random")

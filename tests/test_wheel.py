@@ -64,6 +64,15 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
 
 
 @pytest.mark.slow
+def test_a_wheel_begins_a_model_of_your_own_which_flies_at_once(
+    installed: Path, tmp_path: Path
+) -> None:
+    run(installed, tmp_path, *SWEEP, "new", "model", "eddy")
+    said = run(installed, tmp_path, *SWEEP, "launch", "eddy.yaml")
+    assert "32 new trials (32 done)" in said
+
+
+@pytest.mark.slow
 def test_a_wheel_reproduces_a_publication_in_an_empty_folder(
     installed: Path, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-"""The published models, by name. To add one, copy `_skeleton.py` and enter it here."""
+"""The published models, by name."""
 
 from kernels.model import Model, flaw
 from kernels.models import aziel_chen2025, nanobot, nguyen2024, patel2023, rustamani2024

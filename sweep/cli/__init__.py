@@ -6,7 +6,7 @@ themselves, so that `sweep --help` answers at once.
 
     app              the app, and options that commands share
     engines          the options that say where trials run
-    starting         init: a study of one's own
+    starting         init, new: a study, and code, of one's own
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
     maintenance      replay, verify, diff, gc, export

@@ -47,3 +47,27 @@ def init(
     run = "search" if begun.study.search else "launch"
     for command in ("plan", run):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help="model, metric, map or start.")],
+    name: Annotated[str, typer.Argument(help="Its name, e.g. vortex.")],
+    folder: Annotated[
+        Path, typer.Option(help="The folder of the new files, which is there.")
+    ] = Path(),
+) -> None:
+    """Begin a model, a metric, a map or a start of your own.
+
+    It is a file NAME.py that works as it stands. A model comes with NAME.yaml, a small
+    study of it, and with test_NAME.py. No file is replaced.
+    """
+    from sweep.published.creating import create
+
+    written = create(kind, name, folder)
+    print(", ".join(map(str, written)), file=sys.stderr)
+    code, *others = written
+    if others:
+        for command in (("check", code), ("launch", others[0]), ("view", others[0])):
+            words = ["sweep", *map(str, command)]
+            print("  " + shlex.join(words), file=sys.stderr)

@@ -176,23 +176,29 @@ def loaded(code: OwnCode) -> OwnCatalogue:
     return catalogue
 
 
-def _enter(
-    kind: str, name: str, file: str, origins: dict[tuple[str, str], str]
-) -> None:
-    """Note where a name comes from. Raises CodeError where it is taken."""
-    what = kind[:-1]
+def check_free(file: str, kind: str, name: str) -> None:
+    """Raise CodeError where a name of a kind, such as models, is taken without any file
+    of the user's own.
+    """
     if name in REGISTRIES[kind]:
         origin = REGISTRIES[kind].origins.get(name)
         whose = f"of {origin}" if origin else "built in"
         raise CodeError(
-            f'{file}: the {what} "{name}" is {whose}: one of your own needs another'
-            " name"
+            f'{file}: the {kind[:-1]} "{name}" is {whose}: one of your own needs'
+            " another name"
         )
     if kind == "metrics" and name in COMMON:
         raise CodeError(f'{file}: there is a setting "{name}" already')
+
+
+def _enter(
+    kind: str, name: str, file: str, origins: dict[tuple[str, str], str]
+) -> None:
+    """Note where a name comes from. Raises CodeError where it is taken."""
+    check_free(file, kind, name)
     earlier = origins.setdefault((kind, name), file)
     if earlier != file:
-        raise CodeError(f'{file}: {earlier} has a {what} "{name}" too')
+        raise CodeError(f'{file}: {earlier} has a {kind[:-1]} "{name}" too')
 
 
 def _check_model(file: str, name: str, known: OwnCatalogue) -> None:

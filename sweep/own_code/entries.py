@@ -67,11 +67,6 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
     for name, metric in found.metrics.items():
-        if name.endswith(ENDINGS) or name in TAKEN:
-            raise CodeError(
-                f'{file}: a metric cannot be called "{name}": tables have columns of'
-                " that name"
-            )
         if metric.unit not in UNITS:
             raise CodeError(
                 f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'
@@ -118,6 +113,11 @@ def check_name(file: str, kind: str, name: object) -> None:
         raise CodeError(
             f'{file}: a {kind} cannot be called "{name}": a name has small letters,'
             " digits and _, begins with a letter, and is no word of expressions"
+        )
+    if kind == "metric" and (name.endswith(ENDINGS) or name in TAKEN):
+        raise CodeError(
+            f'{file}: a metric cannot be called "{name}": tables have columns of that'
+            " name"
         )
 
 

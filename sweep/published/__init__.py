@@ -2,6 +2,7 @@
 computed.
 
     starting            a study of one's own, begun as a copy of a built-in one
+    creating            code of one's own, begun as a copy of an example
     claims              published numbers and figures, read from published.yaml
     measures            what a claim measures, and in which trials
     estimates           a measure as an estimate from stored trials

@@ -101,6 +101,11 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     return Begun(study, target, tuple(contents))
 
 
+def for_editors(spec: str) -> str:
+    """The text of a spec below a line that leads editors to the schema."""
+    return f"# yaml-language-server: $schema={FILE_FOR_EDITORS.as_uri()}\n{spec}"
+
+
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
     at_most = study.search is not None or study.until is not None
     plan = plan_of(study, workers)
@@ -123,8 +128,7 @@ def _renamed(document: Document, old: str, new: str) -> str:
     number = document.lines[("study",)] - 1
     key, colon, value = lines[number].partition(":")
     lines[number] = key + colon + value.replace(old, new, 1)
-    schema = f"# yaml-language-server: $schema={FILE_FOR_EDITORS.as_uri()}\n"
-    return schema + "".join(lines)
+    return for_editors("".join(lines))
 
 
 def _holds(path: Path, content: bytes) -> bool:

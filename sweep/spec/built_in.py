@@ -1,11 +1,21 @@
-"""Where the built-in studies lie: their specs, tables, published numbers and figures.
+"""Where the built-in studies and the examples lie: specs, tables, published numbers,
+figures, and files of code of one's own.
 
-A wheel has them within the package. In a checkout they are the folder `experiments`
-beside it, which has the same files and more.
+A wheel has them within the package. In a checkout they are folders beside it, which
+have the same files and more.
 """
 
 from pathlib import Path
 
-_SHIPPED = Path(__file__).resolve().parents[1] / "experiments"
-EXPERIMENTS = _SHIPPED if _SHIPPED.is_dir() else _SHIPPED.parents[1] / _SHIPPED.name
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def _folder(name: str) -> Path:
+    shipped = _PACKAGE / name
+    return shipped if shipped.is_dir() else _PACKAGE.parent / name
+
+
+EXPERIMENTS = _folder("experiments")
 """One folder a publication."""
+EXAMPLES = _folder("examples")
+"""Models, metrics and maps as users write them."""

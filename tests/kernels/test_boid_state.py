@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from examples.vortex import MODEL as VORTEX
 from kernels import flight
 from kernels.catalogue import BUILT_IN
 from kernels.identity import code_of
 from kernels.metrics.ground import FIRST_STATE
 from kernels.model import BODY_COLUMNS, Model, flaw
 from kernels.models import MODELS
-from kernels.models._skeleton import MODEL as SKELETON
 from kernels.settings import About
 from kernels.stamps import Definition, closure
 from sweep.design.jobs import Job, stream
@@ -302,7 +302,10 @@ NOT_USED = About("what nobody uses", "radians")
     ("changes", "said"),
     [
         ({"state": {"vx": NOT_USED}}, '"vx": tables have a column of that name'),
-        ({"state": {"fov": NOT_USED}, "params": SKELETON.params}, '"fov": there is a'),
+        (
+            {"state": {"max_speed": NOT_USED}, "params": VORTEX.params},
+            '"max_speed": there',
+        ),
         ({"state": {"n": NOT_USED}}, '"n": there is a setting of that name'),
         ({"state": {"Phase": NOT_USED}}, '"Phase": its name has small letters, and'),
         ({"state": {"_phase": NOT_USED}}, '"_phase": its name has small letters'),

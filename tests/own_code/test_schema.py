@@ -11,10 +11,10 @@ from ruamel.yaml import YAML
 from sweep.own_code.reading import load_spec, schema_for
 from sweep.spec.schema import json_schema
 from tests.commands import sweep
-from tests.other_packages import ENTRIES, SKELETON
+from tests.other_packages import ENTRIES, VORTEX
 from tests.specs import SHORT
 
-MODEL = SKELETON.replace('name="skeleton"', 'name="grid"')
+MODEL = VORTEX.replace('name="vortex"', 'name="grid"')
 """Its name is one that the schema has for a way to write an axis."""
 METRICS = (
     ENTRIES
@@ -28,7 +28,7 @@ SAMPLERS = {"evenly": SAMPLER}
 SPEC = """
 study: own
 model: ./vortex.py
-preset: as_run
+preset: standard
 seed: 1
 replicates: 2
 fixed: {n: 5, map: pillar, start_draws: still}
@@ -58,11 +58,11 @@ def test_a_spec_that_loads_is_valid(folder: Path) -> None:
     Draft7Validator.check_schema(schema)
     assert is_valid(schema, SPEC)
     about = schema["definitions"]["grid.derived"]["properties"]["cohesion_weight"]
-    assert "as_run: " in about["description"]
+    assert "standard: " in about["description"]
 
 
 MISTAKES = (
-    ("preset: as_run", "preset: as_rum"),
+    ("preset: standard", "preset: standrad"),
     ("n: 5,", "nn: 5,"),
     ("n: 5,", "n: 0,"),
     ("map: pillar", "map: pilar"),
@@ -91,7 +91,7 @@ def test_names_are_free_where_another_file_may_bring_them(folder: Path) -> None:
 
 
 def test_a_spec_that_is_wrong_elsewhere_has_a_schema(folder: Path) -> None:
-    wrong = SPEC.replace("seed: 1", "seeed: 1").replace("as_run", "as_rum")
+    wrong = SPEC.replace("seed: 1", "seeed: 1").replace("standard", "standrad")
     (folder / "spec.yaml").write_text(wrong)
     schema = schema_for(folder / "spec.yaml")
     assert is_valid(schema, SPEC)
@@ -116,7 +116,8 @@ def test_a_sampler_of_a_file_is_valid_in_any_schema(folder: Path) -> None:
     (folder / "spec.yaml").write_text(drawn)
     load_spec(folder / "spec.yaml")
     assert is_valid(schema_for(folder / "spec.yaml"), drawn)
-    usual = drawn.replace("./vortex.py", "nguyen2024").replace("map: pillar, ", "")
+    usual = drawn.replace("./vortex.py", "nguyen2024").replace("standard", "as_run")
+    usual = usual.replace("map: pillar, ", "")
     plain = usual.replace("start_draws: still", "steps: 9").replace("max_s", "start_s")
     assert is_valid(json_schema(), plain)
     assert not is_valid(json_schema(), plain.replace("./mine.py:evenly", "evenly"))

@@ -24,7 +24,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial import probe
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
-from tests.other_packages import SKELETON
+from tests.other_packages import VORTEX
 from tests.searches import TINY, searched
 from tests.studies import SMALL, launched, relaunch
 
@@ -38,7 +38,7 @@ SLOWER = 7.0
 OWN = """
 study: own
 model: ./vortex.py
-preset: as_run
+preset: standard
 fixed: {n: 12, steps: 9}
 replicates: 2
 seed: 5
@@ -159,12 +159,12 @@ def test_a_trial_that_fails_for_its_settings_is_a_row_like_any_other(
 
 
 def test_a_model_in_a_file_beside_the_spec_is_probed(tmp_path: Path) -> None:
-    (tmp_path / "vortex.py").write_text(SKELETON.replace('"skeleton"', '"vortex"'))
+    (tmp_path / "vortex.py").write_text(VORTEX)
     spec = tmp_path / "spec.yaml"
     spec.write_text(OWN)
     assert not is_built_in(load_spec(spec))
     assert sweep.plan(spec).probe_steps == 2 * 9
-    wrong = SKELETON.replace('"skeleton"', '"vortex"').replace("range2 = ", "range2 + ")
+    wrong = VORTEX.replace("range2 = ", "range2 + ")
     (tmp_path / "vortex.py").write_text(wrong)
     with pytest.raises(SpecError, match=r"^spec.yaml:3: no trial can be run: .*range2"):
         sweep.run(spec, tmp_path / "results")

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from examples import vortex
 from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
-from kernels.models import MODELS, _skeleton
+from kernels.models import MODELS
 from sweep.spec.settings import settings_of
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
@@ -226,14 +227,14 @@ def test_a_frame_is_what_it_stands_for_to_a_65535th_of_its_box(n: int) -> None:
 
 @pytest.fixture
 def entered(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setitem(MODELS, "skeleton", _skeleton.MODEL)
+    monkeypatch.setitem(MODELS, "vortex", vortex.MODEL)
     settings_of.cache_clear()
     yield
     settings_of.cache_clear()
 
 
 @pytest.mark.usefixtures("entered")
-@pytest.mark.parametrize("model", [*MODELS, "skeleton"])
+@pytest.mark.parametrize("model", [*MODELS, "vortex"])
 def test_every_setting_has_a_control_and_a_new_model_too(model: str) -> None:
     for preset, values in MODELS[model].presets.items():
         message = json.loads(

@@ -1,0 +1,109 @@
+"""A model, a metric, a map or a start of one's own, begun as a copy of an example.
+
+The examples are real files, which are checked and tested as they stand. A copy has
+another name in the place of theirs, wherever that is a word of its own.
+"""
+
+import re
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+from sweep.errors import CodeError, OutputError, UserError
+from sweep.own_code.catalogue import check_free
+from sweep.own_code.entries import check_name
+from sweep.published.starting import ENDINGS, OWN, for_editors
+from sweep.spec.built_in import EXAMPLES
+from sweep.spec.study_folder import taken_name
+from sweep.store.locations import in_unicode
+from sweep.tables.outputs import unfinished
+from sweep.text import shortened, unknown
+
+
+@dataclass(frozen=True)
+class Template:
+    """An example: its name, and its files, of which the first is the code."""
+
+    name: str
+    files: tuple[str, ...]
+
+
+TEMPLATES = {
+    "model": Template("vortex", ("vortex.py", "vortex.yaml", "test_vortex.py")),
+    "metric": Template("rotation", ("rotation.py",)),
+    "map": Template("pillars", ("pillars.py",)),
+    "start": Template("ring", ("ring.py",)),
+}
+"""By the kind of what they are."""
+
+
+def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
+    """Write the files of something called `name` into `folder`.
+
+        kind    one of TEMPLATES
+        name    a name for Python that nothing of the kind has yet
+        folder  a folder that is there
+
+    Returns the files, the code first. A spec of it is the study my/NAME, and leads
+    editors to the schema.
+
+    Raises UserError for another kind, CodeError for a name that cannot be, OutputError
+    where a file is there already or cannot be written. Nothing is written then.
+    """
+    if kind not in TEMPLATES:
+        raise UserError(unknown("kind of code", kind, TEMPLATES))
+    template = TEMPLATES[kind]
+    _check_name(kind, name)
+    _check_folder(folder)
+    contents = {
+        folder / file.replace(template.name, name): _copied(template, file, name)
+        for file in template.files
+    }
+    there = [path for path in contents if path.exists() or path.is_symlink()]
+    if there:
+        raise OutputError(
+            f"{', '.join(map(str, there))}: there already, and nothing is replaced;"
+            " another name or --folder keeps them apart"
+        )
+    for path, text in contents.items():
+        with unfinished(path) as file:
+            file.write(text.encode())
+    return tuple(contents)
+
+
+def _copied(template: Template, file: str, name: str) -> str:
+    text = (EXAMPLES / file).read_text(encoding="utf-8")
+    renamed = re.sub(rf"\b{template.name}\b", name, text)
+    return for_editors(renamed) if Path(file).suffix in ENDINGS else renamed
+
+
+def _check_folder(folder: Path) -> None:
+    in_unicode(folder)
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: there is no such folder")
+
+
+def _check_name(kind: str, name: str) -> None:
+    """Raise CodeError where an entry, a study or a file cannot have the name."""
+    file = f"{shortened(name)}.py"
+    try:
+        check_name(file, kind, name)
+    except CodeError as error:
+        raise CodeError(f"{error}{_fitting(kind, name)}") from None
+    check_free(file, f"{kind}s", name)
+    if taken_name(f"{OWN}/{name}"):
+        raise CodeError(f"{file}: results use the name {name} themselves")
+    if name in sys.stdlib_module_names or PathFinder.find_spec(name):
+        raise CodeError(f"{file}: would hide the module {name}, which is installed")
+
+
+def _fitting(kind: str, name: str) -> str:
+    """The question after a name that cannot be, with a similar one that can, if any."""
+    plain = re.sub("[^a-z0-9_]", "_", name.lower())
+    for one in (plain, f"my_{plain}"):
+        with suppress(CodeError):
+            check_name("", kind, one[:60])
+            return f'; did you mean "{one[:60]}"?'
+    return ""

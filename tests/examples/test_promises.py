@@ -1,0 +1,20 @@
+"""The examples keep what models promise."""
+
+import pytest
+
+from sweep.testing import PROMISES, assert_keeps
+from tests.examples.flown import EXAMPLES
+
+MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
+LONG = ("workers",)
+"""Promises for which worker processes are started."""
+TRIED = [
+    pytest.param(one, marks=pytest.mark.slow) if one in LONG else one
+    for one in PROMISES
+]
+
+
+@pytest.mark.parametrize("promise", TRIED)
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_keeps(model: str, promise: str) -> None:
+    assert_keeps(EXAMPLES / f"{model}.py", promise)

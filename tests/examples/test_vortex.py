@@ -1,0 +1,50 @@
+"""What new code begins as: the model by a law of its motion, the others by numbers."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from sweep.trial.simulation import Simulation
+from tests.examples.flown import flown, job, places
+
+
+@pytest.mark.parametrize("swirl", [0.001, 0.01, 0.03])
+def test_boids_circle_at_the_angle_and_radius_of_their_law(swirl: float) -> None:
+    """With the weights c and s of cohesion and swirl, times N / (N - 1), boids at the
+    speed limit turn by an angle a each step, with 4 sin(a/2)^2 = c - s tan(a/2). Their
+    circle has the chord max_speed.
+    """
+    n, speed = 50, 3.0
+    c, s = 0.01 * n / (n - 1), swirl * n / (n - 1)
+    half = brentq(lambda a: 4 * math.sin(a) ** 2 - c + s * math.tan(a), 0, 1)
+    start = {"start_radius": 60, "start_center_x": 200, "start_center_y": 200}
+    metrics = ["speed", "flock_radius", "./rotation.py", "polarization"]
+    last = flown(
+        job("vortex", "standard", metrics, swirl_weight=swirl, steps=3000, **start)
+    ).last
+    assert last["speed"] == pytest.approx(speed, rel=1e-9)
+    radius = speed / (2 * math.sin(half))
+    assert last["flock_radius"] == pytest.approx(radius, rel=1e-9)
+    # A velocity is the way that led to a place: a chord, half of `a` off the tangent.
+    assert last["rotation"] == pytest.approx(math.cos(half), rel=1e-9)
+    assert last["polarization"] == pytest.approx(0, abs=1e-9)
+
+
+def test_the_ring_and_the_pillars_are_where_they_say() -> None:
+    circle = {"start_radius": 60, "start_center_x": 200, "start_center_y": 190}
+    grid = {"n_obstacles": 10, "obstacle_radius": 7, "map": "./pillars.py"}
+    start = {"start_draws": "./ring.py", "start_speed": 2} | circle
+    simulation = Simulation(job("vortex", "standard", n=12, **start, **grid))
+    way = places(simulation) - [200, 190]
+    velocity = np.column_stack([simulation.flock.vx, simulation.flock.vy])
+    np.testing.assert_allclose(np.hypot(*way.T), 60)
+    np.testing.assert_allclose((way[:-1] * way[1:]).sum(axis=1), 3600 * np.sqrt(0.75))
+    np.testing.assert_allclose(velocity, way[:, ::-1] * [-1, 1] / 30, atol=1e-12)
+    world = simulation.world
+    sides = np.array([1, 3, 5]) * 400 / 6
+    np.testing.assert_allclose(world.obstacle_x, np.tile(sides, 3))
+    np.testing.assert_allclose(world.obstacle_y, np.repeat(sides, 3))
+    assert set(world.half_width) == {7}
+    assert world.is_round.all()
