@@ -1,10 +1,12 @@
-"""A small study with code of one's own: files beside its spec, as a user writes them.
+"""A small study with code of one's own: files beside its spec, as a user has them.
 
-The model is `kernels/models/_skeleton.py` with another name, whose rule stands in a file
-of its own. So `kernels.models._skeleton` computes the same numbers.
+The model is `kernels/models/_skeleton.py` with another name, and its rule stands in a
+file of its own. So `kernels.models._skeleton` computes the same numbers.
 """
 
 from pathlib import Path
+
+import pandas as pd
 
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
@@ -128,3 +130,30 @@ def launched_own(
     """The study of the file of a spec after a launch into `results`."""
     relaunch_own(spec, results, executor)
     return StoredStudy(load_spec(spec).name, results)
+
+
+def numbers(study: StoredStudy) -> list[pd.DataFrame]:
+    """All numbers of a study, without what tells its code and its time."""
+    order = {
+        trial: f"{point} {replicate}"
+        for trial, point, replicate in zip(
+            *(
+                study.plan[name].to_pylist()
+                for name in ("trial_id", "point", "replicate")
+            ),
+            strict=True,
+        )
+    }
+    tables = []
+    rows = study.trials.drop(columns=["seconds", "replay"])
+    for table in (rows, study.series):
+        named = table.assign(trial_id=table["trial_id"].map(order))
+        keys = [name for name in ("trial_id", "frame") if name in named]
+        tables.append(named.sort_values(keys, ignore_index=True))
+    return tables
+
+
+def same(one: StoredStudy, other: StoredStudy) -> bool:
+    """Whether two studies have the same numbers, to the last bit."""
+    pairs = zip(numbers(one), numbers(other), strict=True)
+    return all(first.equals(second) for first, second in pairs)

@@ -214,7 +214,7 @@ class Store:
             self.place.put(staging / SPEC)
 
     def write_code(self, sha: str, content: bytes) -> None:
-        """Keep code of the user's own in a file of its own, unless it is there, whole."""
+        """Keep code of the user's own in a file, unless it is there and whole."""
         name = code_file(sha)
         if patiently(lambda: _holds(self.folder / name, content)):
             return

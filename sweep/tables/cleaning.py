@@ -82,10 +82,10 @@ class Waste:
             why = "of trials that are stored, or that nobody will ask for"
             lines.append(f"go         {count:,} checkpoints {why}")
         if self.code:
-            names = ", ".join(f"code-{sha[:16]}..." for sha in sorted(self.code))
             lines.append(
-                f"go         {len(self.code):,} versions of your own code by which no"
-                f" trial that stays was computed: {names}: {size(sum(self.code.values()))}"
+                f"go         {len(self.code):,} versions of your own code, code-*.json,"
+                " by which no trial that stays was computed:"
+                f" {size(sum(self.code.values()))}"
             )
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
@@ -128,9 +128,7 @@ def _idle(study: StoredStudy) -> set[str]:
     return left | (there & study.store.trial_ids().keys())
 
 
-def _unused(
-    study: StoredStudy, parts: list[Location], waste: Waste
-) -> dict[str, int]:
+def _unused(study: StoredStudy, parts: list[Location], waste: Waste) -> dict[str, int]:
     """The bytes of each file of code by which neither the trials of the plan are
     computed nor any of `parts` that stay, by its sha256.
     """
@@ -175,7 +173,7 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
 
 
 def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """What computed the trials of an origin, in words; "" if it is the code of `now`."""
+    """What else than the code of `now` computed the trials of an origin, in words."""
     if same_code(then, now):
         return ""
     before, after = stamps(then), stamps(now)
