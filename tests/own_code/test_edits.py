@@ -2,7 +2,6 @@
 compute the same numbers.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -141,17 +140,17 @@ def test_a_metric_runs_again_only_what_records_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("./places", "./rooms"), ("from .rules", "from .pulls")]
+    ("named", "file", "new"),
+    [("./{}.py", "places", "rooms"), ("from .{}", "rules", "pulls")],
 )
 def test_a_file_of_another_name_computes_the_same(
-    tmp_path: Path, old: str, new: str
+    tmp_path: Path, named: str, file: str, new: str
 ) -> None:
     """Its trials are other ones, since a stamp has the names of modules."""
     spec, results = written(tmp_path), tmp_path / "results"
     before = launched_own(spec, results)
-    edited(tmp_path, old, new)
-    names = [f"{re.sub(r'.*\W', '', text)}.py" for text in (old, new)]
-    (tmp_path / names[0]).rename(tmp_path / names[1])
+    edited(tmp_path, named.format(file), named.format(new))
+    (tmp_path / f"{file}.py").rename(tmp_path / f"{new}.py")
     assert relaunch_own(spec, results).statuses.total() == 6
     assert same(StoredStudy("drawn", results), before)
 
