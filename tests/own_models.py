@@ -4,16 +4,12 @@ The model is `kernels/models/_skeleton.py` with another name, and its rule stand
 file of its own. So `kernels.models._skeleton` computes the same numbers.
 """
 
+import atexit
+import shutil
+import tempfile
+from functools import cache
 from pathlib import Path
 
-import pandas as pd
-
-from sweep.campaigns.launch import launch
-from sweep.campaigns.progress import Progress
-from sweep.own_code.reading import load_spec
-from sweep.store.locations import Location
-from sweep.tables.stored_study import StoredStudy
-from sweep.workers.executors import ExecutorFactory, Serial
 from tests.other_packages import SKELETON
 
 MODEL = SKELETON.replace('name="skeleton"', 'name="drawn"').replace(
@@ -113,47 +109,13 @@ def edited(folder: Path, old: str, new: str) -> None:
     path.write_text(_text(path).replace(old, new))
 
 
+@cache
+def at_hand() -> Path:
+    """The same in a folder of this process, for specs that are texts."""
+    folder = Path(tempfile.mkdtemp(prefix="boidsweep-own-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return written(folder)
+
+
 def _text(path: Path) -> str:
     return path.read_text() if path.name in FILES else ""
-
-
-def relaunch_own(
-    spec: Path, results: Location, executor: ExecutorFactory | None = None
-) -> Progress:
-    """The progress of a launch of the file of a spec, in this process by default."""
-    return launch(load_spec(spec), results, executor or Serial())
-
-
-def launched_own(
-    spec: Path, results: Location, executor: ExecutorFactory | None = None
-) -> StoredStudy:
-    """The study of the file of a spec after a launch into `results`."""
-    relaunch_own(spec, results, executor)
-    return StoredStudy(load_spec(spec).name, results)
-
-
-def numbers(study: StoredStudy) -> list[pd.DataFrame]:
-    """All numbers of a study, without what tells its code and its time."""
-    order = {
-        trial: f"{point} {replicate}"
-        for trial, point, replicate in zip(
-            *(
-                study.plan[name].to_pylist()
-                for name in ("trial_id", "point", "replicate")
-            ),
-            strict=True,
-        )
-    }
-    tables = []
-    rows = study.trials.drop(columns=["seconds", "replay"])
-    for table in (rows, study.series):
-        named = table.assign(trial_id=table["trial_id"].map(order))
-        keys = [name for name in ("trial_id", "frame") if name in named]
-        tables.append(named.sort_values(keys, ignore_index=True))
-    return tables
-
-
-def same(one: StoredStudy, other: StoredStudy) -> bool:
-    """Whether two studies have the same numbers, to the last bit."""
-    pairs = zip(numbers(one), numbers(other), strict=True)
-    return all(first.equals(second) for first, second in pairs)

@@ -23,12 +23,9 @@ from tests.own_models import (
     OTHER_WORDS,
     SPEC,
     edited,
-    launched_own,
-    relaunch_own,
-    same,
     written,
 )
-from tests.studies import launched
+from tests.studies import launched, relaunch, same
 
 PLAIN = (
     SPEC.replace("./drawn.py", "drawn")
@@ -52,7 +49,7 @@ def test_two_workers_compute_what_the_same_model_computes_built_in(
     in one process.
     """
     spec = written(tmp_path)
-    own = launched_own(spec, tmp_path / "own", two_workers)
+    own = launched(spec, tmp_path / "own", two_workers)
     known = load_spec(spec).known
     built_in = _skeleton.MODEL._replace(name="drawn")
     monkeypatch.setitem(MODELS, "drawn", built_in)
@@ -72,27 +69,27 @@ def test_a_rule_in_a_helper_file_runs_exactly_its_trials_again(tmp_path: Path) -
     other = tmp_path / "other.yaml"
     text = SPEC.replace("study: drawn", "study: other")
     other.write_text(text.replace("./drawn.py", "nguyen2024"))
-    before = launched_own(spec, results)
-    assert relaunch_own(other, results).statuses.total() == 6
+    before = launched(spec, results)
+    assert relaunch(other, results).statuses.total() == 6
     edited(tmp_path, *OTHER_RULE)
-    assert relaunch_own(spec, results).statuses.total() == 6
-    assert relaunch_own(other, results).statuses.total() == 0
+    assert relaunch(spec, results).statuses.total() == 6
+    assert relaunch(other, results).statuses.total() == 0
     after = StoredStudy("drawn", results)
     assert set(after.plan["trial_id"].to_pylist()).isdisjoint(
         before.plan["trial_id"].to_pylist()
     )
     assert not same(before, after)
     edited(tmp_path, *reversed(OTHER_RULE))
-    assert relaunch_own(spec, results).statuses.total() == 0
+    assert relaunch(spec, results).statuses.total() == 0
     assert same(StoredStudy("drawn", results), before)
 
 
 def test_other_words_run_nothing(tmp_path: Path) -> None:
     spec, results = written(tmp_path), tmp_path / "results"
-    before = launched_own(spec, results)
+    before = launched(spec, results)
     for old, new in OTHER_WORDS:
         edited(tmp_path, old, new)
-    assert relaunch_own(spec, results).statuses.total() == 0
+    assert relaunch(spec, results).statuses.total() == 0
     assert same(StoredStudy("drawn", results), before)
 
 
@@ -101,13 +98,13 @@ def test_an_extension_after_other_words_runs_what_is_new(tmp_path: Path) -> None
     that computed it.
     """
     spec, results = written(tmp_path), tmp_path / "results"
-    launched_own(spec, results)
+    launched(spec, results)
     for old, new in OTHER_WORDS:
         edited(tmp_path, old, new)
     edited(tmp_path, "replicates: 3", "replicates: 4")
-    assert relaunch_own(spec, results).statuses.total() == 2
+    assert relaunch(spec, results).statuses.total() == 2
     extended = StoredStudy("drawn", results)
-    assert same(extended, launched_own(spec, tmp_path / "whole"))
+    assert same(extended, launched(spec, tmp_path / "whole"))
     texts = {
         extended.running(extended.trial(trial).provenance).files
         for trial in extended.plan["trial_id"].to_pylist()
@@ -127,11 +124,11 @@ def test_a_metric_runs_again_only_what_records_it(tmp_path: Path) -> None:
     without.write_text(
         text.replace("[./mine.py]", "[speed]").replace(", rightwards", "")
     )
-    before = launched_own(spec, results)
-    assert relaunch_own(without, results).statuses.total() == 6
+    before = launched(spec, results)
+    assert relaunch(without, results).statuses.total() == 6
     edited(tmp_path, *OTHER_METRIC)
-    assert relaunch_own(without, results).statuses.total() == 0
-    assert relaunch_own(spec, results).statuses.total() == 6
+    assert relaunch(without, results).statuses.total() == 0
+    assert relaunch(spec, results).statuses.total() == 6
     after = StoredStudy("drawn", results)
     pd.testing.assert_series_equal(
         after.trials["rightwards"], 2 * before.trials["rightwards"]
@@ -148,18 +145,18 @@ def test_a_file_of_another_name_computes_the_same(
 ) -> None:
     """Its trials are other ones, since a stamp has the names of modules."""
     spec, results = written(tmp_path), tmp_path / "results"
-    before = launched_own(spec, results)
+    before = launched(spec, results)
     edited(tmp_path, named.format(file), named.format(new))
     (tmp_path / f"{file}.py").rename(tmp_path / f"{new}.py")
-    assert relaunch_own(spec, results).statuses.total() == 6
+    assert relaunch(spec, results).statuses.total() == 6
     assert same(StoredStudy("drawn", results), before)
 
 
 def test_a_model_of_another_name_is_another_model(tmp_path: Path) -> None:
     spec, results = written(tmp_path), tmp_path / "results"
-    before = launched_own(spec, results)
+    before = launched(spec, results)
     edited(tmp_path, 'name="drawn"', 'name="painted"')
-    assert relaunch_own(spec, results).statuses.total() == 6
+    assert relaunch(spec, results).statuses.total() == 6
     after = StoredStudy("drawn", results)
     assert set(after.trials["model"]) == {"painted"}
     assert set(before.plan["point"].to_pylist()).isdisjoint(
@@ -176,7 +173,7 @@ def test_an_edit_between_two_runs_of_one_process_gives_new_numbers(
     assert sweep.plan(spec).trials == 6
     second = sweep.run(spec, results, workers=1)
     fresh = written(tmp_path / "fresh", OTHER_RULE)
-    whole = launched_own(fresh, tmp_path / "fresh")
+    whole = launched(fresh, tmp_path / "fresh")
     assert same(StoredStudy("drawn", results), whole)
     assert not second.trials["speed"].equals(first.trials["speed"])
 
@@ -195,4 +192,4 @@ def test_a_model_that_was_put_among_ours_by_hand_runs_in_workers_from_its_file(
     monkeypatch.setitem(MODELS, "by_hand", by_hand._replace(name="by_hand"))
     done = launch(parse_spec(plain), tmp_path / "by_hand", two_workers)
     assert done.statuses == {"failed": 6}
-    assert relaunch_own(spec, tmp_path / "own", two_workers).statuses == {"done": 6}
+    assert launched(spec, tmp_path / "own", two_workers).statuses() == {"done": 6}

@@ -21,10 +21,9 @@ from tests.own_models import (
     OTHER_RULE,
     OTHER_WORDS,
     edited,
-    launched_own,
-    relaunch_own,
     written,
 )
+from tests.studies import launched, relaunch
 
 
 def cut(file: Path) -> None:
@@ -57,7 +56,7 @@ def link(file: Path) -> None:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A folder with a spec, its files, and the study as launched."""
-    launched_own(written(tmp_path), tmp_path / "results")
+    launched(written(tmp_path), tmp_path / "results")
     return tmp_path
 
 
@@ -92,7 +91,7 @@ def test_code_of_earlier_trials_that_is_damaged_harms_no_other(folder: Path) -> 
     [old] = kept(folder)
     earlier = StoredStudy("drawn", folder / "results").plan["trial_id"][0].as_py()
     edited(folder, *OTHER_RULE)
-    relaunch_own(folder / "drawn.yaml", folder / "results")
+    relaunch(folder / "drawn.yaml", folder / "results")
     cut(old)
     assert sweep(folder, "table", "drawn").returncode == 0
     assert "6 of 6 the same" in sweep(folder, "verify", "drawn", "--fraction=1").stdout
@@ -107,11 +106,11 @@ def test_gc_takes_code_with_the_last_trials_that_it_computed(folder: Path) -> No
     spec, results = folder / "drawn.yaml", folder / "results"
     [first] = kept(folder)
     edited(folder, *OTHER_RULE)
-    relaunch_own(spec, results)
+    relaunch(spec, results)
     [second] = set(kept(folder)) - {first}
     for old, new in OTHER_WORDS:
         edited(folder, old, new)
-    relaunch_own(spec, results)
+    relaunch(spec, results)
     [third] = set(kept(folder)) - {first, second}
     before = StoredStudy("drawn", results)
     rows = before.trials
@@ -169,7 +168,7 @@ def test_code_that_a_launch_of_a_share_has_written_stays(folder: Path) -> None:
     ):
         clean(study, waste)
     assert set(kept(folder)) == {old, new}
-    relaunch_own(spec, results)
+    relaunch(spec, results)
     with pytest.raises(StoreError, match="was launched meanwhile"):
         clean(study, waste)
     assert new in kept(folder)
@@ -182,7 +181,7 @@ def test_code_that_was_named_since_it_was_looked_at_stays(folder: Path) -> None:
     trials = first.plan["trial_id"].combine_chunks()
     rows = first.store.read("trials", trial_ids=trials)
     edited(folder, *OTHER_METRIC)
-    relaunch_own(folder / "drawn.yaml", results)
+    relaunch(folder / "drawn.yaml", results)
     study = StoredStudy("drawn", results)
     for part in study.store.current_parts():
         study.store.discard(part)
