@@ -13,7 +13,7 @@ from sweep.store.locations import Location
 from sweep.store.origin import PROVENANCE
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory, Serial
-from tests.own_models import at_hand
+from tests.own_models import SPEC, at_hand
 
 SMALL = """
 study: small
@@ -26,6 +26,11 @@ replicates: 3
 seed: 5
 record: {series: [speed], every: 2}
 """
+
+OWN_SMALL = SPEC.replace("study: drawn", "study: small").replace(
+    "[0.01, 0.02]", "[0.5, 1]"
+)
+"""The same with an own model, which tests change by the same words."""
 
 COVERING = """
 study: covering
