@@ -152,7 +152,8 @@ def test_an_old_trial_is_viewed_by_the_code_that_computed_it(
     trial = flown.plan["trial_id"][0].as_py()
     _, stored = flown.trajectory(trial)
     edited(folder, *OTHER_RULE)
-    assert "rules.py: another file now" in said(folder, "replay", "drawn", trial)
+    for command in (["replay", "drawn", trial], ["verify", "drawn"]):
+        assert "rules.py: another file now" in said(folder, *command)
     (folder / "drawn.py").unlink()
     simulation = Simulation(flown.job(flown.trial(trial)))
     session = Session(from_job(simulation.job))
