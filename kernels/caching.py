@@ -13,8 +13,7 @@ from typing import Any
 from weakref import WeakSet
 
 from numba import types
-from numba.core.caching import FunctionCache, IndexDataCacheFile, _CacheLocator
-from numba.core.sigutils import normalize_signature
+from numba.core.caching import IndexDataCacheFile, _CacheLocator
 
 from kernels.stamps import stamp
 
@@ -33,6 +32,9 @@ FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand."""
+
+
+TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
 
 class ByStamp(_CacheLocator):
@@ -64,42 +66,41 @@ class ByStamp(_CacheLocator):
         return f"{self.package}-{self.stamp[:16]}"
 
 
-class ByClasses(FunctionCache):
-    """numba's cache of a function, with a file for what takes classes of its own
+class ByClasses:
+    """The files of a function in numba's cache: one for what takes classes of its own
     package and ours, and others for what takes those of other packages.
 
     The index in such a file names the classes. An own model may call functions of ours
     with its own parameters: where its package is not at hand, they must not be met.
     """
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is compiled for a signature; None where it is not there."""
-        self._cache_file = self._file(sig)
-        return super().load_overload(sig, target_context)
+    def __init__(self, function: Callable[..., Any], cache: Any) -> None:
+        packages = function.__module__, __name__
+        self._ours = {name.partition(".")[0] for name in packages}
+        self._folder, self._name = cache.cache_path, cache._impl.filename_base
+        self._stamp = cache._impl.locator.get_source_stamp()
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what is compiled for a signature."""
-        self._cache_file = self._file(sig)
-        super().save_overload(sig, data)
+    def load(self, key: Any) -> Any:
+        """What is compiled for a key, which begins with the types of the arguments;
+        None where it is not there.
+        """
+        return self._file(key[0]).load(key)
 
-    def _file(self, signature: Any) -> IndexDataCacheFile:
-        names = {self._py_func.__module__, __name__}
-        ours = {name.partition(".")[0] for name in names}
-        arguments, _ = normalize_signature(signature)
-        others = {
-            one.__module__.partition(".")[0] for one in _classes(arguments)
-        } - ours
-        return IndexDataCacheFile(
-            cache_path=self.cache_path,
-            filename_base="-".join([self._impl.filename_base, *sorted(others)]),
-            source_stamp=self._impl.locator.get_source_stamp(),
-        )
+    def save(self, key: Any, data: Any) -> None:
+        """Keep what is compiled for a key."""
+        self._file(key[0]).save(key, data)
+
+    def _file(self, arguments: Any) -> Any:
+        packages = {one.__module__.partition(".")[0] for one in _classes(arguments)}
+        name = "-".join([self._name, *sorted(packages - self._ours)])
+        made: Any = IndexDataCacheFile
+        return made(self._folder, name, self._stamp)
 
 
 def _classes(arguments: Iterable[Any]) -> Iterator[type[Any]]:
     """The named tuples among types of arguments, and within them."""
     for one in arguments:
-        if isinstance(one, types.BaseNamedTuple):
+        if isinstance(one, types.NamedTuple | types.NamedUniTuple):
             yield one.instance_class
-        if isinstance(one, types.BaseTuple):
+        if isinstance(one, TUPLES):
             yield from _classes(one.types)

@@ -25,9 +25,9 @@ R = TypeVar("R")
 
 def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     OURS.add(function)
-    compiled = numba.njit(error_model="numpy", **options)(function)
+    compiled = numba.njit(cache=True, error_model="numpy", **options)(function)
     if compiled is not function:  # as it is with NUMBA_DISABLE_JIT=1
-        compiled._cache = ByClasses(function)
+        compiled._cache._cache_file = ByClasses(function, compiled._cache)
     return cast("Callable[P, R]", compiled)
 
 
