@@ -136,13 +136,11 @@ def _chosen(
 ) -> "ViewState":
     """The state that shows a model, which may be one of a file."""
     from kernels.catalogue import BUILT_IN
-    from sweep.own_code.reading import model_file
+    from sweep.own_code.reading import named_model
     from sweep.web.state import begin
 
-    known = BUILT_IN
-    if model and ".py" in model:
-        model, known = model_file(model, code=code)
-    state = begin(model, preset, known=known)
+    name, known = named_model(model, code=code) if model else (None, BUILT_IN)
+    state = begin(name, preset, known=known)
     return state.with_settings({"map": map_name}) if map_name else state
 
 

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sweep as boidsweep
 from sweep.campaigns.launch import search
+from sweep.errors import SpecError
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation
 from sweep.web.replaying import Replay
@@ -142,6 +144,32 @@ def test_a_view_has_the_frames_of_the_launch_and_its_spec_can_be_launched(
     again = launched(copy, folder / "results")
     [only] = again.plan["trial_id"].to_pylist()
     np.testing.assert_array_equal(again.trajectory(only)[1], stored)
+
+
+def test_the_page_goes_from_an_own_model_to_ours_and_back(tmp_path: Path) -> None:
+    session = Session(from_study(read(written(tmp_path))))
+    session.choose("drawn", "as_written")
+    assert session.state.job.settings["update"] == "synchronous"
+    session.choose("nguyen2024", "as_run")
+    session.choose("drawn", "as_run")
+    session.change({"n": 12, "steps": 9, "map": "pillar"})
+    assert "./places.py:pillar" in session.state.as_text()
+    assert len(list(frames(session))) == 10
+
+
+def test_a_file_stands_for_its_model_where_a_model_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path)
+    assert "cohesion_weight" in said(tmp_path, "models", "./drawn.py")
+    refused = said(tmp_path, "models", "./drawn.py", "--no-code", code=2)
+    assert 'runs code from "./drawn.py"; no code may run' in refused
+    assert 'unknown model "drawn"' in said(tmp_path, "models", "drawn", code=2)
+    monkeypatch.chdir(tmp_path)
+    view = boidsweep.view("./drawn.py", "as_written", n=5)
+    assert "model: ./drawn.py" in view.spec
+    with pytest.raises(SpecError, match="no file"):
+        boidsweep.view("./nowhere.py")
 
 
 def test_an_old_trial_is_viewed_by_the_code_that_computed_it(
