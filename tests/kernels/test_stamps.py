@@ -181,7 +181,9 @@ def test_a_function_within_another_has_no_stamp() -> None:
 def names_of(function: Callable[..., object]) -> set[str]:
     """The modules in what a function uses."""
     plain = getattr(function, "py_func", function)
-    return {one.module for one in closure(Definition(plain.__module__, plain.__name__))}
+    return {
+        one.module for one in closure([Definition(plain.__module__, plain.__name__)])
+    }
 
 
 def test_models_metrics_and_maps_use_no_other() -> None:
