@@ -42,7 +42,7 @@ def model_table() -> Table:
 
 
 def model_settings(name: str, known: Catalogue) -> Table:
-    """Every setting of a model that is `known`, with its unit, range and preset values."""
+    """Every setting of a model, with its unit, range and preset values."""
     presets = known.models[name].presets
     table = Table("setting", *presets, "allowed", "what it is", title=name)
     for setting in settings_of(name, known).values():

@@ -13,6 +13,8 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS, _skeleton
 from kernels.worlds import MAPS
 from sweep.campaigns.launch import launch
+from sweep.design.code import study_code
+from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
@@ -25,7 +27,7 @@ from tests.own_models import (
     edited,
     written,
 )
-from tests.studies import launched, relaunch, same
+from tests.studies import launched, read, relaunch, same
 
 PLAIN = (
     SPEC.replace("./drawn.py", "drawn")
@@ -82,6 +84,59 @@ def test_a_rule_in_a_helper_file_runs_exactly_its_trials_again(tmp_path: Path) -
     edited(tmp_path, *reversed(OTHER_RULE))
     assert relaunch(spec, results).statuses.total() == 0
     assert same(StoredStudy("drawn", results), before)
+
+
+WAYS = {
+    "import *": ("from .rules import cohesion", "from .rules import *"),
+    "a module": (
+        "from .rules import cohesion",
+        "from . import rules\n\ncohesion = rules.cohesion",
+    ),
+    "getattr": (
+        "from .rules import cohesion",
+        "from . import rules\n\ncohesion = getattr(rules, 'cohesion')",
+    ),
+    "another file": ("from .rules import cohesion", "from .more import cohesion"),
+    "all of another file": ("from .rules import cohesion", "from .all import *"),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_an_edit_is_noticed_whichever_way_leads_to_it(tmp_path: Path, way: str) -> None:
+    spec = written(tmp_path, WAYS[way])
+    (tmp_path / "more.py").write_text("from .rules import cohesion\n")
+    (tmp_path / "all.py").write_text("from .rules import *\nfrom .all import *\n")
+    before = study_code(read(spec))
+    edited(tmp_path, *OTHER_RULE)
+    assert before.changes(study_code(read(spec))) == ["model drawn as_run"]
+
+
+SIGHT = "    sight=sight,"
+MADE = "\n\ndef made(share):\n    return lambda params: sight(params)\n\n\nMODEL ="
+
+
+def test_an_edit_of_a_lambda_is_noticed(tmp_path: Path) -> None:
+    new = "    sight=lambda params: Sight(params.perception_range, params.fov),"
+    spec = written(tmp_path, (SIGHT, new))
+    before = study_code(read(spec))
+    edited(tmp_path, new, new.replace("params.fov", "params.fov / 2"))
+    assert before.changes(study_code(read(spec))) == ["model drawn as_run"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ((SIGHT, "    sight=made(2),"), '"sight" of drawn'),
+        ((SIGHT, "    sight=Params.__new__,"), '"sight" of drawn'),
+    ],
+    ids=["a function within another", "a method"],
+)
+def test_a_function_whose_edits_would_be_missed_is_refused(
+    tmp_path: Path, change: tuple[str, str], said: str
+) -> None:
+    spec = written(tmp_path, change, ("\nMODEL =", MADE))
+    with pytest.raises(SpecError, match=f"drawn.py: {said} is no function at the top"):
+        read(spec)
 
 
 def test_other_words_run_nothing(tmp_path: Path) -> None:
