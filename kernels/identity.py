@@ -94,9 +94,9 @@ def code_of(
     )
 
 
-def without_stamp(entry: Model | Metric | Map | Start) -> list[str]:
-    """The fields of an entry whose functions can have no stamp, as they do not stand at
-    the top of a module.
+def without_stamp(entry: Any) -> list[str]:
+    """The fields of an entry, as a Model, whose functions can have no stamp: they do
+    not stand at the top of a module.
     """
     return [
         field

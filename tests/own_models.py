@@ -1,7 +1,7 @@
 """A small study with code of one's own: files beside its spec, as a user has them.
 
-The model is `kernels/models/_skeleton.py` with another name, and its rule stands in a
-file of its own. So `kernels.models._skeleton` computes the same numbers.
+The model is `examples/vortex.py` with another name, two presets, and a rule in a file
+of its own. So that one computes the same numbers.
 """
 
 import atexit
@@ -10,10 +10,14 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from tests.other_packages import SKELETON
+from tests.other_packages import VORTEX
 
-MODEL = SKELETON.replace('name="skeleton"', 'name="drawn"').replace(
-    "from kernels.rules.social import cohesion", "from .rules import cohesion"
+PRESET = '\nAS_RUN = STANDARD | {"swirl_weight": 0.02}\n'
+MODEL = (
+    VORTEX.replace('name="vortex"', 'name="drawn"')
+    .replace("from kernels.rules.social import cohesion", "from .rules import cohesion")
+    .replace('{"standard": STANDARD}', '{"as_written": STANDARD, "as_run": AS_RUN}')
+    .replace("\n\n\ndef sight", f"{PRESET}\n\ndef sight")
 )
 RULES = '''"""Rules of one's own."""
 

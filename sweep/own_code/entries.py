@@ -65,7 +65,6 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         table_of(module, file, "STARTS", Start),
         table_of(module, file, "SAMPLERS", Sampler),
     )
-    stamped: tuple[dict[str, Any], ...]
     stamped = found.models, found.metrics, found.maps, found.starts
     for name, entry in chain.from_iterable(table.items() for table in stamped):
         if fields := without_stamp(entry):

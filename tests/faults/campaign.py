@@ -34,7 +34,7 @@ record: {series: [speed], every: 50}
 """
 OWN = (
     SPEC.replace("model: nguyen2024", "model: ./drawn.py")
-    .replace("separation_weight: [0.5, 1, 1.5, 2]", "fov: [90, 180, 270, 360]")
+    .replace("separation_weight: [0.5, 1, 1.5, 2]", "swirl_weight: [0, 1, 2, 3]")
     .replace("steps: 500", "steps: 1500, map: ./places.py")
 )
 """The same with an own model and map."""

@@ -66,10 +66,9 @@ def test_trials_are_added_until_an_interval_is_narrow(tmp_path: Path) -> None:
 
 
 def test_a_preset_is_ablated(tmp_path: Path) -> None:
-    """The two presets differ in the field of view and the update."""
     study = launched(written(tmp_path, spec=ABLATED), tmp_path / "results")
     details = set(study.points["detail"])
-    assert details == {"", "fov", "update", "all"}
+    assert details == {"", "swirl_weight"}
     table = said(tmp_path, "table", "drawn", "--csv")
     assert all(detail in table for detail in details)
     assert "curves" in said(tmp_path, "plot", "drawn")
@@ -149,7 +148,7 @@ def test_a_view_has_the_frames_of_the_launch_and_its_spec_can_be_launched(
 def test_the_page_goes_from_an_own_model_to_ours_and_back(tmp_path: Path) -> None:
     session = Session(from_study(read(written(tmp_path))))
     session.choose("drawn", "as_written")
-    assert session.state.job.settings["update"] == "synchronous"
+    assert session.state.job.settings["swirl_weight"] == 0.01
     session.choose("nguyen2024", "as_run")
     session.choose("drawn", "as_run")
     session.change({"n": 12, "steps": 9, "map": "pillar"})

@@ -10,15 +10,17 @@ import pytest
 
 import sweep
 from kernels.metrics import METRICS
-from kernels.models import MODELS, _skeleton
+from kernels.models import MODELS
 from kernels.worlds import MAPS
 from sweep.campaigns.launch import launch
 from sweep.design.code import study_code
 from sweep.errors import SpecError
+from sweep.own_code.loading import load_model
 from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky
+from tests import ROOT
 from tests.own_models import (
     OTHER_METRIC,
     OTHER_RULE,
@@ -47,14 +49,14 @@ def two_workers() -> Iterator[Loky]:
 def test_two_workers_compute_what_the_same_model_computes_built_in(
     tmp_path: Path, two_workers: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Number for number: the model of the house in the place of the copied one, and all
-    in one process.
-    """
+    """Number for number: the example in place of its copy, in one process."""
     spec = written(tmp_path)
     own = launched(spec, tmp_path / "own", two_workers)
     known = load_spec(spec).known
-    built_in = _skeleton.MODEL._replace(name="drawn")
-    monkeypatch.setitem(MODELS, "drawn", built_in)
+    presets = known.models["drawn"].presets
+    built_in = load_model(ROOT / "examples" / "vortex.py")
+    entry = built_in._replace(name="drawn", presets=presets)
+    monkeypatch.setitem(MODELS, "drawn", entry)
     monkeypatch.setitem(METRICS, "rightwards", known.metrics["rightwards"])
     monkeypatch.setitem(MAPS, "pillar", known.maps["pillar"])
     whole = launched(PLAIN, tmp_path / "built_in")
@@ -116,10 +118,10 @@ MADE = "\n\ndef made(share):\n    return lambda params: sight(params)\n\n\nMODEL
 
 
 def test_an_edit_of_a_lambda_is_noticed(tmp_path: Path) -> None:
-    new = "    sight=lambda params: Sight(params.perception_range, params.fov),"
+    new = "    sight=lambda params: Sight(params.perception_range),"
     spec = written(tmp_path, (SIGHT, new))
     before = study_code(read(spec))
-    edited(tmp_path, new, new.replace("params.fov", "params.fov / 2"))
+    edited(tmp_path, new, new.replace("range)", "range / 2)"))
     assert before.changes(study_code(read(spec))) == ["model drawn as_run"]
 
 
