@@ -7,12 +7,13 @@ equal stamps share what is compiled, in whatever folder their sources lie.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
 
-from numba.core.caching import _CacheLocator
+from numba import types
+from numba.core.caching import IndexDataCacheFile, _CacheLocator
 
 from kernels.stamps import stamp
 
@@ -31,6 +32,9 @@ FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand."""
+
+
+TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
 
 class ByStamp(_CacheLocator):
@@ -60,3 +64,43 @@ class ByStamp(_CacheLocator):
         # What is compiled names classes by their modules: those of another package,
         # which may be gone, must not be met.
         return f"{self.package}-{self.stamp[:16]}"
+
+
+class ByClasses:
+    """The files of a function in numba's cache: one for what takes classes of its own
+    package and ours, and others for what takes those of other packages.
+
+    The index in such a file names the classes. An own model may call functions of ours
+    with its own parameters: where its package is not at hand, they must not be met.
+    """
+
+    def __init__(self, function: Callable[..., Any], cache: Any) -> None:
+        packages = function.__module__, __name__
+        self._ours = {name.partition(".")[0] for name in packages}
+        self._folder, self._name = cache.cache_path, cache._impl.filename_base
+        self._stamp = cache._impl.locator.get_source_stamp()
+
+    def load(self, key: Any) -> Any:
+        """What is compiled for a key, which begins with the types of the arguments;
+        None where it is not there.
+        """
+        return self._file(key[0]).load(key)
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep what is compiled for a key."""
+        self._file(key[0]).save(key, data)
+
+    def _file(self, arguments: Any) -> Any:
+        packages = {one.__module__.partition(".")[0] for one in _classes(arguments)}
+        name = "-".join([self._name, *sorted(packages - self._ours)])
+        made: Any = IndexDataCacheFile
+        return made(self._folder, name, self._stamp)
+
+
+def _classes(arguments: Iterable[Any]) -> Iterator[type[Any]]:
+    """The named tuples among types of arguments, and within them."""
+    for one in arguments:
+        if isinstance(one, types.NamedTuple | types.NamedUniTuple):
+            yield one.instance_class
+        if isinstance(one, TUPLES):
+            yield from _classes(one.types)

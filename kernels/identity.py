@@ -23,7 +23,7 @@ from kernels.settings import (
     StartSettings,
     WorldSettings,
 )
-from kernels.stamps import stamp, stamp_of_all
+from kernels.stamps import at_the_top, stamp, stamp_of_all
 from kernels.starts import Start
 from kernels.worlds import Map
 
@@ -92,6 +92,17 @@ def code_of(
         {name: _map_stamp(known.maps.get(name)) for name in sorted(maps)},
         {name: _start_stamp(known.starts.get(name)) for name in sorted(starts)},
     )
+
+
+def without_stamp(entry: Any) -> list[str]:
+    """The fields of an entry, as a Model, whose functions can have no stamp: they do
+    not stand at the top of a module.
+    """
+    return [
+        field
+        for field, value in entry._asdict().items()
+        if callable(value) and not isinstance(value, type) and not at_the_top(value)
+    ]
 
 
 @cache

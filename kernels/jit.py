@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
-from kernels.caching import OURS
+from kernels.caching import OURS, ByClasses
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -25,10 +25,10 @@ R = TypeVar("R")
 
 def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     OURS.add(function)
-    return cast(
-        "Callable[P, R]",
-        numba.njit(cache=True, error_model="numpy", **options)(function),
-    )
+    compiled = numba.njit(cache=True, error_model="numpy", **options)(function)
+    if compiled is not function:  # as it is with NUMBA_DISABLE_JIT=1
+        compiled._cache._cache_file = ByClasses(function, compiled._cache)
+    return cast("Callable[P, R]", compiled)
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:

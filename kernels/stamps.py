@@ -51,33 +51,45 @@ class Statement(NamedTuple):
 
 @dataclass
 class Source:
-    """The top of a module: the statements that define each name, and the dotted names
-    of what is imported.
+    """The top of a module: the statements that define each name, the dotted names of
+    what is imported, and the modules of which everything is, by `import *`.
     """
 
     statements: dict[str, list[Statement]] = field(default_factory=dict)
     imported: dict[str, str] = field(default_factory=dict)
+    whole: list[str] = field(default_factory=list)
 
 
 @cache
 def stamp(function: Callable[..., Any]) -> str:
     """The sha256, in hexadecimal, of what a function computes, compiled or not; of a
-    partial one, with the numbers and texts that it is given.
+    partial one, with the numbers and texts that it is given. A lambda has no name: its
+    stamp covers all of its module.
 
     Raises ValueError for a function that is made within another one: the values that
     it takes from there are in no source.
     """
+    if not at_the_top(function):
+        raise ValueError(f"{function} is no function at the top of a module")
     if isinstance(function, partial):
         given = f"{stamp(function.func)} {function.args!r} {function.keywords!r}"
         return hashlib.sha256(given.encode()).hexdigest()
     plain = getattr(function, "py_func", function)
-    if "." in getattr(plain, "__qualname__", "."):
-        raise ValueError(f"{plain} is no function at the top of a module")
+    module, name = plain.__module__, plain.__name__
+    named = _read(module).statements
+    roots = {Definition(module, one) for one in ([name] if name in named else named)}
     lines = sorted(
-        f"{_called(one.module)} {one.name} {_hash(one)}\n"
-        for one in closure(Definition(plain.__module__, plain.__name__))
+        f"{_called(one.module)} {one.name} {_hash(one)}\n" for one in closure(roots)
     )
     return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def at_the_top(function: Callable[..., Any]) -> bool:
+    """Whether a function stands at the top of a module, as one with a stamp must."""
+    if isinstance(function, partial):
+        return at_the_top(function.func)
+    plain = getattr(function, "py_func", function)
+    return "." not in getattr(plain, "__qualname__", ".")
 
 
 def _called(module: str) -> str:
@@ -96,9 +108,9 @@ def stamp_of_all(folder: Path) -> str:
     return digest.hexdigest()
 
 
-def closure(root: Definition) -> set[Definition]:
-    """`root` and all definitions that it uses, directly or through others."""
-    found, waiting = set[Definition](), [root]
+def closure(roots: Iterable[Definition]) -> set[Definition]:
+    """`roots` and all definitions that they use, directly or through others."""
+    found, waiting = set[Definition](), [*roots]
     while waiting:
         one = waiting.pop()
         if one not in found and ".".join(one) not in NOT_FOLLOWED:
@@ -122,25 +134,38 @@ def _used(definition: Definition) -> frozenset[Definition]:
                 found |= _meant(meant, module)
             elif first in source.statements:
                 found.add(Definition(module, first))
+            else:
+                for other in source.whole:
+                    found |= _meant(f"{other}.{used}", module)
     return frozenset(found)
 
 
-def _meant(dotted: str, user: str) -> set[Definition]:
+def _meant(
+    dotted: str, user: str, met: frozenset[str] = frozenset()
+) -> set[Definition]:
     """The definitions for which a dotted name stands in the module `user`; none where
     they are not ours. A module without a name stands for all that it defines.
+
+    `met` are the names that have led to it, as modules may import each other.
     """
     package = dotted.partition(".")[0]
-    if package not in ("kernels", user.partition(".")[0]):
+    if package not in ("kernels", user.partition(".")[0]) or dotted in met:
         return set()
+    met |= {dotted}
     module, name = dotted, ""
     while module not in sys.modules and module:
         module, _, last = module.rpartition(".")
         name = f"{last}.{name}" if name else last
     source, first = _read(module), name.partition(".")[0]
     if first in source.imported:
-        return _meant(source.imported[first], module)
-    names = [first] if first else source.statements
-    return {Definition(module, one) for one in names}
+        return _meant(source.imported[first], module, met)
+    found = {
+        Definition(module, one) for one in ([first] if first else source.statements)
+    }
+    if first not in source.statements:
+        for other in source.whole:
+            found |= _meant(f"{other}.{name}".rstrip("."), module, met)
+    return found
 
 
 @cache
@@ -151,7 +176,11 @@ def _read(module: str) -> Source:
         if _is_constant(statement):
             continue
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
-            source.imported |= _imports(ast.walk(statement), module)
+            for name, meant in _imported(ast.walk(statement), module):
+                if name == "*":
+                    source.whole.append(meant)
+                else:
+                    source.imported[name] = meant
         if not isinstance(statement, ast.Import | ast.ImportFrom):
             said = _said(statement, module)
             for name in _bound(statement) or [""]:
@@ -171,16 +200,17 @@ def _said(statement: ast.stmt, module: str) -> Statement:
     bare = _Bare().visit(statement)
     nodes = list(ast.walk(bare))
     names = frozenset(_names(nodes))
-    return Statement(ast.unparse(bare), names, _imports(nodes, module))
+    return Statement(ast.unparse(bare), names, dict(_imported(nodes, module)))
 
 
 def _bound(statement: ast.stmt) -> set[str]:
     """The names that a statement defines, or changes as `NAME[0] = 1` does."""
-    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        return {statement.name}
     found, waiting = set[str](), list[Any]([statement])
     while waiting:
         node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+            continue
         if isinstance(node, ast.comprehension):  # its names are its own
             continue
         if isinstance(getattr(node, "ctx", None), ast.Store):
@@ -191,19 +221,21 @@ def _bound(statement: ast.stmt) -> set[str]:
     return found
 
 
-def _imports(nodes: Iterable[ast.AST], module: str) -> dict[str, str]:
-    """The names that are imported among `nodes`, and what they stand for."""
-    found = {}
+def _imported(nodes: Iterable[ast.AST], module: str) -> Iterator[tuple[str, str]]:
+    """The names that are imported among `nodes`, and what they stand for: "*" stands
+    for all of a module.
+    """
     for node in nodes:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.partition(".")[0]
-                found[alias.asname or first] = alias.name if alias.asname else first
+                yield alias.asname or first, alias.name if alias.asname else first
         elif isinstance(node, ast.ImportFrom):
             origin = ".".join(filter(None, [_origin(node, module), node.module]))
             for alias in node.names:
-                found[alias.asname or alias.name] = f"{origin}.{alias.name}"
-    return found
+                whole = alias.name == "*"
+                meant = origin if whole else f"{origin}.{alias.name}"
+                yield alias.asname or alias.name, meant
 
 
 def _origin(node: ast.ImportFrom, module: str) -> str:

@@ -186,14 +186,18 @@ def view(
     """The live simulator as a widget of a notebook, e.g.
     `sweep.view(model="nguyen2024", n=300)`.
 
-    Without a model it shows the first that there is, without a preset `as_run`.
+    Without a model it shows the first that there is, without a preset `as_run`. A model
+    of one's own is named by its file, `./vortex.py` or `./file.py:NAME`, which runs.
     `settings` are those of the model, and `map`; the others have the values of the
     preset. Without a front end it shows the picture of its first frame. Raises
     SpecError for what a spec would not accept, and ImportError without anywidget.
     """
+    from kernels.catalogue import BUILT_IN
+    from sweep.own_code.reading import named_model
     from sweep.web.widget import live
 
-    return live(model, preset, seed, settings)
+    name, known = named_model(model) if model else (None, BUILT_IN)
+    return live(name, preset, seed, settings, known)
 
 
 def replay(study: "LoadedStudy", trial: str) -> "View":

@@ -3,12 +3,17 @@
 import json
 from pathlib import Path
 
+import pandas as pd
+
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
-from sweep.spec.study import parse_spec
+from sweep.own_code.reading import load_spec, study_of
+from sweep.spec.study import Study
+from sweep.store.locations import Location
 from sweep.store.origin import PROVENANCE
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory, Serial
+from tests.own_models import SPEC, at_hand
 
 SMALL = """
 study: small
@@ -21,6 +26,11 @@ replicates: 3
 seed: 5
 record: {series: [speed], every: 2}
 """
+
+OWN_SMALL = SPEC.replace("study: drawn", "study: small").replace(
+    "[0.01, 0.02]", "[0.5, 1]"
+)
+"""The same with an own model, which tests change by the same words."""
 
 COVERING = """
 study: covering
@@ -60,15 +70,49 @@ IMPOSSIBLE = SMALL.replace(
 """No free place for a boid: every trial raises."""
 
 
+def read(spec: str | Path) -> Study:
+    """The study of the file of a spec, or of a text, which may name the files of
+    `tests/own_models.py`.
+    """
+    return load_spec(spec) if isinstance(spec, Path) else study_of(spec, at_hand())
+
+
 def launched(
-    spec: str, results: Path, executor: ExecutorFactory | None = None
+    spec: str | Path, results: Location, executor: ExecutorFactory | None = None
 ) -> StoredStudy:
     """The study of `spec` after a launch into `results`."""
-    study = parse_spec(spec)
+    study = read(spec)
     launch(study, results, executor or Serial())
     return StoredStudy(study.name, results)
 
 
-def relaunch(spec: str, results: Path, *, retry: bool = False) -> Progress:
+def relaunch(spec: str | Path, results: Location, *, retry: bool = False) -> Progress:
     """The progress of a launch in this process."""
-    return launch(parse_spec(spec), results, Serial(), retry=retry)
+    return launch(read(spec), results, Serial(), retry=retry)
+
+
+def numbers(study: StoredStudy) -> list[pd.DataFrame]:
+    """All numbers of a study, without what tells its code and its time."""
+    order = {
+        trial: f"{point} {replicate}"
+        for trial, point, replicate in zip(
+            *(
+                study.plan[name].to_pylist()
+                for name in ("trial_id", "point", "replicate")
+            ),
+            strict=True,
+        )
+    }
+    tables = []
+    rows = study.trials.drop(columns=["seconds", "replay"])
+    for table in (rows, study.series):
+        named = table.assign(trial_id=table["trial_id"].map(order))
+        keys = [name for name in ("trial_id", "frame") if name in named]
+        tables.append(named.sort_values(keys, ignore_index=True))
+    return tables
+
+
+def same(one: StoredStudy, other: StoredStudy) -> bool:
+    """Whether two studies have the same numbers, to the last bit."""
+    pairs = zip(numbers(one), numbers(other), strict=True)
+    return all(first.equals(second) for first, second in pairs)

@@ -16,19 +16,25 @@ if TYPE_CHECKING:
 @app.command()
 def models(
     name: Annotated[
-        str | None, typer.Argument(help="A model, for all its settings.")
+        str | None,
+        typer.Argument(
+            help="A model, or a file that has one: ./NAME.py, for all its settings."
+        ),
     ] = None,
+    no_code: NoCode = False,
 ) -> None:
     """The models, or the settings of one with units, ranges and preset values."""
     from kernels.models import MODELS
     from sweep.cli.listing import model_settings, model_table
+    from sweep.own_code.reading import named_model
 
     if name is None:
         _print(model_table(), MODELS)
-    elif name in MODELS:
-        _print(model_settings(name))
-    else:
-        stop(unknown("model", name, MODELS), 2)
+        return
+    model, known = named_model(name, code=not no_code)
+    if model not in known.models:
+        stop(unknown("model", model, known.models), 2)
+    _print(model_settings(model, known))
 
 
 @app.command()

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import pandas as pd
 from rich.table import Table
 
-from kernels.catalogue import BUILT_IN
+from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.registry import Registry
@@ -41,11 +41,11 @@ def model_table() -> Table:
     return table
 
 
-def model_settings(name: str) -> Table:
-    """Every setting of a model with its unit, range and preset values."""
-    presets = MODELS[name].presets
+def model_settings(name: str, known: Catalogue) -> Table:
+    """Every setting of a model, with its unit, range and preset values."""
+    presets = known.models[name].presets
     table = Table("setting", *presets, "allowed", "what it is", title=name)
-    for setting in settings_of(name, BUILT_IN).values():
+    for setting in settings_of(name, known).values():
         values = [brief(preset[setting.name]) for preset in presets.values()]
         table.add_row(setting.name, *values, setting.allowed(), setting.text)
     return table

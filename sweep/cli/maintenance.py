@@ -177,7 +177,7 @@ def gc(
     print(waste.as_text(stored))
     if dry_run:
         return
-    if waste.rows and not yes:
+    if waste.lasting and not yes:
         if not sys.stdin.isatty():
             stop(
                 "nothing was removed: there is no terminal to ask in; --yes removes it,"

@@ -12,6 +12,7 @@ from sweep.cli.app import NoCode, Results, Trust, app, stop
 
 if TYPE_CHECKING:
     from sweep.tables.stored_study import StoredStudy
+    from sweep.tables.stored_trials import StoredTrial
     from sweep.web.show import Show
     from sweep.web.state import ViewState
 
@@ -112,7 +113,16 @@ def _stored(study: str, results: Results, trust: bool) -> "StoredStudy":
 def _replayed(stored: "StoredStudy", trial: str) -> "Callable[[], Show]":
     from sweep.web.replaying import Replay
 
+    _of_then(stored, trial)
     return lambda: Replay(stored, trial)
+
+
+def _of_then(stored: "StoredStudy", trial: str) -> "StoredTrial":
+    """A stored trial; which files beside the spec are other ones now is said."""
+    found = stored.trial(trial)
+    for path in stored.other_now(found):
+        print(f"{path}: another file now; this is by that of then", file=sys.stderr)
+    return found
 
 
 def _live(state: "ViewState") -> "Callable[[], Show]":
@@ -126,13 +136,11 @@ def _chosen(
 ) -> "ViewState":
     """The state that shows a model, which may be one of a file."""
     from kernels.catalogue import BUILT_IN
-    from sweep.own_code.reading import model_file
+    from sweep.own_code.reading import named_model
     from sweep.web.state import begin
 
-    known = BUILT_IN
-    if model and ".py" in model:
-        model, known = model_file(model, code=code)
-    state = begin(model, preset, known=known)
+    name, known = named_model(model, code=code) if model else (None, BUILT_IN)
+    state = begin(name, preset, known=known)
     return state.with_settings({"map": map_name}) if map_name else state
 
 
@@ -151,7 +159,7 @@ def _state_of(what: str, results: Results, *, trust: bool, code: bool) -> "ViewS
     study = _stored(what, results, trust)
     if study.trials.empty:
         raise StoreError(f"study {what}: no trial is stored yet")
-    return from_job(study.job(study.trial(study.trials["trial_id"].iloc[0])))
+    return from_job(study.job(_of_then(study, study.trials["trial_id"].iloc[0])))
 
 
 def _open(url: str) -> None:

@@ -7,6 +7,7 @@ it.
 
 import keyword
 from collections.abc import Mapping
+from itertools import chain
 from types import ModuleType
 from typing import (
     Annotated,
@@ -18,6 +19,7 @@ from typing import (
     get_type_hints,
 )
 
+from kernels.identity import without_stamp
 from kernels.metrics import Metric
 from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
@@ -63,6 +65,13 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         table_of(module, file, "STARTS", Start),
         table_of(module, file, "SAMPLERS", Sampler),
     )
+    stamped = found.models, found.metrics, found.maps, found.starts
+    for name, entry in chain.from_iterable(table.items() for table in stamped):
+        if fields := without_stamp(entry):
+            raise CodeError(
+                f"{file}: {_listed(fields)} of {name} is no function at the top of a"
+                " file: only of those can an edit be noticed"
+            )
     for name, sampler in found.samplers.items():
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')

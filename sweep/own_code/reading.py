@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sweep.own_code.catalogue import OwnCatalogue
+from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.own_code.references import (
+    FILE,
     Reference,
     known_to,
     own_code,
@@ -67,19 +68,21 @@ def schema_for(path: Path, *, code: bool = True) -> Schema:
     return json_schema(known, files, known.samplers)
 
 
-def model_file(text: str, *, code: bool = True) -> tuple[str, OwnCatalogue]:
-    """The name of the model in a file, written `./vortex.py` or `./file.py:NAME` from
-    the current folder, and the catalogue that has it. Raises SpecError.
+def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
+    """The name of a model that is named by itself, or by the file that has it,
+    `./vortex.py` or `./file.py:NAME` from the current folder; and the catalogue for it.
+
+    The file runs. Raises SpecError, without `code` for any file.
     """
+    if not FILE.fullmatch(text):
+        return text, BUILT_IN
     path, colon, name = text.partition(":")
     file = Path(path)
     spec = {"model": f"./{file.name}{colon}{name}"}
     root = Entry(Document(file, ""), (), spec)
-    named = references(root)
-    if not named:
-        raise root.error(f"{text} is no file of Python, as ./NAME.py")
     if not code:
         raise root.error(f'this runs code from "{text}"; no code may run')
+    named = references(root)
     known = known_to(root, named)
     return str(resolved(root, named, known).value["model"]), known
 

@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +33,7 @@ depend on the machine.
 """
 CONFIDENCE = 0.95
 MOST_LISTED = 20
+OTHER_NOW = "another file now; the trials ran by that of then"
 NOT_PROMISED = (
     "The same bits are promised on one machine with the same versions. Another"
     " processor, mathematics library or\nversion of LLVM may round differently, in the"
@@ -55,7 +57,8 @@ class Verification:
     `stored` counts the trials of the spec that can be compared, `left_out` the others
     by their reason. `checked` counts compared trials by status, `values` the compared
     values by table, and `origins` the trials by the processor and versions with which
-    they were computed.
+    they were computed. `other_now` are the files beside the spec that are no longer the
+    code by which trials ran, then and now.
     """
 
     study: str
@@ -68,6 +71,7 @@ class Verification:
     differing: dict[str, Sequence[BitDifference | Refused]] = field(
         default_factory=dict
     )
+    other_now: set[Path] = field(default_factory=set)
 
     @property
     def same(self) -> bool:
@@ -112,6 +116,7 @@ class Verification:
         ]
         lines += [
             f"now        {_origin(machine())}",
+            *(f"code       {path}: {OTHER_NOW}" for path in sorted(self.other_now)),
             f"result     {checked - differing:,} of {checked:,} the same",
         ]
         lines.append(f"bound      {self._bound()}")
@@ -237,6 +242,7 @@ def _check(
 ) -> None:
     stored, jobs = {trial.row["trial_id"]: trial for trial in trials}, list[Job]()
     for trial in trials:
+        verification.other_now.update(study.other_now(trial))
         try:
             jobs.append(study.job(trial))
         except StoreError as error:

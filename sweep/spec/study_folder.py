@@ -9,7 +9,7 @@ import re
 PARTS, WRITING, DAMAGED, LOCK = "parts", "writing", "damaged", "lock"
 CHECKPOINTS, FIGURES = "checkpoints", "figures"
 PLAN, ASKED, SPEC = "plan.parquet", "asked.parquet", "spec.yaml"
-CODE = re.compile(r"code-[0-9a-f]{64}\.json")
+CODE = re.compile(r"code-([0-9a-f]{64})\.json")
 """The code of the user's own by which trials were computed, a file for each sha256."""
 SCORECARD = ("scorecard.html", "scorecard.md")
 STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)

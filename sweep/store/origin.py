@@ -2,8 +2,8 @@
 
 Each table has it in its metadata, as JSON. An entry that is missing, or of another kind
 than we write, raises a StoreError that names the file. Further entries are left alone.
-Some of plans came with later versions: those of LATER together, those of ALONE one by
-one.
+Some came with later versions: those of LATER together, those of COMPUTED and of ALONE
+one by one.
 """
 
 from collections.abc import Mapping
@@ -38,11 +38,14 @@ LATER = {
 }
 STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
 NUMBERS = ("half_width", "confidence", "nominal_confidence")
-ALONE = {
-    "axes": {str: {"fields": [str], "sampler": str | None}},
+COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
     "packages": {kind: {} for kind in Code._fields[1:]},
+}
+"""By which code: its stamps, which of the user's own, and entries of packages."""
+ALONE = COMPUTED | {
+    "axes": {str: {"fields": [str], "sampler": str | None}},
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"
@@ -50,15 +53,18 @@ LAUNCH_AGAIN = "delete it and launch the study again"
 
 def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
     """Where the trials in a file of a part come from. Raises StoreError."""
-    return metadata(schema, PROVENANCE, PART, file, remedy_for(file.parent))
+    remedy = remedy_for(file.parent)
+    about = metadata(schema, PROVENANCE, PART, file, remedy)
+    if not fits(about, _among(COMPUTED, about)):
+        raise _unknown(file, remedy)
+    return about
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     """Where a plan comes from; it has the columns that it names. Raises StoreError."""
     about = metadata(plan.schema, PROVENANCE, PLAN, file, LAUNCH_AGAIN)
     later = LATER if LATER.keys() & about.keys() else {}
-    alone = {name: shape for name, shape in ALONE.items() if name in about}
-    if not fits(about, later | alone):
+    if not fits(about, later | _among(ALONE, about)):
         raise _unknown(file, LAUNCH_AGAIN)
     settings = [
         name for axis in about.get("axes", {}).values() for name in axis["fields"]
@@ -69,14 +75,26 @@ def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
     return about
 
 
+def _among(shapes: dict[str, Any], about: Mapping[str, Any]) -> dict[str, Any]:
+    """The shapes of what an origin has."""
+    return {name: shape for name, shape in shapes.items() if name in about}
+
+
+def stamps(origin: Mapping[str, Any]) -> Code | None:
+    """The stamps of what computes the trials of an origin; None for one before 0.7."""
+    stored = origin.get("code")
+    return Code(*(stored[name] for name in Code._fields)) if stored else None
+
+
 def same_code(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether trials of two origins are computed by the same code, as far as they have
     models, metrics and maps in common.
 
     Before 0.7 only one hash of all kernels was recorded.
     """
-    if "code" in one and "code" in other:
-        return not Code(**one["code"]).changes(Code(**other["code"]))
+    then, now = stamps(one), stamps(other)
+    if then and now:
+        return not then.changes(now)
     return bool(one["kernels_sha"] == other["kernels_sha"])
 
 

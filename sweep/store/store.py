@@ -57,6 +57,7 @@ from sweep.store.parquet import (
     table_writer,
 )
 from sweep.store.places import place_of
+from sweep.store.regular import read_whole
 
 T = TypeVar("T")
 
@@ -213,9 +214,9 @@ class Store:
             self.place.put(staging / SPEC)
 
     def write_code(self, sha: str, content: bytes) -> None:
-        """Keep code of the user's own in a file of its own, unless it is there."""
+        """Keep code of the user's own in a file, unless it is there and whole."""
         name = code_file(sha)
-        if patiently((self.folder / name).exists):
+        if patiently(lambda: _holds(self.folder / name, content)):
             return
         with self.staging(f"code-{secrets.token_hex(6)}") as staging:
             with create(staging / name) as file:
@@ -343,6 +344,14 @@ class Store:
 def _write_table(path: Path, table: pa.Table) -> None:
     with create(path) as file, table_writer(file, table.schema) as writer:
         writer.write_table(table)
+
+
+def _holds(path: Location, content: bytes) -> bool:
+    """Whether a file is there, and has this content."""
+    try:
+        return read_whole(path, len(content)) == content
+    except OSError:  # it is none of ours, or larger
+        return False
 
 
 def _read_if_there(path: Location, remedy: str) -> pa.Table | None:

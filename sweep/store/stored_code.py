@@ -7,7 +7,8 @@ study of somebody else runs none of its code before the user says that it may.
 
 import hmac
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -23,14 +24,13 @@ from sweep.own_code.catalogue import (
 )
 from sweep.own_code.sources import MOST_BYTES, MOST_FILES, Sources
 from sweep.spec.study_folder import CODE, code_file
-from sweep.store.locations import patiently
-from sweep.store.regular import fits, read_json
+from sweep.store.locations import Location, patiently
+from sweep.store.regular import read_json, regular_size
 from sweep.store.store import Store
 from sweep.store.user_key import own_key
 
 SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
 MOST = 4 * MOST_BYTES * MOST_FILES
-ORIGIN = {"sha": str, "seal": str}
 PURPOSE = b"boidsweep code "
 
 
@@ -52,6 +52,32 @@ def keep_code(store: Store, known: Catalogue) -> None:
         files, named = code.sources.texts, dict(code.named)
         content = {"files": files, "named": named, "about": known.about}
         store.write_code(code.sha, json.dumps(content).encode())
+
+
+def kept_code(store: Store) -> dict[str, int]:
+    """The bytes of each file of code that is kept with a study, by its sha256."""
+    return patiently(lambda: dict(_kept(store)))
+
+
+def forget_code(store: Store, sha: str) -> None:
+    """Delete the file of code with this sha256, if it is there. Raises StoreError."""
+    store.place.remove(code_file(sha))
+
+
+def _kept(store: Store) -> Iterator[tuple[str, int]]:
+    for file in store.folder.iterdir():
+        if found := CODE.fullmatch(file.name):
+            with suppress(OSError):  # it is none of ours, or has just gone
+                yield found[1], _size(file)
+
+
+def _size(file: Location) -> int:
+    return regular_size(file) if isinstance(file, Path) else file.stat().st_size
+
+
+def codes_of(origins: Iterable[Mapping[str, Any]]) -> set[str]:
+    """The sha256 of all own code by which trials of these origins were computed."""
+    return {str(origin["own"]["sha"]) for origin in origins if "own" in origin}
 
 
 def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
@@ -112,8 +138,6 @@ def _differs(path: Path, text: str) -> bool:
 
 
 def _stored(store: Store, origin: Mapping[str, Any]) -> tuple[OwnCatalogue, OwnCode]:
-    if not fits(origin["own"], ORIGIN):
-        raise UnreadableError(store.folder, "does not say which code", "delete it")
     return _read(store, origin["own"]["sha"])
 
 

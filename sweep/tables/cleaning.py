@@ -1,13 +1,15 @@
-"""Giving room back: trials that nobody asks for any more, checkpoints, and many small
-parts.
+"""Giving room back: trials that nobody asks for any more, checkpoints, code of the
+user's own that computed nothing that stays, and many small parts.
 
 A part that loses some of its trials is replaced by a merged one, which names it; a part
 that loses all of them is deleted whole. So being killed at any moment loses no trial
-that stays.
+that stays. Code goes after the trials that it computed, so none is ever without it.
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -17,8 +19,9 @@ from sweep.errors import StoreError
 from sweep.store.custody import custody
 from sweep.store.locations import Location
 from sweep.store.merging import superseded_rows
-from sweep.store.origin import part_provenance, same_code
-from sweep.store.parquet import each, load_table
+from sweep.store.origin import part_provenance, same_code, stamps
+from sweep.store.parquet import each, load_table, stored_schema
+from sweep.store.stored_code import codes_of, forget_code, kept_code
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.checkpoint_folder import Checkpoints
 
@@ -28,12 +31,14 @@ class Waste:
     """What could go: by part of the store the ids of the trials whose rows go (`rows`),
     and how many stay (`kept`).
 
-    `trials` counts trials by the kernels that computed them, "" for the code of today,
-    and `size_bytes` the bytes that their files hold of them: `exact` where parts go
-    whole, else in proportion to their trials. `repeated` counts rows of trials that a
-    later part has too. `unlisted` trials stay although the plan lacks them: they were
+    `trials` counts trials by what else computed them, in words, "" for the code of the
+    plan, and `size_bytes` the bytes that their files hold of them: `exact` where parts
+    go whole, else in proportion to their trials. `repeated` counts rows of trials that
+    a later part has too. `unlisted` trials stay although the plan lacks them: they were
     stored under its very spec and code, as those of a run that has not come to its end.
-    `checkpoints` are the trials whose checkpoints nobody will ask for.
+    `checkpoints` are the trials whose checkpoints nobody will ask for. `code` has the
+    bytes of each file of the user's own code by which no trial that stays was computed,
+    by its sha256.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
@@ -44,6 +49,12 @@ class Waste:
     repeated: int = 0
     unlisted: int = 0
     checkpoints: set[str] = field(default_factory=set)
+    code: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def lasting(self) -> bool:
+        """Whether something could go that no launch would bring back."""
+        return bool(self.rows or self.code)
 
     def as_text(self, study: StoredStudy) -> str:
         """What would go, for a reader who is asked whether it may."""
@@ -55,15 +66,11 @@ class Waste:
                 " last launched that are stored"
             ),
         ]
-        for kernels, count in self.trials.most_common():
-            why = (
-                f"were computed by other kernels, {kernels[:16]}"
-                if kernels
-                else "have left the spec"
-            )
+        for other, count in self.trials.most_common():
+            why = f"were computed by {other}" if other else "have left the spec"
             lines.append(
                 f"go         {count:,} trials that {why}:"
-                f" {about}{size(self.size_bytes[kernels])}"
+                f" {about}{size(self.size_bytes[other])}"
             )
         if self.repeated:
             lines.append(
@@ -74,13 +81,19 @@ class Waste:
             count = len(self.checkpoints)
             why = "of trials that are stored, or that nobody will ask for"
             lines.append(f"go         {count:,} checkpoints {why}")
+        if self.code:
+            lines.append(
+                f"go         {len(self.code):,} versions of your own code, code-*.json,"
+                " by which no trial that stays was computed:"
+                f" {size(sum(self.code.values()))}"
+            )
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
             lines.append(
                 f"stay       {self.unlisted:,} trials stored under this very spec that"
                 f" its plan lacks: {why}"
             )
-        if not self.rows and not self.checkpoints:
+        if not self.lasting and not self.checkpoints:
             lines.append("go         nothing; small parts are merged")
         if self.trials and _grows(study):
             lines.append(
@@ -101,6 +114,7 @@ def find_waste(study: StoredStudy) -> Waste:
     """
     waste = study.store.steadily(lambda parts: _waste(study, parts))
     waste.checkpoints = _idle(study)
+    waste.code = study.store.steadily(lambda parts: _unused(study, parts, waste))
     return waste
 
 
@@ -114,6 +128,21 @@ def _idle(study: StoredStudy) -> set[str]:
     return left | (there & study.store.trial_ids().keys())
 
 
+def _unused(study: StoredStudy, parts: list[Location], waste: Waste) -> dict[str, int]:
+    """The bytes of each file of code by which neither the trials of the plan are
+    computed nor any of `parts` that stay, by its sha256.
+    """
+    if not (there := kept_code(study.store)):
+        return there
+    origins = [
+        part_provenance(stored_schema(part / "trials.parquet"), part / "trials.parquet")
+        for part in parts
+        if waste.kept.get(part, True)
+    ]
+    used = codes_of([study.provenance, *origins])
+    return {sha: there[sha] for sha in there.keys() - used}
+
+
 def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     waste, superseded = Waste(), superseded_rows(parts)
     listed = study.plan["trial_id"].combine_chunks()
@@ -125,7 +154,7 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
         )
         stale = pc.is_in(ids, value_set=superseded.get(part, pa.array([], pa.string())))
         left = pc.and_not(pc.invert(pc.is_in(ids, value_set=listed)), stale)
-        other = "" if same_code(about, study.provenance) else about["kernels_sha"]
+        other = _other_code(about, study.provenance)
         if about["spec"] == study.spec and not other:
             waste.unlisted += _count(left)
             left = pc.and_(left, False)
@@ -143,6 +172,16 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     return waste
 
 
+def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """What else than the code of `now` computed the trials of an origin, in words."""
+    if same_code(then, now):
+        return ""
+    before, after = stamps(then), stamps(now)
+    if before and after and then["kernels_sha"] == now["kernels_sha"]:
+        return f"other code: {', '.join(before.changes(after))}"
+    return f"other kernels, {then['kernels_sha'][:16]}"
+
+
 def clean(study: StoredStudy, waste: Waste) -> int:
     """Remove `waste`, merge small parts, and return by how many bytes the store has
     become smaller.
@@ -154,7 +193,7 @@ def clean(study: StoredStudy, waste: Waste) -> int:
     store = study.store
     checkpoints = Checkpoints.of(store.folder)
     with custody(store) as lock:
-        before = sum(map(_bytes, store.current_parts())) + checkpoints.size()
+        before = _size(study, checkpoints)
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(
                 f"study {study.name} was launched meanwhile: nothing was removed;"
@@ -172,7 +211,17 @@ def clean(study: StoredStudy, waste: Waste) -> int:
             else:
                 store.discard(part)
         store.compact()
-        return before - sum(map(_bytes, store.current_parts())) - checkpoints.size()
+        for sha in _unused(study, store.current_parts(), Waste()):
+            lock.check()
+            if sha in waste.code:
+                forget_code(store, sha)
+        return before - _size(study, checkpoints)
+
+
+def _size(study: StoredStudy, checkpoints: Checkpoints) -> int:
+    """The bytes of the parts that count, of checkpoints, and of code."""
+    parts, code = study.store.current_parts(), kept_code(study.store)
+    return sum(map(_bytes, parts)) + checkpoints.size() + sum(code.values())
 
 
 def _count(mask: pa.ChunkedArray) -> int:

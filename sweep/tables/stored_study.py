@@ -23,7 +23,7 @@ from sweep.spec.maps import OwnMap, maps_from_json
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
-from sweep.store.origin import plan_provenance
+from sweep.store.origin import plan_provenance, stamps
 from sweep.store.plan_about import AxisAbout, PlanAbout
 from sweep.store.store import Store
 from sweep.store.stored_code import (
@@ -269,8 +269,7 @@ class StoredStudy:
         """The stamps of what computes its trials, as of its last launch; None for one
         before 0.7.
         """
-        stored = self.provenance.get("code")
-        return Code(**stored) if stored else None
+        return stamps(self.provenance)
 
     @property
     def axes(self) -> dict[str, AxisAbout]:

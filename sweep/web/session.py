@@ -159,7 +159,8 @@ class Session:
 
     def choose(self, model: str, preset: str) -> None:
         """Show another model or preset, with the same seed."""
-        self._begin(begin(model, preset, self.state.seed))
+        state = self.state
+        self._begin(begin(model, preset, state.seed, state.known))
 
     def change(self, changes: Mapping[str, object]) -> None:
         """Change settings, or the seed."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Any, TypeVar
 
+from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import SpecError
 from sweep.spec.settings import Value
 from sweep.tables.outputs import check_output, unfinished
@@ -156,7 +157,11 @@ class _Line(Thread):
 
 
 def live(
-    model: str | None, preset: str | None, seed: int, settings: Mapping[str, Value]
+    model: str | None,
+    preset: str | None,
+    seed: int,
+    settings: Mapping[str, Value],
+    known: Catalogue = BUILT_IN,
 ) -> View:
     """The widget of a live run.
 
@@ -164,11 +169,12 @@ def live(
         preset    as_run for None
         seed      a whole number from 0
         settings  values by name, in their units; others are those of the preset
+        known     what names stand for
 
     Raises SpecError for what a spec would not accept.
     """
     try:
-        state = begin(model, preset, seed)
+        state = begin(model, preset, seed, known)
         return View(Live(state.with_settings(settings) if settings else state))
     except SpecError as error:
         raise SpecError(IN_SPEC.sub("", str(error))) from None

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
 
+from kernels.catalogue import Catalogue
 from sweep.workers.executors import ONE_THREAD
 from sweep.workers.fingerprint import own_part, refusal
 from sweep.workers.watch import Limits
@@ -24,7 +25,7 @@ WARDEN = (
     " from sweep.workers.warden import main; main({scheduler!r})"
 )
 _task = threading.local()
-_warmed: set[str] = set()
+_warmed: set[tuple[Catalogue, str]] = set()
 _wardens: list["subprocess.Popen[bytes]"] = []
 
 
@@ -70,10 +71,10 @@ def _warm(jobs: Sequence[object]) -> None:
     from sweep.trial.simulation import warm
 
     for job in jobs:
-        if (
-            isinstance(job, Job)
-            and (kind := f"{job.model} {job.record}") not in _warmed
-        ):
+        if not isinstance(job, Job):
+            continue
+        kind = job.known, f"{job.model} {job.record}"
+        if kind not in _warmed:
             warm(job)
             _warmed.add(kind)
 

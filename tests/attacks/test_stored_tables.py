@@ -26,7 +26,7 @@ from sweep.spec.study import parse_spec
 from sweep.store import bounds, manifest, regular
 from sweep.store.bounds import FREE_ROWS, excess_rows
 from sweep.store.manifest import MANIFEST, damage
-from sweep.store.origin import ALONE, LATER, PART, PLAN, PROVENANCE
+from sweep.store.origin import ALONE, COMPUTED, LATER, PART, PLAN, PROVENANCE
 from sweep.store.parquet import opened
 from sweep.store.store import Store
 from sweep.tables.cleaning import find_waste
@@ -285,7 +285,7 @@ WRONG: dict[str, Callable[[dict[str, Any]], object]] = {
 OF_PARTS = (
     WRONG
     | {f"no {name}": less(name) for name in PART}
-    | {f"other {name}": other(name) for name in PART}
+    | {f"other {name}": other(name) for name in PART | COMPUTED}
 )
 OF_PLANS = OF_PARTS | {f"no {name}": less(name) for name in PLAN | LATER}
 OF_PLANS |= {f"other {name}": other(name) for name in PLAN | LATER | ALONE}

@@ -32,7 +32,7 @@ from kernels.catalogue import Catalogue
 from kernels.models import MODELS
 from sweep.campaigns.launch import launch
 from sweep.design.jobs import Job
-from sweep.own_code.reading import model_file
+from sweep.own_code.reading import named_model
 from sweep.spec.study import RecordSpec, Streams, parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import Simulation, run
@@ -187,7 +187,7 @@ def copied(folder: Path) -> tuple[str, Catalogue]:
     source = (ROOT / "kernels" / "models" / f"{MODEL}.py").read_text()
     file = folder / "copied.py"
     file.write_text(source.replace(f'name="{MODEL}"', 'name="copied"'))
-    return model_file(str(file))
+    return named_model(str(file))
 
 
 def compare_pairs(inside: Job, copy: Job) -> float:

@@ -28,9 +28,10 @@ from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.faults.campaign import tables
 from tests.store.test_store import append, part_names
-from tests.studies import SMALL, launched, relaunch
+from tests.studies import OWN_SMALL, SMALL, launched, relaunch
 
 SPEC = SMALL.replace("replicates: 3", "replicates: 20")
+OWN = OWN_SMALL.replace("replicates: 3", "replicates: 20")
 LAUNCHED = """
 import sys
 sys.path[:0] = [{root!r}]
@@ -38,13 +39,13 @@ from pathlib import Path
 from sweep.workers.executors import Serial
 from sweep.campaigns.launch import launch
 from sweep.store.shares import Share
-from sweep.spec.study import parse_spec
 from sweep.store.writer import Writer
+from tests.studies import read
 
 Writer.__init__.__kwdefaults__["rows"] = 2
 spec, results, share = sys.argv[1:]
 sys.stdin.readline()
-done = launch(parse_spec(spec), Path(results), Serial(), share=Share.parse(share))
+done = launch(read(spec), Path(results), Serial(), share=Share.parse(share))
 print(done.statuses.total())
 """
 
@@ -63,16 +64,17 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return tables(results / "small")
 
 
+@pytest.mark.parametrize("spec", [SPEC, OWN], ids=["ours", "own code"])
 def test_three_processes_at_once_add_up_to_one_launch(
-    tmp_path: Path, whole: dict[str, str]
+    tmp_path: Path, spec: str
 ) -> None:
     """They begin together, store a part for every two trials, and merge as they go; a
-    launch of the whole tidies up.
+    launch of the whole tidies up. Of own code each process has a copy in a folder.
     """
     script = LAUNCHED.format(root=str(ROOT))
     processes = [
         subprocess.Popen(
-            [sys.executable, "-c", script, SPEC, str(tmp_path), f"{number}/3"],
+            [sys.executable, "-c", script, spec, str(tmp_path), f"{number}/3"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -83,10 +85,11 @@ def test_three_processes_at_once_add_up_to_one_launch(
     ended = [process.communicate("go\n", timeout=120) for process in processes]
     assert [process.returncode for process in processes] == [0] * 3, ended
     assert sum(int(output) for output, _ in ended) == 40
-    assert tables(tmp_path / "small") == whole
+    launched(spec, tmp_path / "whole")
+    assert tables(tmp_path / "small") == tables(tmp_path / "whole" / "small")
     store = Store(tmp_path / "small")
     assert len(store.all_parts()) == 3
-    assert relaunch(SPEC, tmp_path).statuses.total() == 0
+    assert relaunch(spec, tmp_path).statuses.total() == 0
     assert list((tmp_path / "small" / "writing").iterdir()) == []
     assert not (tmp_path / "small" / "lock").exists()
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from random import Random
 
 from sweep.store.store import Store
+from tests.own_models import FILES
 from tests.runner_jobs import processes_below
 from tests.studies import launched
 
@@ -31,6 +32,12 @@ replicates: 30
 seed: 5
 record: {series: [speed], every: 50}
 """
+OWN = (
+    SPEC.replace("model: nguyen2024", "model: ./drawn.py")
+    .replace("separation_weight: [0.5, 1, 1.5, 2]", "swirl_weight: [0, 1, 2, 3]")
+    .replace("steps: 500", "steps: 1500, map: ./places.py")
+)
+"""The same with an own model and map."""
 LAUNCH = [
     sys.executable,
     "-c",
@@ -63,15 +70,16 @@ def tables(folder: Path) -> dict[str, str]:
 
 
 class Campaign:
-    """Disturbed studies below `folder`, each compared with an undisturbed one; `counts`
-    says what was done to them.
+    """Disturbed studies of a spec below `folder`, each compared with one in peace;
+    `counts` says what was done to them.
     """
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, spec: str = SPEC) -> None:
         self.folder = folder
+        self.files = FILES | {"spec.yaml": spec}
         self.random = Random(seed)
         self.counts: Counter[str] = Counter()
-        launched(SPEC, folder / "undisturbed")
+        launched(spec, folder / "undisturbed")
         self.whole = tables(folder / "undisturbed" / "faulty")
 
     def study(self, launches: int) -> None:
@@ -81,7 +89,8 @@ class Campaign:
         self.counts["studies"] += 1
         place = self.folder / f"study-{self.counts['studies']}"
         place.mkdir()
-        (place / "spec.yaml").write_text(SPEC)
+        for name, text in self.files.items():
+            (place / name).write_text(text)
         for _ in range(launches):
             self.disturbed_launch(place)
             if self.random.random() < 0.75:

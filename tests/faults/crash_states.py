@@ -24,7 +24,6 @@ import pytest
 
 import sweep.workers.attempts as attempts_module
 from sweep.campaigns.launch import launch, search
-from sweep.spec.study import parse_spec
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table
 from sweep.store.store import Store
@@ -35,8 +34,10 @@ from sweep.workers import checkpoint
 from sweep.workers.executors import Serial
 from sweep.workers.runner import drive
 from tests.faults.crash_disk import Disk, File, Recorder, Step, Tree, held, now, put
+from tests.own_models import SPEC as OWN_SPEC
 from tests.searches import TINY
 from tests.studies import SMALL
+from tests.studies import read as read_spec
 
 NOBODY = 2**22 + 1
 """The id of no process: Linux has none above 2**22. So the recorded launch is dead."""
@@ -53,6 +54,9 @@ SOUGHT = SOUGHT.replace("candidates: 2, replicates: 3", "candidates: 1, replicat
 LONG = FIRST.replace("steps: 3", "steps: 16").replace("[0.5, 1]", "[1]")
 LONG = LONG.replace("[speed], every", "[speed], trajectories: true, every")
 LONG = LONG.replace(WITHOUT, "checkpoint: 1.0e-9\n")
+OWN = OWN_SPEC.replace("steps: 9", "steps: 3") + WITHOUT
+OWN = OWN.replace("replicates: 3", "replicates: 1")
+OWN_MORE = OWN.replace("replicates: 1", "replicates: 2")
 WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of")
 
 
@@ -68,6 +72,8 @@ KINDS = {
     "extension": Kind(MORE, before=FIRST),
     "checkpoints": Kind(LONG),
     "search": Kind(SOUGHT),
+    "own code": Kind(OWN),
+    "more of own code": Kind(OWN_MORE, before=OWN),
 }
 
 
@@ -103,7 +109,7 @@ def small_world() -> Iterator[None]:
         yield
 
 
-read = cache(parse_spec)
+read = cache(read_spec)
 
 
 def launched(spec: str, results: Path) -> Counter[str]:

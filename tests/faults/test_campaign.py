@@ -6,14 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.campaign import Campaign
+from tests.faults.campaign import OWN, SPEC, Campaign
+
+SPECS = pytest.mark.parametrize("spec", [SPEC, OWN], ids=["ours", "own code"])
 
 
-def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
+@SPECS
+def test_a_study_survives_kills_and_truncations(spec: str, tmp_path: Path) -> None:
     """The moments are drawn, so on another machine a launch may be over before its
     kill: then there is another one.
     """
-    campaign = Campaign(tmp_path, seed=2)
+    campaign = Campaign(tmp_path, seed=2, spec=spec)
     while not (
         campaign.counts["worker kills"] and campaign.counts["coordinator kills"]
     ):
@@ -22,13 +25,14 @@ def test_a_study_survives_kills_and_truncations(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@SPECS
 def test_many_studies_survive_hundreds_of_kills_and_truncations(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    spec: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """At least 200 kills of the coordinator, 200 of workers and 100 truncations, and
     what was done is printed.
     """
-    campaign = Campaign(tmp_path, seed=1)
+    campaign = Campaign(tmp_path, seed=1, spec=spec)
     wanted = {"coordinator kills": 200, "worker kills": 200, "truncations": 100}
     while any(campaign.counts[what] < number for what, number in wanted.items()):
         campaign.study(launches=8)

@@ -12,7 +12,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from tests.faults.campaign import assert_no_orphans, tables, workers
+from tests.own_models import FILES, OTHER_RULE, edited
 from tests.studies import launched
 
 SPEC = """
@@ -26,6 +29,9 @@ seed: 5
 checkpoint: 0.02
 record: {metrics: [speed, escapes], series: [speed], trajectories: true, every: 2000}
 """
+OWN = SPEC.replace("model: aziel_chen2025", "model: ./drawn.py").replace(
+    "[speed, escapes]", "[speed, ./mine.py]"
+)
 LAUNCH = [
     sys.executable,
     "-c",
@@ -73,10 +79,17 @@ def launch(place: Path, name: str) -> "subprocess.Popen[str]":
         )
 
 
+def written(folder: Path, spec: str) -> None:
+    """A spec, and the files that it may name."""
+    for name, text in (FILES | {"spec.yaml": spec}).items():
+        (folder / name).write_text(text)
+
+
+@pytest.mark.parametrize("spec", [SPEC, OWN], ids=["ours", "own code"])
 def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(
-    tmp_path: Path,
+    spec: str, tmp_path: Path
 ) -> None:
-    (tmp_path / "spec.yaml").write_text(SPEC)
+    written(tmp_path, spec)
     folder = tmp_path / "results" / "long"
     checkpoints = folder / "checkpoints"
     process = launch(tmp_path, "first")
@@ -95,5 +108,23 @@ def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(
     assert went_on(tmp_path / "second") == steps
     assert min(steps.values()) > 0
     assert not checkpoints.exists()
-    launched(SPEC.replace("checkpoint: 0.02", "checkpoint: false"), tmp_path / "whole")
+    launched(spec.replace("checkpoint: 0.02", "checkpoint: false"), tmp_path / "whole")
     assert tables(folder) == tables(tmp_path / "whole" / "long")
+
+
+def test_a_checkpoint_of_an_own_model_is_not_that_of_an_edited_one(
+    tmp_path: Path,
+) -> None:
+    """It is deleted, as no trial of the new rule will ask for it."""
+    written(tmp_path, OWN)
+    checkpoints = tmp_path / "results" / "long" / "checkpoints"
+    process = launch(tmp_path, "first")
+    awaited(process, lambda: bool(list(checkpoints.glob("*.state"))))
+    process.kill()
+    process.wait()
+    assert_no_orphans(process.pid)
+    edited(tmp_path, *OTHER_RULE)
+    process = launch(tmp_path, "second")
+    assert process.wait(PATIENCE) == 0, (tmp_path / "second").read_text()
+    assert went_on(tmp_path / "second") == {}
+    assert not checkpoints.exists()

@@ -15,6 +15,7 @@ from tests.faults.crash_disk import Disk, Recorder, Step, held, now, put
 from tests.faults.crash_states import (
     KINDS,
     ONE,
+    OWN,
     SOUGHT,
     Campaign,
     Kind,
@@ -88,8 +89,13 @@ def test_states_of_every_loss_end_as_in_peace(kind: str, tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     ("spec", "points"),
-    [(ONE, 7), (SOUGHT, 3), pytest.param(SOUGHT, 100, marks=pytest.mark.slow)],
-    ids=["launch", "search", "whole search"],
+    [
+        (ONE, 7),
+        (OWN, 7),
+        (SOUGHT, 3),
+        pytest.param(SOUGHT, 100, marks=pytest.mark.slow),
+    ],
+    ids=["launch", "own code", "search", "whole search"],
 )
 def test_a_launch_flushes_what_a_killed_one_had_not(
     spec: str, points: int, tmp_path: Path

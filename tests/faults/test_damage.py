@@ -14,15 +14,20 @@ from sweep.errors import StoreError
 from sweep.store.manifest import MANIFEST, damage
 from sweep.store.store import Store
 from tests.faults.campaign import tables
-from tests.studies import SMALL, launched, relaunch
+from tests.studies import OWN_SMALL, SMALL, launched, relaunch
+
+
+@pytest.fixture(scope="module", params=[SMALL, OWN_SMALL], ids=["ours", "own code"])
+def spec(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(spec: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a study of two parts: three trials at either of two points."""
     results = tmp_path_factory.mktemp("whole")
-    relaunch(SMALL.replace("[0.5, 1]", "[0.5]"), results)
-    relaunch(SMALL, results)
+    relaunch(spec.replace("[0.5, 1]", "[0.5]"), results)
+    relaunch(spec, results)
     folder = results / "small"
     assert len(Store(folder).all_parts()) == 2
     return folder
@@ -47,7 +52,12 @@ NAMES = ["trials.parquet", "series.parquet", MANIFEST]
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("what", ["missing", "empty", "truncated", "flipped"])
 def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
-    folder: Path, whole: Path, caplog: pytest.LogCaptureFixture, name: str, what: str
+    folder: Path,
+    spec: str,
+    whole: Path,
+    caplog: pytest.LogCaptureFixture,
+    name: str,
+    what: str,
 ) -> None:
     """Without its manifest alone a part is decoded, and found to be sound."""
     part = Store(folder).all_parts()[1]
@@ -61,7 +71,7 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
     before = {each.name: each.stat().st_size for each in part.iterdir()}
     sound = name == MANIFEST and what == "missing"
     with caplog.at_level(logging.WARNING):
-        progress = relaunch(SMALL, folder.parent)
+        progress = relaunch(spec, folder.parent)
     assert progress.statuses.total() == (0 if sound else 3)
     assert tables(folder) == tables(whole)
     kept = folder / "damaged" / part.name
@@ -73,17 +83,17 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
         f"set aside as {kept}, its 3 trials run again",
     ]
     assert all(line in caplog.text for line in lines) != sound
-    assert relaunch(SMALL, folder.parent).statuses.total() == 0
+    assert relaunch(spec, folder.parent).statuses.total() == 0
 
 
 def test_how_many_trials_are_lost_is_said_to_be_unknown_where_it_is(
-    folder: Path, caplog: pytest.LogCaptureFixture
+    folder: Path, spec: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     part = Store(folder).all_parts()[0]
     for name in (MANIFEST, "trials.parquet"):
         os.truncate(part / name, 3)
     with caplog.at_level(logging.WARNING):
-        relaunch(SMALL, folder.parent)
+        relaunch(spec, folder.parent)
     assert "how many trials it held is not known; those run again" in caplog.text
 
 
@@ -138,13 +148,13 @@ def test_reading_names_the_remedy_and_moves_nothing(folder: Path) -> None:
 
 
 def test_a_merged_part_that_is_damaged_gives_way_to_those_it_replaced(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, spec: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Killed before they were deleted, they are all there."""
     monkeypatch.setattr(Store, "discard", lambda *_: None)
     old = set(Store(folder).all_parts())
-    relaunch(SMALL.replace("seed: 5", "seed: 6"), folder.parent)
-    relaunch(SMALL, folder.parent)
+    relaunch(spec.replace("seed: 5", "seed: 6"), folder.parent)
+    relaunch(spec, folder.parent)
     store = Store(folder)
     store.merge(sorted(old), {})
     [merged] = (
@@ -155,15 +165,17 @@ def test_a_merged_part_that_is_damaged_gives_way_to_those_it_replaced(
     for name in ("replaces.json", "trials.parquet"):
         os.truncate(merged / name, 10)
     monkeypatch.undo()
-    assert relaunch(SMALL, folder.parent).statuses.total() == 0
+    assert relaunch(spec, folder.parent).statuses.total() == 0
     assert (folder / "damaged" / merged.name).exists()
-    assert launched(SMALL, folder.parent).trials["trial_id"].is_unique
+    assert launched(spec, folder.parent).trials["trial_id"].is_unique
 
 
-def test_a_link_is_no_place_for_damaged_parts(folder: Path, tmp_path: Path) -> None:
+def test_a_link_is_no_place_for_damaged_parts(
+    folder: Path, spec: str, tmp_path: Path
+) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "damaged").symlink_to(tmp_path / "elsewhere")
     os.truncate(Store(folder).all_parts()[0] / "trials.parquet", 10)
     with pytest.raises(StoreError, match="is a symbolic link"):
-        relaunch(SMALL, folder.parent)
+        relaunch(spec, folder.parent)
     assert list((tmp_path / "elsewhere").iterdir()) == []

@@ -18,7 +18,7 @@ import pytest
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
 from tests.faults.campaign import tables
-from tests.studies import SMALL, relaunch
+from tests.studies import OWN_SMALL, SMALL, relaunch
 
 WRITES = [
     (os, "mkdir"),
@@ -32,8 +32,16 @@ WRITES += [(pq.ParquetWriter, "__init__"), (os, "open")]
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    results = tmp_path_factory.mktemp("whole")
-    relaunch(SMALL, results)
+    return undisturbed(SMALL, tmp_path_factory.mktemp("whole"))
+
+
+@pytest.fixture(scope="module")
+def own_whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    return undisturbed(OWN_SMALL, tmp_path_factory.mktemp("whole"))
+
+
+def undisturbed(spec: str, results: Path) -> dict[str, str]:
+    relaunch(spec, results)
     return tables(results / "small")
 
 
@@ -66,23 +74,25 @@ def full_after(writes: int) -> Iterator[list[int]]:
 KEYWORDS: dict[str, Any] = writer_module.Writer.__init__.__kwdefaults__ or {}
 
 
-def complete(results: Path, whole: dict[str, str]) -> None:
+def complete(results: Path, whole: dict[str, str], spec: str = SMALL) -> None:
     """Assert that a launch with room enough makes the study whole, and leaves nothing
     behind.
     """
-    relaunch(SMALL, results)
+    relaunch(spec, results)
     assert tables(results / "small") == whole
     assert list((results / "small" / "writing").iterdir()) == []
     assert not (results / "small" / "lock").exists()
 
 
-def survives(results: Path, writes: int, whole: dict[str, str]) -> bool:
+def survives(
+    results: Path, writes: int, whole: dict[str, str], spec: str = SMALL
+) -> bool:
     """Whether a launch needs no more than that many writes; one that does ends with one
     line, and can be completed.
     """
     with full_after(writes) as failed:
         try:
-            relaunch(SMALL, results)
+            relaunch(spec, results)
             said = ""
         except StoreError as error:
             said = str(error)
@@ -90,7 +100,7 @@ def survives(results: Path, writes: int, whole: dict[str, str]) -> bool:
     if said:
         assert re.search(r"cannot write \(\[Errno 28\] No space left on device\)", said)
         assert "\n" not in said
-    complete(results, whole)
+    complete(results, whole, spec)
     return not said
 
 
@@ -99,6 +109,13 @@ def test_a_disk_that_is_full_costs_nothing(
     tmp_path: Path, whole: dict[str, str], writes: int
 ) -> None:
     assert not survives(tmp_path, writes, whole)
+
+
+@pytest.mark.parametrize("writes", [0, 5, 9, 13, 22, 34])
+def test_a_disk_that_is_full_costs_nothing_of_a_study_with_own_code(
+    tmp_path: Path, own_whole: dict[str, str], writes: int
+) -> None:
+    assert not survives(tmp_path, writes, own_whole, OWN_SMALL)
 
 
 @pytest.mark.slow

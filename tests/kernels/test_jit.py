@@ -135,3 +135,39 @@ def test_a_second_process_compiles_nothing(copied: Path) -> None:
     assert len(files[0]) > 0
     assert outcomes[0] == outcomes[1]
     assert files[0] == files[1]
+
+
+TAKING = """
+from typing import NamedTuple
+from kernels.jit import jit
+
+class Step(NamedTuple):
+    length: float
+
+@jit
+def doubled(step: Step) -> float:
+    return 2.0 * step.length
+"""
+TAKE = "from kernels.caller import doubled; from {} import Step;"
+
+
+def test_what_takes_a_class_of_another_package_is_kept_apart(copied: Path) -> None:
+    """That package may be gone, or be one's own code of another study: then what takes
+    our classes is found as ever.
+    """
+    (copied / "kernels" / "caller.py").write_text(TAKING)
+    other, cache = copied / "other.py", str(copied / "cache")
+    other.write_text(TAKING)
+    call = " print(doubled(Step(3.0)))"
+    files, numbers = [], []
+    for module in ("other", "kernels.caller", "other", "kernels.caller"):
+        code = TAKE.format(module) + call
+        if module != "other":
+            other.rename(copied / "away.py")
+        numbers.append(float(python(code, copied, NUMBA_CACHE_DIR=cache)))
+        if module != "other":
+            (copied / "away.py").rename(other)
+        files.append(cache_files(copied / "cache"))
+    assert numbers == [6.0] * 4
+    assert files[0].keys() < files[1].keys()
+    assert files[1] == files[2] == files[3]

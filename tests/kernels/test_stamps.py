@@ -24,6 +24,7 @@ from typing import NamedTuple
 from own.two import SCALE, scaled, unused
 from own import three
 from . import four
+from own.six import *
 
 FACTOR: float = 2.0
 NAMES = ["a"]
@@ -55,6 +56,10 @@ def mutual(x: float) -> float:
 
 def other(x: float) -> float:
     return mutual(x - 1.0)
+
+
+def starred(x: float) -> float:
+    return faraway(x)
 '''
 OTHERS = {
     "two": "SCALE = 3.0\n\ndef scaled(x): return inner(x)\n\ndef inner(x): return x"
@@ -62,6 +67,8 @@ OTHERS = {
     "three": "from own.two import inner as again\n\ndef deep(x): return again(x)\n",
     "four": "OFFSET = {}\nOFFSET['x'] = 4.0\n\ndef plus(x): return x + OFFSET['x']\n",
     "five": "def late(x): return x\n",
+    "six": "from own.seven import *\nfrom own.one import *\n",
+    "seven": "if True:\n    def faraway(x):\n        y = 1.0 * x\n        return y\n",
 }
 
 Reader = Callable[[str], dict[str, str]]
@@ -69,7 +76,7 @@ Reader = Callable[[str], dict[str, str]]
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The folder of a package of six modules, which is forgotten afterwards."""
+    """The folder of a package of modules, which is forgotten afterwards."""
     folder = tmp_path / "own"
     folder.mkdir()
     (folder / "__init__.py").touch()
@@ -94,7 +101,7 @@ def all_stamps() -> dict[str, str]:
     importlib.invalidate_caches()
     one = importlib.import_module("own.one")
     importlib.import_module("own.five")
-    names = ("alone", "all_of_it", "mutual", "other")
+    names = ("alone", "all_of_it", "mutual", "other", "starred")
     return {name: stamp(getattr(one, name)) for name in names}
 
 
@@ -143,8 +150,9 @@ CHANGES = {
         "one",
         'append("b")',
         'append("c")',
-        {"alone", "all_of_it", "mutual", "other"},
+        {"alone", "all_of_it", "mutual", "other", "starred"},
     ),
+    "what import * brings": ("seven", "y = 1.0 * x", "y = 2.0 * x", {"starred"}),
     "what nobody calls": (
         "two",
         "def unused(x): return x",
@@ -181,7 +189,9 @@ def test_a_function_within_another_has_no_stamp() -> None:
 def names_of(function: Callable[..., object]) -> set[str]:
     """The modules in what a function uses."""
     plain = getattr(function, "py_func", function)
-    return {one.module for one in closure(Definition(plain.__module__, plain.__name__))}
+    return {
+        one.module for one in closure([Definition(plain.__module__, plain.__name__)])
+    }
 
 
 def test_models_metrics_and_maps_use_no_other() -> None:

@@ -9,11 +9,20 @@ from typer.testing import CliRunner
 
 from sweep.cli import app
 from sweep.web.server import PageServer
+from tests.own_models import OTHER_RULE, edited, written
 from tests.studies import SMALL, launched
 
 
 @pytest.fixture
-def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any]:
+def told() -> list[str]:
+    """What the command has said to stderr, each time."""
+    return []
+
+
+@pytest.fixture
+def viewed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, told: list[str]
+) -> Callable[..., Any]:
     """Runs `sweep view` up to the point where it would serve, and returns what it
     shows.
     """
@@ -29,6 +38,7 @@ def viewed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Any
     def viewed(*arguments: str) -> Any:
         shown.clear()
         done = CliRunner().invoke(app, ["view", *arguments, "--results", str(tmp_path)])
+        told.append(done.stderr)
         if done.exception:
             raise done.exception
         assert done.stdout.startswith("http://127.0.0.1:")
@@ -63,6 +73,23 @@ def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
         )
         assert show.state.job.seed == 5
     assert show.status()["replay"]["equal"]
+
+
+def test_the_command_shows_an_own_model_and_an_old_trial_by_the_code_of_then(
+    viewed: Callable[..., Any], tmp_path: Path, told: list[str]
+) -> None:
+    spec = written(tmp_path)
+    study = launched(spec, tmp_path)
+    model = viewed("--model", str(tmp_path / "drawn.py"), "--no-open")
+    assert model.state.job.model == "drawn"
+    assert viewed(str(spec), "--no-open").state.job.settings["map"] == "pillar"
+    now = study.running(study.provenance)
+    edited(tmp_path, *OTHER_RULE)
+    for arguments in (("drawn",), ("drawn", study.plan["trial_id"][0].as_py())):
+        show = viewed(*arguments, "--no-open")
+        assert show.state.job.known is now
+        assert "rules.py: another file now; this is by that of then" in told[-1]
+    assert viewed(str(spec), "--no-open").state.job.known is not now
 
 
 def test_the_command_says_what_is_wrong_before_it_serves(

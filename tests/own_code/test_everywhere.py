@@ -1,0 +1,152 @@
+"""Trials of own code on workers that do not have its files, in shares, and with results
+in an object store: the same numbers.
+"""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sweep.campaigns.launch import launch
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.store.stored_code import kept_code
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers import remote
+from sweep.workers.cluster import Dask
+from sweep.workers.executors import ExecutorFactory, Loky
+from tests.cluster.started import TESTS, cluster
+from tests.commands import sweep
+from tests.object_stores import object_store
+from tests.own_models import OTHER_RULE, OTHER_WORDS, edited, written
+from tests.studies import launched, read, relaunch, same
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
+    """The study after one launch in this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    return launched(written(folder), folder / "results")
+
+
+def without_files(spec: Path, results: Path, engine: ExecutorFactory) -> StoredStudy:
+    """The study after a launch in whose beginning its files were deleted."""
+    study = read(spec)
+    shutil.rmtree(spec.parent)
+    launch(study, results, engine)
+    return StoredStudy(study.name, results)
+
+
+@pytest.fixture
+def engines() -> Iterator[list[ExecutorFactory]]:
+    """Engines that a test has made; all are stopped."""
+    made: list[ExecutorFactory] = []
+    yield made
+    for engine in made:
+        engine.stop()
+
+
+def test_workers_need_no_file_of_the_study(
+    whole: StoredStudy, tmp_path: Path, engines: list[ExecutorFactory]
+) -> None:
+    engines.append(Loky(2))
+    spec = written(tmp_path / "here")
+    assert same(without_files(spec, tmp_path / "results", engines[0]), whole)
+
+
+def test_workers_of_a_cluster_run_one_version_after_the_other(
+    whole: StoredStudy, tmp_path: Path, engines: list[ExecutorFactory]
+) -> None:
+    """In a folder without the files; an edit reaches workers that have run the model
+    before.
+    """
+    (tmp_path / "there").mkdir()
+    spec = written(tmp_path / "other", OTHER_RULE)
+    turned = launched(spec, tmp_path / "turned")
+    with cluster(tmp_path / "there", 1, **TESTS) as made:
+        engines.append(Dask(made.address))
+        first = written(tmp_path / "first")
+        one = without_files(first, tmp_path / "one", engines[0])
+        other = without_files(spec, tmp_path / "two", engines[0])
+    assert same(one, whole)
+    assert same(other, turned)
+    assert not same(one, other)
+
+
+def test_a_worker_of_a_cluster_compiles_each_version_before_its_trials(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the compilation would count as time of a trial."""
+    warmed = []
+    monkeypatch.setattr("sweep.trial.simulation.warm", warmed.append)
+    monkeypatch.setattr(remote, "_warmed", set())
+    jobs = []
+    for name, changes in (("first", ()), ("second", (OTHER_RULE,))):
+        study = read(written(tmp_path / name, *changes))
+        jobs.append(Jobs(study, expand(study))[0])
+    remote._warm([*jobs, *jobs])
+    assert warmed == jobs
+
+
+@pytest.mark.parametrize("shared", [True, False], ids=["one place", "three places"])
+def test_three_shares_in_three_folders_add_up_to_one_launch(
+    whole: StoredStudy, tmp_path: Path, shared: bool
+) -> None:
+    """Each with its own copy of the spec and the files, of which one has other words;
+    the results lie in one place, or are copied into one.
+    """
+    results = tmp_path / "results"
+    for number in (1, 2, 3):
+        folder = tmp_path / f"folder-{number}"
+        written(folder, *(OTHER_WORDS if number == 3 else ()))
+        place = results if shared else folder / "results"
+        done = sweep(
+            folder, "launch", "drawn.yaml", f"--shard={number}/3", f"--results={place}"
+        )
+        assert done.returncode == 0, done.stderr
+        if not shared:
+            shutil.copytree(place, results, dirs_exist_ok=True)
+    found = StoredStudy("drawn", results)
+    assert found.statuses() == {"done": 6}
+    assert same(found, whole)
+    done = sweep(tmp_path / "folder-1", "launch", "drawn.yaml", f"--results={results}")
+    assert "nothing was missing" in done.stderr
+    options = ("drawn", "--fraction=1", f"--results={results}")
+    assert "6 of 6 the same" in sweep(tmp_path, "verify", *options).stdout
+    assert (
+        "go         nothing"
+        in sweep(tmp_path, "gc", "drawn", "--dry-run", f"--results={results}").stdout
+    )
+
+
+def test_an_object_store_keeps_the_code_too(whole: StoredStudy, tmp_path: Path) -> None:
+    """Damage is mended, and what computed nothing goes, as in a folder."""
+    spec = written(tmp_path)
+    with object_store() as server:
+        place, results = server.url("own"), server.results("own")
+        option = f"--results={place}"
+
+        def said(*arguments: str) -> str:
+            done = sweep(tmp_path, *arguments, option)
+            assert done.returncode == 0, done.stderr
+            return done.stdout + done.stderr
+
+        assert "6 done" in said("launch", "drawn.yaml")
+        stored = StoredStudy("drawn", results)
+        assert same(stored, whole)
+        assert "rightwards" in said("table", "drawn")
+        trial = stored.plan["trial_id"][0].as_py()
+        assert "equal to what is stored" in said("replay", "drawn", trial)
+        [sha] = kept_code(stored.store)
+        stored.store.place.remove(f"code-{sha}.json")
+        assert sweep(tmp_path, "table", "drawn", option).returncode == 2
+        assert "nothing was missing" in said("launch", "drawn.yaml")
+        assert "rightwards" in said("table", "drawn")
+        edited(tmp_path, *OTHER_RULE)
+        assert relaunch(spec, results).statuses.total() == 6
+        assert len(kept_code(stored.store)) == 2
+        assert "1 versions of your own code" in said("gc", "drawn", "--yes")
+        assert len(kept_code(stored.store)) == 1
+        assert sha not in kept_code(stored.store)
+        assert "6 of 6 the same" in said("verify", "drawn", "--fraction=1")
