@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 NOT_FOLLOWED = (
+    "kernels.caching.ByClasses",
     "kernels.caching.OURS",
     "kernels.metrics.METRICS",
     "kernels.models.MODELS",

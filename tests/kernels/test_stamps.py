@@ -214,6 +214,12 @@ def test_models_metrics_and_maps_use_no_other() -> None:
         )
 
 
+def test_where_compiled_kernels_are_kept_concerns_no_stamp() -> None:
+    advancing = [model.advance for model in MODELS.values()]
+    for function in (*advancing, *FLIGHT):
+        assert "kernels.caching" not in names_of(function)
+
+
 def test_a_rule_concerns_the_models_that_import_it() -> None:
     using = {
         name
