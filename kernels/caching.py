@@ -6,16 +6,19 @@ covers them too: an edit compiles what it concerns again, and nothing else. Func
 equal stamps share what is compiled, in whatever folder their sources lie.
 """
 
+import hashlib
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from types import CodeType
 from typing import Any
 from weakref import WeakSet
 
 from numba import types
 from numba.core.caching import IndexDataCacheFile, _CacheLocator
 
-from kernels.stamps import stamp
+from kernels.stamps import code_stamp, values
 
 
 def usual_folder() -> Path:
@@ -41,8 +44,9 @@ class ByStamp(_CacheLocator):
     """Tells numba the file and the stamp of a function of ours."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self.stamp = stamp(function)
+        self.stamp = code_stamp(function)
         self.package = function.__module__.partition(".")[0]
+        self.code = _of_code(function.__code__)
 
     @classmethod
     def from_function(
@@ -63,7 +67,7 @@ class ByStamp(_CacheLocator):
     def get_disambiguator(self) -> str:
         # What is compiled names classes by their modules: those of another package,
         # which may be gone, must not be met.
-        return f"{self.package}-{self.stamp[:16]}"
+        return f"{self.package}-{self.code}-{self.stamp[:16]}"
 
 
 class ByClasses:
@@ -77,6 +81,7 @@ class ByClasses:
     def __init__(self, function: Callable[..., Any], cache: Any) -> None:
         packages = function.__module__, __name__
         self._ours = {name.partition(".")[0] for name in packages}
+        self._package = function.__module__.partition(".")[0]
         self._folder, self._name = cache.cache_path, cache._impl.filename_base
         self._stamp = cache._impl.locator.get_source_stamp()
 
@@ -90,11 +95,33 @@ class ByClasses:
         """Keep what is compiled for a key."""
         self._file(key[0]).save(key, data)
 
+    def _loaded(self) -> list[str]:
+        """The modules of the function's package: compiled code holds their numbers."""
+        start = f"{self._package}."
+        return [
+            name
+            for name in list(sys.modules)
+            if name == self._package or name.startswith(start)
+        ]
+
     def _file(self, arguments: Any) -> Any:
         packages = {one.__module__.partition(".")[0] for one in _classes(arguments)}
-        name = "-".join([self._name, *sorted(packages - self._ours)])
+        held = [] if self._package == "kernels" else [values(self._loaded())[:16]]
+        name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)
+
+
+def _of_code(code: CodeType) -> str:
+    """What a function is compiled from, as a few digits: several may have one name."""
+    content, waiting = [], [code]
+    while waiting:
+        one = waiting.pop()
+        inner = [part for part in one.co_consts if isinstance(part, CodeType)]
+        plain = [part for part in one.co_consts if not isinstance(part, CodeType)]
+        content += [one.co_code.hex(), repr(plain), repr(one.co_names)]
+        waiting += inner
+    return hashlib.sha256("\n".join(content).encode()).hexdigest()[:12]
 
 
 def _classes(arguments: Iterable[Any]) -> Iterator[type[Any]]:

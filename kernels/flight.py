@@ -3,6 +3,7 @@
 Whoever runs it keeps the clock, and passes in what is random.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -215,10 +216,13 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     """Take up to `steps` steps, but no more than are left and than frames have room
     for. False if the state is not finite.
 
-    A grid that has overflowed is made anew, with twice the room.
+    A grid that has overflowed is made anew, with twice the room. Raises RuntimeError
+    where the model has taken another number of steps.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
+    before, left = flight.step, flight.schedule.steps - flight.step
+    wanted = min(steps, left, room)
     going = flight.model.advance(
         flight.flock,
         flight.world,
@@ -226,8 +230,18 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
         flight.work,
         flight.record,
         rng,
-        min(steps, flight.schedule.steps - flight.step, room),
+        wanted,
     )
+    if not isinstance(going, bool | np.bool_):
+        raise RuntimeError(
+            f"advance returns {going}: it must return True, or False after a step whose"
+            " numbers are not finite, as observe says"
+        )
+    if going and flight.step - before != wanted:
+        raise RuntimeError(
+            f"advance took {flight.step - before} steps of {wanted}; call observe once"
+            " in each"
+        )
     grid = flight.work.grid
     capacity = grid.members.shape[1]
     if going and grid.full[0] and capacity > 0:
@@ -244,9 +258,13 @@ def rebuild_grid(flight: Flight, capacity: int) -> None:
     flight.work = flight.work._replace(grid=grid)
 
 
-def measure(flight: Flight, metrics: Sequence[Metric]) -> NDArray[np.float64]:
-    """The values of metrics in the frames kept, shape (number of metrics, F)."""
-    values = np.empty((len(metrics), flight.filled))
+def measure(
+    flight: Flight, metrics: Sequence[Metric], blank: float = math.nan
+) -> NDArray[np.float64]:
+    """The values of metrics in the frames kept, shape (number of metrics, F); `blank`
+    where a metric has written none.
+    """
+    values = np.full((len(metrics), flight.filled), blank)
     for row, metric in zip(values, metrics, strict=True):
         metric.measure(
             flight.record.frames, flight.filled, flight.ground, flight.observation, row

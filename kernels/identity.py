@@ -140,7 +140,9 @@ def _metric_stamp(metric: Metric | None) -> str:
 
 
 def _map_stamp(drawn: Map | None) -> str:
-    return "" if drawn is None else _hash([stamp(drawn.draw), drawn.size])
+    if drawn is None:
+        return ""
+    return _hash([stamp(drawn.draw), drawn.size, drawn.random])
 
 
 def _start_stamp(start: Start | None) -> str:

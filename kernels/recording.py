@@ -90,6 +90,8 @@ def keep_frame(flock: Flock, record: Record) -> None:
         return
     f = record.progress[FILLED]
     bodies = record.frames.bodies
+    if f >= bodies.shape[0]:  # a model has observed more steps than it was to take
+        return
     for i in range(bodies.shape[2]):
         bodies[f, 0, i] = flock.x[i]
         bodies[f, 1, i] = flock.y[i]

@@ -6,19 +6,23 @@ Comments, docstrings, annotations and layout are left out, so that a better expl
 leaves results valid. A stamp changes with whatever may change a number, and with
 nothing that only others use.
 
-Ours is the package of the function, and `kernels`. Names are read from the sources: a
-name that is put together while a program runs is not seen.
+Ours is `kernels`, whose names are read from the sources: a name that is put together
+while a program runs is not seen. In other packages, and in files of the user's own, a
+module counts as a whole, with all modules of the package that it imports.
 """
 
 import ast
 import hashlib
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
+
+import numpy as np
 
 NOT_FOLLOWED = (
     "kernels.caching.ByClasses",
@@ -31,6 +35,19 @@ NOT_FOLLOWED = (
 """Tables of what a trial looks up by name, which has a stamp of its own; and of what
 numba caches, which is the same wherever it is kept.
 """
+
+
+OURS = "kernels"
+WHOLE = "*"
+"""The name that stands for a module as a whole. Modules that are not ours are not taken
+apart: their statements may act on each other in ways that nobody foresees.
+"""
+
+
+ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "SAMPLERS", "FIGURES")
+"""What a module calls its entries."""
+KINDS = {"Model", "Metric", "Map", "Start", "Sampler", "FigureKind"}
+"""And what these are."""
 
 
 class Definition(NamedTuple):
@@ -64,25 +81,103 @@ class Source:
 @cache
 def stamp(function: Callable[..., Any]) -> str:
     """The sha256, in hexadecimal, of what a function computes, compiled or not; of a
-    partial one, with the numbers and texts that it is given. A lambda has no name: its
-    stamp covers all of its module.
+    partial one, with the numbers and texts that it is given.
 
-    Raises ValueError for a function that is made within another one: the values that
-    it takes from there are in no source.
+    Of a function that is not ours it covers the modules that it reaches, and the
+    numbers and texts that these hold. Raises ValueError for a function that is made
+    within another one, and for a partial one that is given anything else: what they
+    take along is in no source.
+    """
+    given = ""
+    if isinstance(function, partial):
+        if not _is_plain((function.args, sorted(function.keywords.items()))):
+            raise ValueError(f"{function} is given more than numbers and texts")
+        given = f"{function.args!r} {sorted(function.keywords.items())!r}"
+        function = function.func
+    plain = getattr(function, "py_func", function)
+    held = values(_at_once(plain.__module__))
+    content = f"{code_stamp(plain)} {plain.__qualname__} {held} {given}"
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+@cache
+def code_stamp(function: Callable[..., Any]) -> str:
+    """The sha256, in hexadecimal, of the code of a function and of all that it uses.
+    Raises ValueError as `stamp`.
     """
     if not at_the_top(function):
         raise ValueError(f"{function} is no function at the top of a module")
-    if isinstance(function, partial):
-        given = f"{stamp(function.func)} {function.args!r} {function.keywords!r}"
-        return hashlib.sha256(given.encode()).hexdigest()
-    plain = getattr(function, "py_func", function)
-    module, name = plain.__module__, plain.__name__
+    module, name = function.__module__, function.__name__
     named = _read(module).statements
     roots = {Definition(module, one) for one in ([name] if name in named else named)}
     lines = sorted(
         f"{_called(one.module)} {one.name} {_hash(one)}\n" for one in closure(roots)
     )
     return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def values(modules: Iterable[str]) -> str:
+    """The numbers, texts and arrays at the top of modules, as a hash: they may come
+    from files, and compiled code holds them.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(modules):
+        for key, value in sorted(vars(sys.modules[name]).items()):
+            if not key.startswith("__") and _is_plain(value):
+                digest.update(f"{_called(name)} {key} {_written(value)}\n".encode())
+    return digest.hexdigest()
+
+
+def _is_plain(value: Any) -> bool:
+    if type(value) in (tuple, list):
+        return all(map(_is_plain, value))
+    if type(value) is dict:
+        return all(map(_is_plain, (*value, *value.values())))
+    if isinstance(value, np.ndarray):
+        return not value.dtype.hasobject
+    return value is None or isinstance(value, int | float | complex | str | bytes)
+
+
+def _written(value: Any) -> str:
+    """A plain value in full, which `repr` of an array is not."""
+    if isinstance(value, np.ndarray):
+        content = hashlib.sha256(value.tobytes()).hexdigest()
+        return f"{value.dtype} {value.shape} {content}"
+    if type(value) is dict:
+        return f"{{{_written([one for item in value.items() for one in item])}}}"
+    if type(value) in (tuple, list):
+        return f"({', '.join(map(_written, value))})"
+    return repr(value)
+
+
+LATER = ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda
+"""What is inside runs when it is called."""
+
+
+@cache
+def _at_once(module: str) -> frozenset[str]:
+    """The modules that are imported with one that is not ours, itself among them; those
+    that a function imports when it is called are not. None for one of ours.
+    """
+    package, found, waiting = module.partition(".")[0], set[str](), [module]
+    while waiting and package != OURS:
+        one = waiting.pop()
+        if one in found or one not in sys.modules or not _found_text(one):
+            continue
+        found.add(one)
+        text, _ = _known_text(one)
+        nodes = list[ast.AST]()
+        inner = list[ast.AST](ast.parse(text).body)
+        while inner:
+            node = inner.pop()
+            if not isinstance(node, LATER):
+                nodes.append(node)
+                inner += ast.iter_child_nodes(node)
+        for _, meant in _imported(nodes, one):
+            if meant.partition(".")[0] == package:
+                parts = meant.split(".")
+                waiting += (".".join(parts[:end]) for end in range(1, len(parts) + 1))
+    return frozenset(found)
 
 
 def at_the_top(function: Callable[..., Any]) -> bool:
@@ -111,20 +206,30 @@ def stamp_of_all(folder: Path) -> str:
 
 def closure(roots: Iterable[Definition]) -> set[Definition]:
     """`roots` and all definitions that they use, directly or through others."""
-    found, waiting = set[Definition](), [*roots]
+    found, waiting = set[Definition](), [_as_followed(one) for one in roots]
     while waiting:
         one = waiting.pop()
         if one not in found and ".".join(one) not in NOT_FOLLOWED:
             found.add(one)
-            waiting += _used(one)
+            waiting += map(_as_followed, _used(one))
     return found
+
+
+def _as_followed(one: Definition) -> Definition:
+    """A definition of ours, or the whole module of another one."""
+    ours = one.module.partition(".")[0] == OURS
+    return one if ours else Definition(one.module, WHOLE)
 
 
 @cache
 def _used(definition: Definition) -> frozenset[Definition]:
-    """The definitions of ours whose names occur in the code of one."""
+    """The definitions of ours whose names occur in the code of one. A module that is
+    not ours uses all that it imports.
+    """
     module, name = definition
     source = _read(module)
+    if name == WHOLE:
+        return frozenset(_reached(module))
     found = {Definition(module, "")}
     for statement in source.statements.get(name, []):
         imported = source.imported | statement.imported
@@ -141,6 +246,36 @@ def _used(definition: Definition) -> frozenset[Definition]:
     return frozenset(found)
 
 
+def _reached(module: str) -> set[Definition]:
+    """What a module imports anywhere: modules of its own package, and definitions of
+    ours.
+    """
+    text, _ = _known_text(module)
+    nodes = list(ast.walk(_Bare().visit(ast.parse(text))))
+    names, found = set(_names(nodes)), set[Definition]()
+    for name, meant in _imported(nodes, module):
+        found |= _aimed(meant, module)
+        for used in names:
+            first, _, rest = used.partition(".")
+            if first == name and rest:
+                found |= _aimed(f"{meant}.{rest}", module)
+    return found
+
+
+def _aimed(dotted: str, user: str) -> set[Definition]:
+    """What a dotted name that is imported by a module that is not ours stands for."""
+    package, parts = user.partition(".")[0], dotted.split(".")
+    if parts[0] == OURS:
+        for end in range(1, len(parts) + 1):
+            with suppress(ImportError):
+                import_module(".".join(parts[:end]))
+        return _meant(dotted, user)
+    if parts[0] != package:
+        return set()
+    prefixes = [".".join(parts[:end]) for end in range(1, len(parts) + 1)]
+    return {Definition(one, WHOLE) for one in prefixes if _found_text(one)}
+
+
 def _meant(
     dotted: str, user: str, met: frozenset[str] = frozenset()
 ) -> set[Definition]:
@@ -150,7 +285,7 @@ def _meant(
     `met` are the names that have led to it, as modules may import each other.
     """
     package = dotted.partition(".")[0]
-    if package not in ("kernels", user.partition(".")[0]) or dotted in met:
+    if package not in (OURS, user.partition(".")[0]) or dotted in met:
         return set()
     met |= {dotted}
     module, name = dotted, ""
@@ -171,9 +306,9 @@ def _meant(
 
 @cache
 def _read(module: str) -> Source:
-    """What the source of a module that has been imported says."""
-    source = Source()
-    for statement in ast.parse(_text(sys.modules[module])).body:
+    """What the source of a module says."""
+    source, (text, _) = Source(), _known_text(module)
+    for statement in ast.parse(text).body:
         if _is_constant(statement):
             continue
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
@@ -189,12 +324,34 @@ def _read(module: str) -> Source:
     return source
 
 
-def _text(module: ModuleType) -> str | bytes:
-    """The source of a module; one that was made from a text has it as `__source__`."""
-    if text := getattr(module, "__source__", ""):
-        return str(text)
-    assert module.__file__ is not None
-    return Path(module.__file__).read_bytes()
+def _known_text(module: str) -> tuple[str, bool]:
+    found = _found_text(module)
+    if found is None:
+        raise ValueError(f"{module} has no source")
+    return found
+
+
+@cache
+def _found_text(module: str) -> tuple[str, bool] | None:
+    """The source of a module, and whether it is a package; None where there is none.
+
+    It need not have been imported yet. A package that was made from texts has them as
+    `__sources__`, by the names of its modules.
+    """
+    package, *inner = module.split(".")
+    whole = sys.modules[package]
+    sources: dict[str, tuple[str, bool]] | None = getattr(whole, "__sources__", None)
+    if sources is not None:
+        return sources.get(module)
+    folders = [Path(folder, *inner) for folder in getattr(whole, "__path__", ())]
+    files = [(folder / "__init__.py", True) for folder in folders]
+    files += [(folder.with_suffix(".py"), False) for folder in folders if inner]
+    if not inner and not folders and whole.__file__:
+        files = [(Path(whole.__file__), False)]
+    for file, is_package in files:
+        if file.is_file():
+            return file.read_text("utf-8"), is_package
+    return None
 
 
 def _said(statement: ast.stmt, module: str) -> Statement:
@@ -243,8 +400,10 @@ def _origin(node: ast.ImportFrom, module: str) -> str:
     """The package from which a relative import counts, "" for an absolute one."""
     if node.level == 0:
         return ""
-    path = sys.modules[module].__package__ or ""
-    return ".".join(path.split(".")[: len(path.split(".")) - node.level + 1])
+    _, is_package = _known_text(module)
+    parts = module.split(".")
+    kept = len(parts) - node.level + is_package
+    return ".".join(parts[: max(0, kept)])
 
 
 def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
@@ -292,8 +451,30 @@ def _is_constant(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
+def _enters(statement: ast.stmt) -> bool:
+    """Whether a statement enters functions in a table of entries, and computes nothing:
+    what it says of them beside is no code, and ids cover what matters of it.
+    """
+    if not (
+        isinstance(statement, ast.Assign)
+        and isinstance(statement.targets[0], ast.Name)
+        and statement.targets[0].id in ENTRIES
+    ):
+        return False
+    nodes = list(ast.walk(statement.value))
+    calls = {ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)}
+    made = any(isinstance(node, ast.Lambda | ast.comprehension) for node in nodes)
+    return not made and calls <= KINDS
+
+
 @cache
 def _hash(definition: Definition) -> str:
-    statements = _read(definition.module).statements.get(definition.name, [])
-    code = "\n".join(statement.code for statement in statements)
+    if definition.name == WHOLE:
+        text, _ = _known_text(definition.module)
+        tree = _Bare().visit(ast.parse(text))
+        tree.body = [one for one in tree.body if not _enters(one)]
+        code = ast.unparse(tree)
+    else:
+        statements = _read(definition.module).statements.get(definition.name, [])
+        code = "\n".join(statement.code for statement in statements)
     return hashlib.sha256(code.encode()).hexdigest()

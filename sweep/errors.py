@@ -41,7 +41,13 @@ class SpecError(UserError):
 class CodeError(UserError):
     """Code of the user's own cannot be used: the message names its file and line. Or it
     may not run, as nobody has said that it may.
+
+    `file` is the one that a spec names, from which the mistake was met.
     """
+
+    def __init__(self, reason: str, file: str = "") -> None:
+        super().__init__(reason)
+        self.file = file
 
 
 class ChoiceError(UserError):

@@ -3,14 +3,17 @@
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import chain
 from pathlib import PurePosixPath
+from threading import RLock
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.model import Sight
 from kernels.registry import Registry
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
@@ -20,7 +23,13 @@ from sweep.own_code.places import read_places
 from sweep.own_code.sources import Sources
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
-from sweep.spec.settings import GROUPS, NotAllowedError, settings_of
+from sweep.spec.settings import (
+    GROUPS,
+    NotAllowedError,
+    preset_settings,
+    settings_of,
+    settings_tuple,
+)
 from sweep.text import unknown
 
 T = TypeVar("T")
@@ -29,6 +38,7 @@ CATALOGUED = ("models", "metrics", "maps", "starts")
 REGISTRIES: dict[str, Registry[Any]] = {
     kind: getattr(BUILT_IN, kind) for kind in CATALOGUED
 } | {"samplers": SAMPLERS}
+_LOCK = RLock()
 COMMON = {name for _, group in GROUPS for name in group._fields}
 """The settings that every model has."""
 
@@ -150,8 +160,16 @@ class OwnCatalogue(Catalogue):
         return description(self.own)
 
 
-@lru_cache(maxsize=64)
 def loaded(code: OwnCode) -> OwnCatalogue:
+    """The catalogue with what the files offer: the same object for the same code. It
+    runs the files, once in a process. Raises CodeError as `_loaded`.
+    """
+    with _LOCK:
+        return _loaded(code)
+
+
+@lru_cache(maxsize=64)
+def _loaded(code: OwnCode) -> OwnCatalogue:
     """The catalogue with what the files offer. It runs them, once in a process.
 
     Raises CodeError, which names the file, for what is no entry, and for names that
@@ -159,21 +177,35 @@ def loaded(code: OwnCode) -> OwnCatalogue:
     """
     own, origins = nothing(), dict[tuple[str, str], str]()
     for file, model in code.named:
-        if file in code.sources.code:
-            found = offered(load(code.sources, file), file, model)
-        else:
-            name = PurePosixPath(file).stem
-            check_name(file, "start", name)
-            found = nothing()
-            found.starts[name] = read_places(file, code.sources.texts[file])
-        for kind, entries in found._asdict().items():
-            for name in entries:
-                _enter(kind, name, file, origins)
-            getattr(own, kind).update(entries)
+        with _of_file(file):
+            found = _found_in(code, file, model)
+            for kind, entries in found._asdict().items():
+                for name in entries:
+                    _enter(kind, name, file, origins)
+                getattr(own, kind).update(entries)
     catalogue = OwnCatalogue(code, own, origins)
     for name in own.models:
         _check_model(origins["models", name], name, catalogue)
+        _check_sight(origins["models", name], name, catalogue)
     return catalogue
+
+
+def _found_in(code: OwnCode, file: str, model: str | None) -> Offered:
+    if file in code.sources.code:
+        return offered(load(code.sources, file), file, model)
+    name, found = PurePosixPath(file).stem, nothing()
+    check_name(file, "start", name)
+    found.starts[name] = read_places(file, code.sources.texts[file])
+    return found
+
+
+@contextmanager
+def _of_file(file: str) -> Iterator[None]:
+    """Errors say which of the files that a spec names they are about."""
+    try:
+        yield
+    except CodeError as error:
+        raise CodeError(error.reason, file) from error
 
 
 def check_free(file: str, kind: str, name: str) -> None:
@@ -221,6 +253,23 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
                 raise CodeError(f'{file}: preset "{preset}": {error}') from None
 
 
+def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
+    """Raise CodeError where `sight` of a model does not say whom boids see."""
+    model, settings = known.models[name], settings_of(name, known)
+    for preset in model.presets:
+        values = preset_settings(name, preset, known)
+        params = settings_tuple(model.params, values, settings)
+        try:
+            seen = model.sight(params)
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}"
+            raise CodeError(f"{file}: sight of {name}, {preset}: {said}") from error
+        if not isinstance(seen, Sight):
+            raise CodeError(
+                f"{file}: sight of {name} returns {seen!r}: it must return a Sight"
+            )
+
+
 @lru_cache(maxsize=64)
 def unloaded(code: OwnCode, about: str) -> OwnCatalogue:
     """The catalogue of stored code, which does not run: its entries say what is in
@@ -232,4 +281,13 @@ def unloaded(code: OwnCode, about: str) -> OwnCatalogue:
     for kind, entries in own._asdict().items():
         if taken := entries.keys() & REGISTRIES[kind].keys():
             raise ValueError(f"it has {kind} of the names {', '.join(taken)} as we do")
-    return OwnCatalogue(code, own)
+    catalogue = OwnCatalogue(code, own)
+    try:
+        for kind, entries in own._asdict().items():
+            for name in entries:
+                check_name("it", kind[:-1], name)
+        for name in own.models:
+            _check_model("it", name, catalogue)
+    except (CodeError, TypeError, KeyError, AttributeError) as error:
+        raise ValueError(f"it describes no entries: {error}") from None
+    return catalogue

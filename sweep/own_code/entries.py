@@ -8,7 +8,7 @@ it.
 import keyword
 from collections.abc import Mapping
 from itertools import chain
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import (
     Annotated,
     Any,
@@ -19,8 +19,10 @@ from typing import (
     get_type_hints,
 )
 
+from kernels.caching import OURS
 from kernels.identity import without_stamp
 from kernels.metrics import Metric
+from kernels.metrics.ground import Better
 from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
 from kernels.starts import Start
@@ -72,10 +74,18 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
                 f"{file}: {_listed(fields)} of {name} is no function at the top of a"
                 " file: only of those can an edit be noticed"
             )
+    for table in stamped:
+        for name, entry in table.items():
+            _check_functions(file, name, entry)
     for name, sampler in found.samplers.items():
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
     for name, metric in found.metrics.items():
+        if metric.better not in get_args(Better):
+            raise CodeError(
+                f'{file}: metric "{name}" has better="{metric.better}"; allowed:'
+                f" {_listed(get_args(Better))}"
+            )
         if metric.unit not in UNITS:
             raise CodeError(
                 f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'
@@ -132,6 +142,43 @@ def check_name(file: str, kind: str, name: object) -> None:
 
 def _is_word(name: str) -> bool:
     return name in (*CONSTANTS, *FUNCTIONS, *keyword.kwlist)
+
+
+ARGUMENTS = {
+    "advance": "flock, world, params, work, record, rng, steps",
+    "sight": "params",
+    "obstacle_reach": "params",
+    "goal_seekers": "params, n",
+    "begin_state": "params, flock, kind, rng, state",
+    "count_kinds": "params, n",
+    "measure": "frames, filled, ground, observation, values",
+}
+"""What the functions of entries are called with. Those that draw a map or a start may
+be partial.
+"""
+COMPILED = ("advance", "measure")
+"""The functions that run in every step or frame."""
+
+
+def _check_functions(file: str, name: str, entry: Any) -> None:
+    """Raise CodeError for functions that are not compiled and must be, and for those
+    that take other arguments than they get.
+    """
+    for field in ARGUMENTS.keys() & set(entry._fields):
+        function = getattr(entry, field)
+        plain = getattr(function, "py_func", function)
+        if function is None or not isinstance(plain, FunctionType):
+            continue
+        line = plain.__code__.co_firstlineno
+        where = f"{file}, line {line}: {plain.__name__}"
+        if field in COMPILED and plain not in OURS:
+            raise CodeError(f"{where} is not compiled: write @jit above it")
+        wanted, taken = ARGUMENTS[field].split(", "), plain.__code__.co_argcount
+        if taken != len(wanted):
+            raise CodeError(
+                f"{where}, the {field} of {name}, takes {taken} arguments, and gets"
+                f" {len(wanted)}: {', '.join(wanted)}"
+            )
 
 
 def _check_settings(file: str, model: Model) -> None:

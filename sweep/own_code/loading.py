@@ -50,10 +50,6 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         spec.has_location = file is not None
         return spec
 
-    def exec_module(self, module: ModuleType) -> None:
-        vars(module)["__source__"] = self.get_source(module.__name__)
-        super().exec_module(module)
-
     def get_source(self, name: str) -> str:
         package, _, inner = name.partition(".")
         file, _ = _file(self.known[package], inner)
@@ -93,7 +89,12 @@ def load(sources: Sources, file: str) -> ModuleType:
             if _FINDER not in sys.meta_path:
                 sys.meta_path.append(_FINDER)
             package = importlib.import_module(sources.package)
-            vars(package)["__stamped__"] = STAMPED_AS
+            texts = {
+                sources.module(file): (text, file.endswith(PACKAGE))
+                for file, text in sources.files
+                if file in sources.code
+            }
+            vars(package).update(__stamped__=STAMPED_AS, __sources__=texts)
         return importlib.import_module(sources.module(file))
 
 

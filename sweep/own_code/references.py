@@ -68,7 +68,7 @@ def _inside(entry: Entry, path: str) -> str:
     parts = path.split("/")
     if parts[0] not in (".", "..", "") and len(parts) == 1:
         raise entry.error(f'a file beside the spec is written "./{path}"')
-    if parts[0] != "." or ".." in parts:
+    if parts[0] != "." or ".." in parts or "" in parts[1:]:
         raise entry.error(
             f'"{path}" may lie outside the folder of the spec, from where no code is'
             " taken: put the file beside the spec, and write ./NAME.py"
@@ -82,11 +82,13 @@ def own_code(root: Entry, named: list[Reference]) -> OwnCode:
     for one in named:
         wanted = (one.name or MODEL) if one.kind == "models" else None
         files[one.file] = wanted or files.get(one.file)
-    try:
-        sources = gather(root.document.path.parent, files)
-    except CodeError as error:
-        raise named[0].entry.error(str(error)) from None
-    return OwnCode(sources, tuple(files.items()))
+    folder = root.document.path.parent
+    for one in named:
+        try:
+            gather(folder, [one.file])
+        except CodeError as error:
+            raise one.entry.error(str(error)) from None
+    return OwnCode(gather(folder, files), tuple(files.items()))
 
 
 def known_to(root: Entry, named: list[Reference]) -> OwnCatalogue:
@@ -95,7 +97,8 @@ def known_to(root: Entry, named: list[Reference]) -> OwnCatalogue:
     try:
         return loaded(code)
     except CodeError as error:
-        raise named[0].entry.error(str(error)) from error
+        at = next((one for one in named if one.file == error.file), named[0])
+        raise at.entry.error(str(error)) from error
 
 
 def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:

@@ -19,7 +19,7 @@ from sweep.errors import CodeError
 SUFFIX = ".py"
 """Of code; other files are data."""
 PACKAGE = "__init__.py"
-MOST_BYTES = 4_000_000
+MOST_BYTES = 2_000_000
 MOST_FILES = 100
 
 
@@ -71,6 +71,8 @@ def gather(folder: Path, files: Iterable[str]) -> Sources:
                 waiting += _imported(folder, file, found[file])
         if len(found) > MOST_FILES:
             raise CodeError(f"{file}: more than {MOST_FILES} files import each other")
+        if sum(map(len, found.values())) > MOST_BYTES:
+            raise CodeError(f"{file}: the files have more than {MOST_BYTES:,} bytes")
     return Sources(tuple(sorted(found.items())))
 
 

@@ -30,14 +30,16 @@ from sweep.store.store import Store
 from sweep.store.user_key import own_key
 
 SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
-MOST = 4 * MOST_BYTES * MOST_FILES
+MOST = 16_000_000
+"""Bytes of the file; JSON unpacks to many times as much memory."""
 PURPOSE = b"boidsweep code "
 
 
 def _is_inside(name: str) -> bool:
-    """Whether a path stays in the folder that it starts from."""
-    parts = PurePosixPath(name).parts
-    return bool(parts) and parts[0] != "/" and ".." not in parts and "\0" not in name
+    """Whether a path is plain, and stays in the folder that it starts from."""
+    path = PurePosixPath(name)
+    plain = name.isprintable() and path.as_posix() == name and not path.is_absolute()
+    return plain and bool(path.parts) and ".." not in path.parts
 
 
 def seal(sha: str) -> str:
@@ -105,14 +107,14 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
     if "own" not in origin:
         return BUILT_IN
     _, code = _stored(store, origin)
-    given = str(origin["own"]["seal"]).encode()
+    given = str(origin["own"]["seal"]).encode(errors="replace")
     ours = hmac.compare_digest(seal(code.sha).encode(), given)
     if code.sources.code and not (trust or ours):
         raise CodeError(
-            f"{store.folder}: its trials are computed by code of their own"
-            f" ({', '.join(code.sources.code)}), which you have not launched here. It"
-            " can do whatever you can: read it (`sweep code`), then allow it with"
-            " --trust"
+            f"{store.folder}: trials are computed by code of their own, version"
+            f" {code.sha[:12]} ({', '.join(code.sources.code)}), which you have not"
+            " launched here. It can do whatever you can: read it (`sweep code`), then"
+            " allow it with --trust"
         )
     return loaded(code)
 
@@ -132,7 +134,10 @@ def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
 def _differs(path: Path, text: str) -> bool:
     """Whether there is a file, and it has another text."""
     try:
-        return path.is_file() and path.read_text("utf-8-sig") != text
+        if not path.is_file() or path.is_symlink():
+            return False
+        too_large = path.stat().st_size > MOST_BYTES
+        return too_large or path.read_text("utf-8-sig") != text
     except (OSError, ValueError):
         return False
 
@@ -155,6 +160,10 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
             raise ValueError("its content is not what its name says")
         if astray := [name for name in stored["files"] if not _is_inside(name)]:
             raise ValueError(f"it has files outside its folder: {astray[0]}")
+        if len(stored["files"]) > MOST_FILES or not dict(code.named):
+            raise ValueError("it has too many files, or takes nothing from them")
+        if lost := dict(code.named).keys() - stored["files"].keys():
+            raise ValueError(f"it lacks the file {min(lost)}")
         return unloaded(code, json.dumps(stored["about"])), code
     except (OSError, ValueError) as error:
         wrong = f"the code of its trials cannot be read: {error}"

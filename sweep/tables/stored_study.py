@@ -35,7 +35,7 @@ from sweep.store.stored_code import (
 from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
-from sweep.tables.stored_trials import StoredTrial, stored_trials
+from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
 from sweep.text import similar, unknown
 
 if TYPE_CHECKING:
@@ -218,9 +218,16 @@ class StoredStudy:
         return other_now(self.store, stored.provenance)
 
     @property
-    def own_code(self) -> Mapping[str, str]:
-        """The text of each file of the user's own that computes its trials."""
-        return stored_sources(self.store, self.provenance)
+    def own_code(self) -> dict[str, Mapping[str, str]]:
+        """The text of each file of the user's own, by the sha256 of all of them: those
+        that compute its trials first, then those that computed other stored ones.
+        """
+        stored = (about for about, _ in origins(self.store, [*self.store.trial_ids()]))
+        return {
+            about["own"]["sha"]: stored_sources(self.store, about)
+            for about in (self.provenance, *stored)
+            if "own" in about
+        }
 
     @property
     def settings(self) -> dict[str, Setting]:

@@ -3,9 +3,14 @@
 Nothing that is stored depends on what is measured here.
 """
 
+import math
+import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from kernels.flight import measure
 from sweep.design.code import is_built_in
 from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
 from sweep.design.design import evenly, expand
@@ -13,7 +18,7 @@ from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import Study
 from sweep.trial.numba_errors import explained
 from sweep.trial.result import Result
-from sweep.trial.simulation import simulate
+from sweep.trial.simulation import Simulation, simulate
 
 MOST_TRIALS = 3
 ESTIMATED_SECONDS = 0.1
@@ -33,7 +38,8 @@ def measured_pace(study: Study) -> TrialPace:
     design = expand(study)
     jobs = Jobs(study, design.only(evenly(design.n_points, MOST_TRIALS)))
     few = [jobs[place] for place in evenly(len(jobs), MOST_TRIALS)]
-    list(_ran(study, map(_begun, few)))  # compiles
+    compiled = list(_ran(study, map(_begun, few)))
+    _check_contracts(study, compiled[0].job)
     results = list(_ran(study, map(_shortened, few)))
     estimated = sum(map(_estimated, results))
     return TrialPace(
@@ -49,7 +55,8 @@ def check_runs(study: Study, jobs: Sequence[Job]) -> None:
     One that fails is no reason: its settings may be.
     """
     if not is_built_in(study):
-        next(_ran(study, map(_begun, jobs)))
+        result = next(_ran(study, map(_begun, jobs)))
+        _check_contracts(study, result.job)
 
 
 def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
@@ -69,9 +76,49 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
         raise study.document.error(("model",), said) from first
 
 
+def _check_contracts(study: Study, job: Job) -> None:
+    """Raise SpecError where two runs of the first step of a job differ, and for a
+    metric that writes no value.
+    """
+
+    def refused(said: str) -> None:
+        raise study.document.error(("model",), f"no trial can be run: {said}")
+
+    names = job.record.metrics
+    metrics = [job.known.metrics[name] for name in names]
+    ends = []
+    for blank in (math.nan, 0.0):
+        simulation = Simulation(_begun(job))
+        simulation.advance(1)
+        ends.append((measure(simulation.flight, metrics, blank), simulation.state()))
+    (nan, one), (zero, other) = ends
+    for name, unwritten in zip(names, np.isnan(nan) & ~np.isnan(zero), strict=True):
+        if unwritten.any():
+            refused(
+                f"metric {name} writes no number into values[f] of some frame; it must"
+                " write one into each, and returns nothing"
+            )
+    for name, array in one.arrays.items():
+        if array.tobytes() != other.arrays[name].tobytes():
+            refused(
+                f"two runs of one trial differ after a step, in {name}: draw random"
+                " numbers from rng alone, and keep nothing between runs"
+            )
+
+
 def _words(error: Exception) -> str:
-    """What an error says, in a line."""
-    return explained(error) or " ".join(f"{type(error).__name__}: {error}".split())
+    """What an error says, in a line, with the line of a file of the user's own."""
+    if said := explained(error):
+        return said
+    own = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename.startswith("own_")
+    ]
+    where = ""
+    if own:
+        where = f"{own[-1].filename.partition('/')[2]}, line {own[-1].lineno}: "
+    return where + " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _begun(job: Job) -> Job:

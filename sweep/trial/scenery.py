@@ -36,7 +36,13 @@ def _obstacles(
     settings: WorldSettings, drawn: Map | Obstacles, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     if isinstance(drawn, Map):
-        return drawn.draw(settings, rng)
+        found = np.asarray(drawn.draw(settings, rng), np.float64)
+        if found.ndim != 2 or found.shape[1] != 5 or not np.isfinite(found).all():
+            raise ValueError(
+                f"map {settings.map} draws an array of shape {found.shape}: it must be"
+                " (M, 5), of finite numbers"
+            )
+        return found
     return np.array(drawn).reshape(-1, 5)
 
 

@@ -9,7 +9,7 @@ import pytest
 import sweep as package
 from sweep.campaigns.launch import launch
 from sweep.errors import CodeError, SpecError, StoreError
-from sweep.own_code.catalogue import loaded
+from sweep.own_code.catalogue import _loaded
 from sweep.own_code.reading import code_of, load_spec
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
@@ -65,7 +65,7 @@ def stranger(given: Given, monkeypatch: pytest.MonkeyPatch) -> Given:
         done = sweep(given.folder, "launch", "spec.yaml")
         assert "4 new trials (4 done)" in done.stderr
     assert given.ran() == 1
-    loaded.cache_clear()
+    _loaded.cache_clear()
     for name in [name for name in sys.modules if name.startswith("own_")]:
         del sys.modules[name]
     return given
@@ -157,6 +157,7 @@ def test_code_of_others_runs_only_with_trust(command: str, stranger: Given) -> N
     done = sweep(stranger.folder, command, "given", *trial)
     assert done.returncode == 2
     assert "(mine.py), which you have not launched here" in done.stderr
+    assert "version " in done.stderr
     assert "--trust" in done.stderr
     assert stranger.ran() == 0
 
@@ -196,6 +197,10 @@ def changed(folder: Path, change: dict[str, object]) -> None:
         {"files": {"mine.py": "import os"}},
         {"files": {"../mine.py": ""}},
         {"named": {}},
+        {"named": {"other.py": None}},
+        {"files": {"mine.py": "", "mine.py/": "import os"}},
+        {"files": {"//mine.py": ""}},
+        {"files": {"./mine.py": ""}},
         {"files": 3},
     ],
 )
@@ -206,6 +211,19 @@ def test_changed_code_is_refused_even_with_trust(
     with pytest.raises(StoreError, match=r"code-[0-9a-f]{64}\.json: the code"):
         package.load("given", stranger.folder / "results", trust=True)
     assert stranger.ran() == 0
+
+
+def test_all_code_is_shown_that_trust_would_run(stranger: Given) -> None:
+    """The spec as last launched may name other code than that of stored trials."""
+    code = stranger.folder / "mine.py"
+    code.write_text(code.read_text().replace('print("ran"', 'print("RAN"'))
+    sweep(stranger.folder, "launch", "spec.yaml")
+    said = sweep(stranger.folder, "code", "given").stdout
+    assert said.count("# ==================== version ") == 2
+    assert 'print("ran"' in said
+    assert 'print("RAN"' in said
+    done = sweep(stranger.folder, "code", "given", "--to", "both")
+    assert len({line.split("/")[1] for line in done.stdout.splitlines()}) == 2
 
 
 @pytest.mark.parametrize(
@@ -239,6 +257,7 @@ def test_a_description_cannot_take_the_name_of_an_entry_of_ours(
 
 
 def test_written_code_stays_in_its_folder(stranger: Given) -> None:
+    assert "    METRICS = {" in sweep(stranger.folder, "code", "given").stdout
     done = sweep(stranger.folder, "code", "given", "--to", "theirs")
     assert done.stdout == "theirs/mine.py\n"
     text = (stranger.folder / "theirs" / "mine.py").read_text()

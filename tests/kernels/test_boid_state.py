@@ -425,8 +425,8 @@ def test_what_a_row_of_state_says_of_itself_changes_no_id() -> None:
 
 
 def test_where_compiled_kernels_are_kept_concerns_no_trial() -> None:
-    used = closure(Definition("kernels.flight", "advance"))
-    used |= closure(Definition("kernels.models.nanobot", "advance"))
+    flying = Definition("kernels.flight", "advance")
+    used = closure([flying, Definition("kernels.models.nanobot", "advance")])
     assert Definition("kernels.jit", "_compiled") in used
     assert not any(one.module == "kernels.caching" for one in used)
 

@@ -4,6 +4,7 @@ import importlib
 import re
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -91,8 +92,9 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def forget() -> None:
     for name in [name for name in sys.modules if name.split(".")[0] == "own"]:
         del sys.modules[name]
-    for cached in (stamps._read, stamps._used, stamps._hash):
-        cached.cache_clear()
+    for cached in vars(stamps).values():
+        if hasattr(cached, "cache_clear"):
+            cached.cache_clear()
 
 
 def all_stamps() -> dict[str, str]:
@@ -173,9 +175,109 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_an_edit_changes_the_stamps_of_those_who_use_it(own: Path, name: str) -> None:
+def test_an_edit_changes_the_stamps_of_those_who_use_it(
+    own: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In our package, which is taken apart."""
+    monkeypatch.setattr(stamps, "OURS", "own")
     module, old, new, concerned = CHANGES[name]
     assert edited(own, module, old, new) == concerned
+
+
+NO_CODE = ("a docstring", "a comment", "an annotation", "layout")
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_an_edit_of_code_that_is_not_ours_concerns_all_of_its_module(
+    own: Path, name: str
+) -> None:
+    module, old, new, _ = CHANGES[name]
+    concerned = {"alone", "all_of_it", "mutual", "other", "starred"}
+    assert edited(own, module, old, new) == (set() if name in NO_CODE else concerned)
+
+
+HIDDEN = {
+    "a name that is bound again": (
+        "from .two import SCALE\nSCALE = SCALE * {}",
+        "2",
+        "3",
+    ),
+    "a value put into another module": (
+        "from . import four\nfour.A = {}",
+        "5.0",
+        "6.0",
+    ),
+    "a loop": ("W = []\nfor k in range({}):\n    W.append(k)", "3", "4"),
+    "one of two imports": (
+        "try:\n    from .two import {}\nexcept ImportError:\n    from .six import {}",
+        "scaled",
+        "unused",
+    ),
+    "a function that is wrapped": (
+        "def by(c):\n    def of(f):\n        def g(x): return c * f(x)\n"
+        "        return g\n    return of\n\n@by({})\ndef wrapped(x): return x",
+        "2.0",
+        "3.0",
+    ),
+    "a condition": (
+        "if True:\n    def some(x):\n        y = {}\n        return y",
+        "1",
+        "2",
+    ),
+    "an order": ("P = [1, 2]\nA, B = P.pop({}), P.pop()", "0", "1"),
+    "a method": ("class C:\n    def rate(self): return {}", "1.0", "2.0"),
+    "a text that is run": ("exec('Q = {}')", "1", "2"),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_nothing_that_a_module_does_is_missed(own: Path, name: str) -> None:
+    code, old, new = HIDDEN[name]
+    with (own / "one.py").open("a") as file:
+        file.write(code.replace("{}", old) + "\n")
+    changed = edited(own, "one", code.replace("{}", old), code.replace("{}", new))
+    assert changed == {"alone", "all_of_it", "mutual", "other", "starred"}
+
+
+def test_what_is_read_when_a_module_is_imported_counts(own: Path) -> None:
+    (own / "gain.txt").write_text("1.0")
+    with (own / "two.py").open("a") as file:
+        file.write("from pathlib import Path\n")
+        file.write("GAIN = float((Path(__file__).parent / 'gain.txt').read_text())\n")
+    before = all_stamps()
+    assert all_stamps() == before
+    (own / "gain.txt").write_text("9.0")
+    assert {name for name, one in all_stamps().items() if one != before[name]} == {
+        *before
+    }
+
+
+def test_a_module_that_is_imported_later_counts_before_it_is(own: Path) -> None:
+    with (own / "one.py").open("a") as file:
+        file.write("def lazy(x):\n    from .eight import far\n    return far(x)\n")
+    (own / "eight.py").write_text("def far(x): return x\n")
+    before = all_stamps()
+    importlib.import_module("own.eight")
+    assert stamp(sys.modules["own.one"].lazy) == stamp(sys.modules["own.one"].lazy)
+    assert edited(own, "eight", "return x", "return -x") == {*before}
+
+
+def test_what_is_said_of_entries_is_no_code(own: Path) -> None:
+    with (own / "one.py").open("a") as file:
+        file.write("METRICS = dict()\nMETRICS = {'a': ('text', alone)}\n")
+    assert edited(own, "one", "'text'", "'other text'") == set()
+
+
+def test_a_partial_function_is_given_plain_values() -> None:
+    with pytest.raises(ValueError, match="given more than numbers and texts"):
+        stamp(partial(stamp, alone_in_tests))
+    given = ((1.0, 2.0), (0.1 + 1e-12, 3.0)), ((1.0, 2.0), (0.1, 3.0))
+    one, other = (stamp(partial(alone_in_tests, places)) for places in given)
+    assert one != other
+
+
+def alone_in_tests() -> None:
+    """A function."""
 
 
 def test_a_function_within_another_has_no_stamp() -> None:

@@ -120,7 +120,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "allocation",
-        "advance returns OptionalType(bool)",
+        "advance returns None",
         (
             marked(DEF),
             (
@@ -319,7 +319,8 @@ def test_a_model_that_other_processes_cannot_find_is_skipped(promise: str) -> No
 
 
 def test_without_what_others_need_they_are_not_tried(tmp_path: Path) -> None:
-    path, _ = written(tmp_path, ("@jit\ndef advance", "def advance"))
+    ending = "            return False\n    return True\n"
+    path, _ = written(tmp_path, (ending, "            return False\n"))
     found = {kept.promise: (kept.status, kept.why) for kept in check_all(subject(path))}
     assert tuple(found) == PROMISES
     assert found["presets"] == (KEPT, "")
