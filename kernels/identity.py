@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 from kernels import coverage, flight
+from kernels.caching import OURS
 from kernels.catalogue import Catalogue
 from kernels.metrics import Metric
 from kernels.model import Model
@@ -103,6 +104,11 @@ def without_stamp(entry: Any) -> list[str]:
         for field, value in entry._asdict().items()
         if callable(value) and not isinstance(value, type) and not at_the_top(value)
     ]
+
+
+def is_compiled(function: Callable[..., Any]) -> bool:
+    """Whether a function is decorated by `kernels.jit`, also where numba is off."""
+    return getattr(function, "py_func", function) in OURS
 
 
 @cache

@@ -15,11 +15,11 @@ ground  what a metric is, and what it gets to see
 """
 
 from kernels.metrics import counted, energy, flocks, motion, places, shape
-from kernels.metrics.ground import Ground, Metric
+from kernels.metrics.ground import Better, Ground, Metric
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
-__all__ = ["METRICS", "Ground", "Metric"]
+__all__ = ["METRICS", "Better", "Ground", "Metric"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"

@@ -19,10 +19,8 @@ from typing import (
     get_type_hints,
 )
 
-from kernels.caching import OURS
-from kernels.identity import without_stamp
-from kernels.metrics import Metric
-from kernels.metrics.ground import Better
+from kernels.identity import is_compiled, without_stamp
+from kernels.metrics import Better, Metric
 from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
 from kernels.starts import Start
@@ -171,7 +169,7 @@ def _check_functions(file: str, name: str, entry: Any) -> None:
             continue
         line = plain.__code__.co_firstlineno
         where = f"{file}, line {line}: {plain.__name__}"
-        if field in COMPILED and plain not in OURS:
+        if field in COMPILED and not is_compiled(function):
             raise CodeError(f"{where} is not compiled: write @jit above it")
         wanted, taken = ARGUMENTS[field].split(", "), plain.__code__.co_argcount
         if taken != len(wanted):

@@ -20,7 +20,7 @@ SHADES_APART = 17
 """The distance between two shades of a colour in the palette of a GIF. With it, white
 and light grey stay different.
 """
-INSTALL = 'pip install ".[video]"'
+INSTALL = 'pip install "boidsweep[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
 

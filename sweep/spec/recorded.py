@@ -72,7 +72,8 @@ class KnownMetrics(NamedTuple):
         if metric and (lacking := lacks(models[self.model], metric)):
             having = [one.name for one in models.values() if not lacks(one, metric)]
             raise entry.error(
-                f'metric "{name}" is for models with {lacking}: {", ".join(having)}'
+                f'metric "{name}" is for models with {lacking}:'
+                f" {', '.join(having) or 'there is none'}"
             )
 
 

@@ -37,7 +37,7 @@ TAIL = 0.005
 and the 99.5 % quantile.
 """
 
-SALIB = Package("SALib", 'pip install ".[sensitivity]"')
+SALIB = Package("SALib", 'pip install "boidsweep[sensitivity]"')
 
 
 @dataclass(frozen=True)

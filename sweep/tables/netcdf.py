@@ -30,7 +30,7 @@ from sweep.tables.stored_study import StoredStudy
 if TYPE_CHECKING:
     import xarray as xr
 
-INSTALL = 'pip install ".[netcdf]"'
+INSTALL = 'pip install "boidsweep[netcdf]"'
 OUTSIDE = -2
 MOST_PLACES = 2**31
 """Of an array, which is held in memory."""

@@ -65,7 +65,7 @@ def running_lab(home: Path) -> Iterator[Lab]:
     """
     if importlib.util.find_spec("jupyterlab") is None:
         raise RuntimeError(
-            'JupyterLab is not installed: pip install ".[notebook]", which make'
+            'JupyterLab is not installed: pip install "boidsweep[notebook]", which make'
             " test-slow does"
         )
     own = {name: str(home / folder) for name, folder in FOLDERS.items()}
