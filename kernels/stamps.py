@@ -90,9 +90,9 @@ def stamp(function: Callable[..., Any]) -> str:
     """
     given = ""
     if isinstance(function, partial):
-        if not _is_plain((function.args, sorted(function.keywords.items()))):
+        if not _is_plain([*function.args, dict(function.keywords)]):
             raise ValueError(f"{function} is given more than numbers and texts")
-        given = f"{function.args!r} {sorted(function.keywords.items())!r}"
+        given = _written([*function.args, dict(sorted(function.keywords.items()))])
         function = function.func
     plain = getattr(function, "py_func", function)
     held = values(_at_once(plain.__module__))

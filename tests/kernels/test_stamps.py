@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kernels import stamps
@@ -272,8 +273,10 @@ def test_a_partial_function_is_given_plain_values() -> None:
     with pytest.raises(ValueError, match="given more than numbers and texts"):
         stamp(partial(stamp, alone_in_tests))
     given = ((1.0, 2.0), (0.1 + 1e-12, 3.0)), ((1.0, 2.0), (0.1, 3.0))
-    one, other = (stamp(partial(alone_in_tests, places)) for places in given)
-    assert one != other
+    long = np.zeros(10_000), np.eye(1, 10_000, 5_000)[0]
+    for pair in (given, long):
+        one, other = (stamp(partial(alone_in_tests, places)) for places in pair)
+        assert one != other
 
 
 def alone_in_tests() -> None:
