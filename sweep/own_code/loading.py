@@ -50,6 +50,16 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         spec.has_location = file is not None
         return spec
 
+    def exec_module(self, module: ModuleType) -> None:
+        if sources := self.known.get(module.__name__):
+            texts = {
+                sources.module(file): (text, file.endswith(PACKAGE))
+                for file, text in sources.files
+                if file in sources.code
+            }
+            vars(module).update(__stamped__=STAMPED_AS, __sources__=texts)
+        super().exec_module(module)
+
     def get_source(self, name: str) -> str:
         package, _, inner = name.partition(".")
         file, _ = _file(self.known[package], inner)
@@ -88,13 +98,6 @@ def load(sources: Sources, file: str) -> ModuleType:
             _FINDER.known[sources.package] = sources
             if _FINDER not in sys.meta_path:
                 sys.meta_path.append(_FINDER)
-            package = importlib.import_module(sources.package)
-            texts = {
-                sources.module(file): (text, file.endswith(PACKAGE))
-                for file, text in sources.files
-                if file in sources.code
-            }
-            vars(package).update(__stamped__=STAMPED_AS, __sources__=texts)
         return importlib.import_module(sources.module(file))
 
 

@@ -48,6 +48,7 @@ INTO_A_FILE = {
     "experiments/nguyen2024/figures.py save": "our own, in sweep/figures/saving.py",
     "sweep/published/drawings.py save": "our own, in sweep/figures/saving.py",
     "sweep/figures/kinds.py save": "our own, in sweep/figures/saving.py",
+    "kernels/caching.py save": "our own, which numba writes into its cache",
 }
 OTHERWISE = {
     "sweep/store/new_files.py open": "this is the one place",
@@ -84,6 +85,10 @@ OTHERWISE = {
         "where parts are made up; nobody else may enter it"
     ),
     "sweep/tables/netcdf.py to_netcdf": "into that folder",
+    "sweep/testing/compiled.py TemporaryDirectory": (
+        "where the interpreter leaves its flights; nobody else may enter it"
+    ),
+    "sweep/testing/interpreted.py savez": "into that folder",
     "sweep/cli/output.py open": "os.devnull",
     "sweep/spec/images.py FileIO": "reads",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",

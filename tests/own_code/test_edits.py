@@ -2,6 +2,7 @@
 compute the same numbers.
 """
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from kernels.worlds import MAPS
 from sweep.campaigns.launch import launch
 from sweep.design.code import study_code
 from sweep.errors import SpecError
+from sweep.own_code.catalogue import _loaded
 from sweep.own_code.loading import load_model
 from sweep.own_code.reading import load_spec
 from sweep.spec.study import parse_spec
@@ -250,3 +252,12 @@ def test_a_model_that_was_put_among_ours_by_hand_runs_in_workers_from_its_file(
     done = launch(parse_spec(plain), tmp_path / "by_hand", two_workers)
     assert done.statuses == {"failed": 6}
     assert launched(spec, tmp_path / "own", two_workers).statuses() == {"done": 6}
+
+
+def test_a_package_that_is_imported_again_has_the_same_ids(tmp_path: Path) -> None:
+    spec, results = written(tmp_path), tmp_path / "results"
+    launched(spec, results)
+    for name in [name for name in sys.modules if name.startswith("own_")]:
+        del sys.modules[name]
+    _loaded.cache_clear()
+    assert relaunch(spec, results).statuses.total() == 0

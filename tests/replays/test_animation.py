@@ -255,8 +255,8 @@ def test_without_ffmpeg_mp4_says_what_to_do(
     with pytest.raises(
         OutputError,
         match=(
-            r'MP4 needs ffmpeg, .* pip install "\.\[video\]" brings one .*; a .gif'
-            r" needs none"
+            r'MP4 needs ffmpeg, .* pip install "boidsweep\[video\]" brings one .*;'
+            r" a .gif needs none"
         ),
     ):
         check(study, trial, Wanted(animation=tmp_path / "x.mp4"))

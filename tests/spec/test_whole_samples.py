@@ -199,6 +199,6 @@ def test_salib_is_only_needed_for_these_samples(
     short_study(f"sweep: {{{axis('sobol', 8)}}}")
     with pytest.raises(
         SpecError,
-        match=r'6: sample: morris needs the package SALib, .*: pip install "\.\[sens',
+        match=r'6: sample: morris needs the package SALib, .*: pip install "boidsw',
     ):
         short_study(f"sweep: {{{axis('morris', 8)}}}")

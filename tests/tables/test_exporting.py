@@ -393,7 +393,7 @@ def test_without_its_packages_netcdf_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(netcdf, "find_spec", lambda _name: None)
     with pytest.raises(
-        ChoiceError, match=r'which are not installed: pip install "\.\[netcdf\]"'
+        ChoiceError, match=r'which are not installed: pip install "boidsweep\[netcdf\]"'
     ):
         export(study, tmp_path / "file.nc")
     assert list(tmp_path.iterdir()) == []
