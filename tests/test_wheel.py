@@ -49,7 +49,7 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
 ) -> None:
     code = (
         "from sweep.published.starting import begin, built_in_specs;"
-        " from sweep.spec.study import load_spec; names = list(built_in_specs());"
+        " from sweep.own_code.reading import load_spec; names = list(built_in_specs());"
         " [load_spec(begin(name, force=True).path) for name in names];"
         " from sweep.web.controls import EXPERIMENTS, published;"
         " assert published('nguyen2024', 'as_run', EXPERIMENTS);"
