@@ -96,10 +96,10 @@ class _Campaign(Generic[P]):
         if self.progress.trials:
             self.report(self.progress)
         unpublished: Callable[[Origin], PlanTables] | None = None
-        for number, asked in enumerate(self.strategy.rounds(self.stored.look)):
+        for asked in self.strategy.rounds(self.stored.look):
             unpublished = asked.plan
             if jobs := self._missing(asked, retry=retry):
-                if number == 0:
+                if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
                     check_runs(self.study, asked.some(MOST_TRIALS))
                 self._publish(asked.plan)
