@@ -135,7 +135,8 @@ def _is_plain(value: Any) -> bool:
         return all(map(_is_plain, (*value, *value.values())))
     if isinstance(value, np.ndarray):
         return not value.dtype.hasobject
-    return value is None or isinstance(value, int | float | complex | str | bytes)
+    plain = int | float | complex | str | bytes | np.generic
+    return value is None or isinstance(value, plain)
 
 
 def _written(value: Any) -> str:

@@ -72,9 +72,7 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
                 f"{file}: {_listed(fields)} of {name} is no function at the top of a"
                 " file: only of those can an edit be noticed"
             )
-    for table in stamped:
-        for name, entry in table.items():
-            _check_functions(file, name, entry)
+        _check_functions(file, name, entry)
     for name, sampler in found.samplers.items():
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')

@@ -13,14 +13,11 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from threading import RLock
 from types import CodeType, ModuleType
 
-from kernels.model import Model
 from sweep.errors import CodeError
-from sweep.own_code.entries import model_of
-from sweep.own_code.sources import PACKAGE, Sources, gather
+from sweep.own_code.sources import PACKAGE, Sources
 
 STAMPED_AS = "own"
 """What stamps call the package, whose own name has the hash of all its files."""
@@ -116,13 +113,3 @@ def _explained(sources: Sources) -> Iterator[None]:
             file = own[-1].filename.partition("/")[2]
             where = f"{file}, line {own[-1].lineno}: "
         raise CodeError(f"{where}{type(error).__name__}: {error}") from error
-
-
-def load_model(path: Path, attribute: str = "MODEL") -> Model:
-    """The model in a file. Raises CodeError where there is none.
-
-    path       the file
-    attribute  the name of the model in it
-    """
-    sources = gather(path.parent, [path.name])
-    return model_of(load(sources, path.name), path.name, attribute)

@@ -58,6 +58,13 @@ Words = Callable[["re.Match[str]", Place | None], str]
 """The rule that is broken, and the way out, from what numba said and where."""
 
 
+def own_line(error: BaseException) -> str:
+    """The last line of a file of one's own that led to an error; "" if none did."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if OWN_PACKAGE.match(frame.filename)]
+    return str(Place(own[-1].filename, own[-1].lineno or 1)) if own else ""
+
+
 def explained(error: BaseException) -> str | None:
     """The sentence about an error that came up while a kernel was compiled; None for
     any other error.

@@ -4,7 +4,6 @@ Nothing that is stored depends on what is measured here.
 """
 
 import math
-import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -16,7 +15,7 @@ from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
 from sweep.design.design import evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import Study
-from sweep.trial.numba_errors import explained
+from sweep.trial.numba_errors import explained, own_line
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, simulate
 
@@ -110,15 +109,8 @@ def _words(error: Exception) -> str:
     """What an error says, in a line, with the line of a file of the user's own."""
     if said := explained(error):
         return said
-    own = [
-        frame
-        for frame in traceback.extract_tb(error.__traceback__)
-        if frame.filename.startswith("own_")
-    ]
-    where = ""
-    if own:
-        where = f"{own[-1].filename.partition('/')[2]}, line {own[-1].lineno}: "
-    return where + " ".join(f"{type(error).__name__}: {error}".split())
+    words = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"{where}: {words}" if (where := own_line(error)) else words
 
 
 def _begun(job: Job) -> Job:

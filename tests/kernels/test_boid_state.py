@@ -318,7 +318,7 @@ NOT_USED = About("what nobody uses", "radians")
         ({"kinds": "prey"}, "kinds is no tuple of different names"),
         ({"kinds": ("prey", 5)}, "kinds is no tuple of different names"),
         ({"state": {"phase": "radians"}}, 'state "phase" needs an About'),
-        ({"state": {"phase": About("", "hour")}}, "needs an About with a unit"),  # type: ignore[arg-type]
+        ({"state": {"phase": About("", "hour")}}, "needs an About with a unit"),
         ({"state": {}}, "there is a begin_state, but no state"),
         ({"kinds": ()}, "kinds and count_kinds belong together"),
         ({"count_kinds": None}, "kinds and count_kinds belong together"),

@@ -17,8 +17,7 @@ from sweep.campaigns.launch import launch
 from sweep.design.code import study_code
 from sweep.errors import SpecError
 from sweep.own_code.catalogue import _loaded
-from sweep.own_code.loading import load_model
-from sweep.own_code.reading import load_spec
+from sweep.own_code.reading import load_spec, named_model
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky
@@ -56,8 +55,8 @@ def test_two_workers_compute_what_the_same_model_computes_built_in(
     own = launched(spec, tmp_path / "own", two_workers)
     known = load_spec(spec).known
     presets = known.models["drawn"].presets
-    built_in = load_model(ROOT / "examples" / "vortex.py")
-    entry = built_in._replace(name="drawn", presets=presets)
+    name, there = named_model(str(ROOT / "examples" / "vortex.py"))
+    entry = there.models[name]._replace(name="drawn", presets=presets)
     monkeypatch.setitem(MODELS, "drawn", entry)
     monkeypatch.setitem(METRICS, "rightwards", known.metrics["rightwards"])
     monkeypatch.setitem(MAPS, "pillar", known.maps["pillar"])

@@ -9,15 +9,17 @@ import pytest
 
 from kernels.model import Model
 from kernels.settings import About
-from sweep.errors import CodeError
+from sweep.errors import CodeError, SpecError
 from sweep.own_code.description import described, description
 from sweep.own_code.entries import Offered, nothing
-from sweep.own_code.loading import load_model
+from sweep.own_code.reading import named_model
 from tests import ROOT
 from tests.commands import sweep
 from tests.oscillators import MODEL, ORDER, SPEC
 
-TEXT = (ROOT / "tests" / "oscillators.py").read_text()
+TEXT = (ROOT / "tests" / "oscillators.py").read_text() + """
+METRICS = {"order": ORDER}
+"""
 
 
 @pytest.mark.parametrize(
@@ -33,16 +35,17 @@ def test_a_state_or_kinds_that_cannot_be_are_refused(
 ) -> None:
     path = tmp_path / "circles.py"
     path.write_text(TEXT)
-    assert list(load_model(path).state) == ["phase", "frequency"]
+    name, known = named_model(str(path))
+    assert list(known.models[name].state) == ["phase", "frequency"]
     path.write_text(TEXT.replace(old, new))
-    with pytest.raises(CodeError) as raised:
-        load_model(path)
-    assert str(raised.value).startswith("circles.py: oscillators: ")
+    with pytest.raises(SpecError) as raised:
+        named_model(str(path))
+    assert "circles.py: oscillators: " in str(raised.value)
     assert said in str(raised.value)
 
 
 def test_a_study_of_it_runs_and_its_trajectories_are_exported(tmp_path: Path) -> None:
-    (tmp_path / "circles.py").write_text(f'{TEXT}\nMETRICS = {{"order": ORDER}}\n')
+    (tmp_path / "circles.py").write_text(TEXT)
     spec = SPEC.replace("model: oscillators", "model: ./circles.py")
     (tmp_path / "spec.yaml").write_text(spec.replace("[order]", "[./circles.py]", 1))
     launched = sweep(tmp_path, "launch", "spec.yaml")
