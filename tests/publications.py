@@ -54,13 +54,18 @@ claims:
   - id: start-speed
     where: "Figure 2, frame 0"
     says: "boids start at 0.765 px/step"
+    kind: number
+    registered: 2024-03-01
     spec: small
     figure: curves
     measure: {mean: speed, frame: 0, for: {separation_weight: 1}}
     expect: {value: 0.765, rounding: 0.0005, trials: 100}
+    looked: before
   - id: hidden
     where: "Section 3 | end"
     says: "it is <b>fast</b>"
+    kind: reading
+    registered: 2024-03-01
     untestable: "no machine is named"
 contradictions:
   - {where: "Section 2", says: "the text says speed 3, the curves start at 0.77"}

@@ -6,10 +6,12 @@ functions that claims call. At the quick scale each spec is changed as the file 
 and its results are stored under another name.
 """
 
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast, get_args
 
 from sweep.design.design import Design, expand
 from sweep.errors import SpecError
@@ -31,7 +33,21 @@ from sweep.text import unknown
 FILE = "published.yaml"
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
 QUICK = "quick"
-ABOUT_CLAIM = ("id", "where", "says")
+MUTANTS = "mutants"
+FIXED = "fixed"
+ALL = "all"
+"""The changes of a mutant to every spec of its document."""
+ABOUT_CLAIM = ("id", "where", "says", "kind", "registered")
+SHARE = re.compile(r"([0-9]+(?:\.[0-9]+)?) %")
+
+Kind = Literal["number", "reading", "hypothesis", "fit"]
+"""What a claim is: a number that the document prints, or that its own data have; our
+reading of one of its sentences; a hypothesis of ours; a test of what was fitted to it.
+"""
+Looked = Literal["before", "after"]
+"""When results of such trials were first seen: before or after the expectation was
+fixed.
+"""
 
 
 @dataclass(frozen=True)
@@ -39,17 +55,28 @@ class Claim:
     """One published number or statement: where it stands, what it says, how it is
     measured and what is expected.
 
-    `untestable` is the reason why it cannot be tested. Such a claim has no measure and
-    no expectation.
+        kind          what it is
+        statement     the name that claims on the same statement share
+        registered    the day on which the expectation got its present form
+        spec, figure  whose trials test it, and which figure shows it
+        looked        when results were first seen
+        alternatives  other expectations or measures that were tried; "" for none
+        untestable    the reason why it cannot be tested. Such a claim has no measure,
+                      no expectation and no look
     """
 
     id: str
     where: str
     says: str
-    spec: str | None
-    figure: str | None
+    kind: Kind
+    statement: str
+    registered: date
+    spec: str | None = None
+    figure: str | None = None
     measure: Measure | None = None
     expect: Expectation | None = None
+    looked: Looked | None = None
+    alternatives: str = ""
     untestable: str = ""
 
 
@@ -59,6 +86,20 @@ class Contradiction:
 
     where: str
     says: str
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A wrong version of the studies of a document. Claims that hold must notice it.
+
+    name     its name
+    about    what is wrong, in words
+    changes  by spec what is changed, as the quick scale writes its changes
+    """
+
+    name: str
+    about: str
+    changes: Mapping[str, Sequence[Entry]]
 
 
 @dataclass(frozen=True)
@@ -75,6 +116,7 @@ class Publication:
     source: str
     studies: Mapping[str, Study]
     claims: Sequence[Claim]
+    mutants: Sequence[Mutant]
     contradictions: Sequence[Contradiction]
     drawings: Mapping[str, Drawing]
     functions: Mapping[str, Callable[..., Any]]
@@ -173,12 +215,14 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
     """
     root = read_document(file)
     root.keys(
-        ["title", "source", "specs", "claims", "contradictions"],
+        ["title", "source", "specs", "claims", "mutants", "contradictions"],
         required=["title", "source", "specs", "claims"],
     )
+    specs = dict(root.child("specs").mapping())
+    mutants = _mutants(root.get("mutants"), file, specs) if asked else []
     designs = {
         spec: _designed(entry, file.parent, quick)
-        for spec, entry in root.child("specs").mapping()
+        for spec, entry in specs.items()
         if asked or not _runs_code(file.with_name(f"{spec}.yaml"))
     }
     studies = {spec: study for spec, (study, _) in designs.items()}
@@ -195,6 +239,7 @@ def read_publication(file: Path, *, quick: bool, asked: bool = True) -> Publicat
         source=root.child("source").text(),
         studies=studies,
         claims=_claims(root.child("claims"), designs, drawings, functions, asked),
+        mutants=mutants,
         contradictions=_contradictions(root.get("contradictions")),
         drawings=drawings,
         functions=functions,
@@ -211,31 +256,59 @@ def _designed(entry: Entry, folder: Path, quick: bool) -> tuple[Study, Design]:
     """A spec's study and design. At the quick scale, those of the changed spec, under
     another name.
     """
+    study = _changed(entry, folder, [entry], QUICK) if quick else _study(entry, folder)
+    try:
+        return study, expand(study)
+    except SpecError as error:
+        raise _told(entry, entry.name, error) if quick else error from None
+
+
+def _study(entry: Entry, folder: Path) -> Study:
+    """The study of the spec that `entry` names."""
+    file = _spec_file(entry, folder)
+    return study_of(read_document(file).document.text, file)
+
+
+def _spec_file(entry: Entry, folder: Path) -> Path:
     if not isinstance(entry.value, dict):
         raise entry.expected("a mapping, {} where the quick scale changes nothing")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
         names = [path.stem for path in _specs(folder / FILE)]
         raise entry.error(unknown("spec", entry.name, names))
+    return file
+
+
+def _changed(
+    entry: Entry, folder: Path, changes: Sequence[Entry], prefix: str
+) -> Study:
+    """The study of the spec that `entry` names, with `changes`, under another name."""
+    file = _spec_file(entry, folder)
     root = read_document(file)
-    study = study_of(root.document.text, file)
-    if not quick:
-        return study, expand(study)
-    for path in entry.value:
-        _change(root.value, entry.child(path), path.split("."))
+    for change in changes:
+        for path in change.value:
+            _change(root.value, change.child(path), path.split("."))
+    name = f"{prefix}/{root.value['study']}"
     try:
-        changed = study_of(root.value | {"study": f"{QUICK}/{study.name}"}, file)
-        return changed, expand(changed)
+        return study_of(root.value | {"study": name}, file)
     except SpecError as error:
-        # The line of this error is in the changed text, which is in no file.
-        message = str(error).split(": ", 1)[1]
-        raise entry.error(
-            f"with these changes {file.name} is wrong: {message}"
-        ) from None
+        raise _told(changes[-1], entry.name, error) from None
+
+
+def _told(entry: Entry, spec: str, error: SpecError) -> SpecError:
+    """The error of a changed spec, with the line of its changes: its own line is in the
+    changed text, which is in no file.
+    """
+    message = str(error).split(": ", 1)[1]
+    return entry.error(f"with these changes {spec}.yaml is wrong: {message}")
 
 
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
-    """Put the value of `entry` into `spec`; all keys but the last must be there."""
+    """Put the value of `entry` into `spec`. A spec without `fixed` gets one; of other
+    keys all but the last must be there.
+    """
+    if path[0] == FIXED:
+        spec.setdefault(FIXED, {})
     for key in path[:-1]:
         inner = spec.get(key)
         if not isinstance(inner, dict):
@@ -273,48 +346,77 @@ def _claims(
 
 def _untested(entry: Entry) -> Claim:
     """A claim of a publication that was not asked for."""
-    name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
     reason = entry.get("untestable")
     why = reason.text() if reason else NOT_ASKED
-    return Claim(name, where, says, None, None, untestable=why)
+    return Claim(**_about(entry), untestable=why)
 
 
 def _claim(
     entry: Entry, reader: MeasureReader, drawings: Mapping[str, Drawing]
 ) -> Claim:
+    tested = ("measure", "expect", "looked")
     entry.keys(
-        [*ABOUT_CLAIM, "spec", "figure", "measure", "expect", "untestable"],
+        [
+            *ABOUT_CLAIM,
+            *("statement", "spec", "figure", *tested, "alternatives", "untestable"),
+        ],
         required=ABOUT_CLAIM,
     )
-    if not NAME.fullmatch(entry.child("id").text()):
-        raise entry.child("id").expected('a name of letters, digits, "_", "-" and "."')
-    name, where, says = (entry.child(key).text() for key in ABOUT_CLAIM)
-    spec, figure, reason = (
-        entry.get("spec"),
-        entry.get("figure"),
-        entry.get("untestable"),
+    about = _about(entry)
+    spec, figure, reason, others = (
+        entry.get(key) for key in ("spec", "figure", "untestable", "alternatives")
     )
     chosen = spec.one_of("spec", reader.designs) if spec else None
     shown = figure.one_of("figure", drawings) if figure else None
-    if ("measure" in entry.value) != ("expect" in entry.value) or (
-        "measure" in entry.value
-    ) == bool(reason):
+    given = [key for key in tested if key in entry.value]
+    if len(given) != (0 if reason else len(tested)):
         raise entry.error(
-            'a claim needs either "measure" with "expect",'
+            'a claim needs either "measure", "expect" and "looked",'
             ' or "untestable" with the reason'
         )
     if reason:
-        return Claim(name, where, says, chosen, shown, untestable=reason.text())
+        return Claim(**about, spec=chosen, figure=shown, untestable=reason.text())
     if chosen is None:
         raise entry.error('missing key "spec": whose trials test the claim')
     measure = reader.read(entry.child("measure"), chosen)
-    expectation = _expectation(entry.child("expect"), measure)
-    return Claim(name, where, says, chosen, shown, measure, expectation)
+    looked = entry.child("looked").one_of("time of the look", get_args(Looked))
+    return Claim(
+        **about,
+        spec=chosen,
+        figure=shown,
+        measure=measure,
+        expect=_expectation(entry.child("expect"), measure),
+        looked=cast(Looked, looked),
+        alternatives=others.text() if others else "",
+    )
+
+
+def _about(entry: Entry) -> dict[str, Any]:
+    """What every claim says about itself, tested or not."""
+    statement = entry.get("statement") or entry.child("id")
+    for name in (entry.child("id"), statement):
+        if not NAME.fullmatch(name.text()):
+            raise name.expected('a name of letters, digits, "_", "-" and "."')
+    return {
+        "id": entry.child("id").text(),
+        "where": entry.child("where").text(),
+        "says": entry.child("says").text(),
+        "kind": entry.child("kind").one_of("kind of claim", get_args(Kind)),
+        "statement": statement.text(),
+        "registered": _day(entry.child("registered")),
+    }
+
+
+def _day(entry: Entry) -> date:
+    try:
+        return date.fromisoformat(entry.text())
+    except ValueError:
+        raise entry.expected("a day such as 2026-03-01") from None
 
 
 def _expectation(entry: Entry, measure: Measure) -> Expectation:
     kinds = ("value", "above", "below", "within")
-    entry.keys([*kinds, "rounding", "trials", "tolerance", "because"])
+    entry.keys([*kinds, "rounding", "trials", "margin", "because"])
     given = [kind for kind in kinds if kind in entry.value]
     if len(given) != 1:
         raise entry.error(f"an expectation needs exactly one of {', '.join(kinds)}")
@@ -331,25 +433,68 @@ def _expectation(entry: Entry, measure: Measure) -> Expectation:
 
 
 def _value(entry: Entry, measure: Measure) -> Value:
-    if ("tolerance" in entry.value) != ("because" in entry.value):
-        raise entry.error('"tolerance" and "because", its reason, go together')
+    if ("margin" in entry.value) != ("because" in entry.value):
+        raise entry.error('"margin" and "because", its reason, go together')
     trials, because = entry.get("trials"), entry.get("because")
     if trials and isinstance(measure, RankCorrelation):
         raise trials.error('"trials" has no meaning for a rank correlation')
+    value = entry.child("value").number()
     return Value(
-        value=entry.child("value").number(),
-        rounding=_not_negative(entry.get("rounding")),
+        value=value,
+        rounding=_rounding(entry.get("rounding")),
         trials=trials.whole(1) if trials else None,
-        tolerance=_not_negative(entry.get("tolerance")),
+        margin=_margin(entry.get("margin"), value),
         because=because.text() if because else "",
     )
 
 
-def _not_negative(entry: Entry | None) -> float:
+def _rounding(entry: Entry | None) -> float:
     number = entry.number() if entry else 0.0
     if entry and number < 0:
         raise entry.expected("a number from 0")
     return number
+
+
+def _margin(entry: Entry | None, value: float) -> float | None:
+    """A margin in the unit of `value`, which may be given as a share of it."""
+    if entry is None:
+        return None
+    if isinstance(entry.value, str):
+        share = SHARE.fullmatch(entry.value)
+        if not share:
+            raise entry.expected('a number, or a share of the value such as "5 %"')
+        margin = float(share[1]) / 100.0 * abs(value)
+    else:
+        margin = entry.number()
+    if margin <= 0.0:
+        raise entry.error(
+            f'"margin" must be more than 0, not {margin:g}; the value is {value:g}'
+        )
+    return margin
+
+
+def _mutants(
+    entry: Entry | None, file: Path, specs: Mapping[str, Entry]
+) -> list[Mutant]:
+    """The mutants. Every change is tried: it must leave a spec that is right."""
+    found = []
+    for name, child in entry.mapping() if entry else ():
+        if not NAME.fullmatch(name):
+            raise child.error(
+                f'"{name}" is not a name of letters, digits, "_", "-" and "."'
+            )
+        child.keys(["about", "change"], required=["about", "change"])
+        changes: dict[str, list[Entry]] = {}
+        for key, change in child.child("change").mapping():
+            change.mapping()
+            if key != ALL and key not in specs:
+                raise change.error(unknown("spec", key, [*specs, ALL]))
+            for spec in specs if key == ALL else [key]:
+                changes.setdefault(spec, []).append(change)
+        for spec, made in changes.items():
+            _changed(specs[spec], file.parent, made, f"{MUTANTS}/{name}")
+        found.append(Mutant(name, child.child("about").text(), changes))
+    return found
 
 
 def _contradictions(entry: Entry | None) -> list[Contradiction]:

@@ -140,7 +140,7 @@ def rule(page: Page) -> list[str]:
         (
             "A number is reproduced where our mean differs from it by no more than half"
             " the simultaneous Student (for two groups Welch) interval, plus its"
-            " rounding, plus a tolerance where one is stated with its reason. Where the"
+            " rounding, plus a margin where one is stated with its reason. Where the"
             " number of published trials is known, their chance error counts too, with"
             " our standard deviation; where it is not, the published number is taken to"
             " be exact."
@@ -177,8 +177,8 @@ def published_text(row: Row) -> str:
         parts = [_printed(expect)]
         parts += [f"mean of {expect.trials:,} trials"] if expect.trials else []
         parts += (
-            [f"tolerance {expect.tolerance:g}: {expect.because}"]
-            if expect.tolerance
+            [f"margin {expect.margin:g}: {expect.because}"]
+            if expect.margin is not None
             else []
         )
         return "; ".join(parts)

@@ -23,13 +23,13 @@ ROUNDING_ERROR = 1e-12
 
 class Value(NamedTuple):
     """A published number, with its rounding (half a unit of its last digit), the number
-    of its trials, and a tolerance for other differences, with the reason.
+    of its trials, and the margin within which ours counts as the same, with its reason.
     """
 
     value: float
     rounding: float = 0.0
     trials: int | None = None
-    tolerance: float = 0.0
+    margin: float | None = None
     because: str = ""
 
 
@@ -60,7 +60,7 @@ class Verdict:
     """The status and its reason. `interval` is the ordinary 95 % one.
 
     `noticeable` is the smallest difference that the test could notice: half the
-    simultaneous interval, plus rounding and tolerance. Both are None if nothing was
+    simultaneous interval, plus rounding and margin. Both are None if nothing was
     tested.
     """
 
@@ -85,7 +85,7 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
     low, high = estimate.interval(simultaneous_confidence(claims), published)
     half = (high - low) / 2.0
     if isinstance(expectation, Value):
-        half += expectation.rounding + expectation.tolerance
+        half += expectation.rounding + (expectation.margin or 0.0)
         status, reason = _equal(estimate.value, low, high, expectation)
     else:
         status, reason = _beyond(low, high, *_allowed(expectation))
@@ -95,18 +95,13 @@ def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
 def _equal(
     ours: float, low: float, high: float, expectation: Value
 ) -> tuple[Status, str]:
-    """Reproduced if the interval, widened by rounding and tolerance, contains the
+    """Reproduced if the interval, widened by rounding and margin, contains the
     value.
     """
-    published, rounding, tolerance = (
-        expectation.value,
-        expectation.rounding,
-        expectation.tolerance,
-    )
-    slack = rounding + tolerance + ROUNDING_ERROR * max(abs(ours), abs(published))
-    sources = (
-        ["chance"] + ["rounding"] * (rounding > 0) + ["the tolerance"] * (tolerance > 0)
-    )
+    published, rounding = expectation.value, expectation.rounding
+    margin = expectation.margin or 0.0
+    slack = rounding + margin + ROUNDING_ERROR * max(abs(ours), abs(published))
+    sources = ["chance"] + ["rounding"] * (rounding > 0) + ["the margin"] * (margin > 0)
     explained = (
         "chance alone"
         if len(sources) == 1

@@ -97,7 +97,7 @@ MISTAKES = [
     (
         "mean: speed,",
         "mean: sped,",
-        'tiny/published.yaml:12: unknown recorded series "sped"; did you mean "speed"?',
+        'tiny/published.yaml:14: unknown recorded series "sped"; did you mean "speed"?',
     ),
     (
         MEASURE,
@@ -161,8 +161,55 @@ MISTAKES = [
     ),
     (
         EXPECT,
-        "{value: 1, tolerance: 2}",
-        '"tolerance" and "because", its reason, go together',
+        "{value: 1, margin: 2}",
+        '"margin" and "because", its reason, go together',
+    ),
+    (
+        EXPECT,
+        "{value: 1, margin: 0, because: x}",
+        '"margin" must be more than 0, not 0',
+    ),
+    (
+        EXPECT,
+        "{value: 0, margin: 5 %, because: x}",
+        '"margin" must be more than 0, not 0; the value is 0',
+    ),
+    (
+        EXPECT,
+        "{value: 1, margin: 5, because: 3}",
+        '"because" must be a text, not 3',
+    ),
+    (
+        EXPECT,
+        "{value: 1, margin: 5%, because: x}",
+        '"margin" must be a number, or a share of the value such as "5 %", not "5%"',
+    ),
+    (
+        "kind: number",
+        "kind: numbr",
+        'tiny/published.yaml:10: unknown kind of claim "numbr"; did you mean "number"?',
+    ),
+    ("    kind: number\n", "", 'missing key "kind"'),
+    (
+        "registered: 2024-03-01",
+        "registered: 2024-13-01",
+        '"registered" must be a day such as 2026-03-01, not "2024-13-01"',
+    ),
+    ("    registered: 2024-03-01\n", "", 'missing key "registered"'),
+    (
+        "looked: before",
+        "looked: never",
+        'unknown time of the look "never". Allowed: before, after',
+    ),
+    (
+        "    looked: before\n",
+        "",
+        'either "measure", "expect" and "looked", or "untestable" with the reason',
+    ),
+    (
+        "    kind: number",
+        '    kind: number\n    statement: "a b"',
+        '"statement" must be a name of letters',
     ),
     (EXPECT, "{value: 1, rounding: -1}", '"rounding" must be a number from 0, not -1'),
     (EXPECT, "{above: 1, trials: 3}", 'unknown key "trials"'),
@@ -171,7 +218,7 @@ MISTAKES = [
     (
         "    spec: small",
         "    spec: smal",
-        'tiny/published.yaml:10: unknown spec "smal"; did you mean "small"?',
+        'tiny/published.yaml:12: unknown spec "smal"; did you mean "small"?',
     ),
     (
         "figure: curves",
@@ -183,7 +230,7 @@ MISTAKES = [
     (
         "    untestable:",
         "    expect: {above: 1}\n    untestable:",
-        'either "measure" with "expect", or "untestable"',
+        'either "measure", "expect" and "looked", or "untestable"',
     ),
     ("  small: {rep", "  smal: {rep", 'unknown spec "smal"; did you mean "small"?'),
     ('says: "the text', 'sais: "the text', 'unknown key "sais"; did you mean "says"?'),
@@ -236,6 +283,62 @@ def test_wrong_quick_changes_are_named(
         read(tmp_path, published, quick=True)
     assert message in str(caught.value)
     read(tmp_path, published)
+
+
+MUTANTS = """
+mutants:
+  heavy: {about: "boids turn slowly", change: {all: {fixed.drag: 0.2}}}
+  apart: {about: "no drag", change: {small: {fixed.drag: 0, replicates: 2}}}
+contradictions:"""
+
+
+def test_mutants_change_specs(tmp_path: Path) -> None:
+    heavy, apart = read(
+        tmp_path, PUBLISHED.replace("\ncontradictions:", MUTANTS)
+    ).mutants
+    assert (heavy.name, heavy.about) == ("heavy", "boids turn slowly")
+    changes = [
+        {spec: [one.value for one in made] for spec, made in mutant.changes.items()}
+        for mutant in (heavy, apart)
+    ]
+    assert changes == [
+        {"small": [{"fixed.drag": 0.2}]},
+        {"small": [{"fixed.drag": 0, "replicates": 2}]},
+    ]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        (
+            "fixed.drag: 0.2",
+            "fixed.drga: 0.2",
+            "tiny/published.yaml:24: with these changes small.yaml is wrong: unknown"
+            ' setting "drga"; did you mean "drag"?',
+        ),
+        ("fixed.drag: 0.2", "fixd.drag: 0.2", 'unknown mapping in the spec "fixd"'),
+        ("all: ", "smal: ", 'published.yaml:24: unknown spec "smal"; did you mean'),
+        ('about: "no drag", ', "", 'published.yaml:25: missing key "about"'),
+        ("heavy:", '"so heavy":', '"so heavy" is not a name of letters'),
+        ("{fixed.drag: 0.2}", "{}", '"all" must be a mapping with at least one'),
+    ],
+)
+def test_wrong_mutants_are_named(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in MUTANTS
+    published = PUBLISHED.replace("\ncontradictions:", MUTANTS.replace(right, wrong))
+    with pytest.raises(SpecError) as caught:
+        read(tmp_path, published)
+    assert message in str(caught.value)
+
+
+def test_a_share_is_a_margin(tmp_path: Path) -> None:
+    published = PUBLISHED.replace(
+        EXPECT, '{value: -2, margin: 2.5 %, because: "the spread"}'
+    )
+    expect = read(tmp_path, published).claims[0].expect
+    assert expect == Value(-2.0, margin=0.05, because="the spread")
 
 
 @pytest.mark.parametrize(

@@ -203,5 +203,5 @@ def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     assert bad.returncode == 2
     code, mistake = bad.stderr.splitlines()
     assert code == "this runs code: experiments/tiny/figures.py"
-    assert mistake.startswith('tiny/published.yaml:12: unknown recorded series "sped"')
+    assert mistake.startswith('tiny/published.yaml:14: unknown recorded series "sped"')
     assert not (tmp_path / "results" / "tiny").exists()

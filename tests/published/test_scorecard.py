@@ -4,6 +4,7 @@ that texts are escaped.
 
 import math
 import re
+from datetime import date
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -69,9 +70,12 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
   - id: wrong
     where: "Figure 2 & <3>"
     says: "boids start at 3 px/step"
+    kind: reading
+    registered: 2024-03-01
     spec: small
     measure: {mean: speed, frame: 0, for: {separation_weight: 1}}
-    expect: {value: 3, tolerance: 0.1, because: "a <guess>"}
+    expect: {value: 3, margin: 0.1, because: "a <guess>"}
+    looked: before
 contradictions:"""
     publications = read_all(
         experiments(folder, PUBLISHED.replace("\ncontradictions:", wrong)), quick=False
@@ -122,8 +126,8 @@ def test_both_pages_say_the_same(html: Reader, markdown: str, kind: str) -> None
         "2 claims are tested on this page",
         "0.05/2 = 0.025 (Bonferroni)",
         "Boids start at 3 px/step.",
-        "more than chance and the tolerance may explain.",
-        "3; tolerance 0.1: a <guess>",
+        "more than chance and the margin may explain.",
+        "3; margin 0.1: a <guess>",
         "No machine is named.",
         "It is <b>fast</b>.",
         "the text says speed 3, the curves start at 0.77",
@@ -165,7 +169,8 @@ def test_what_is_not_reproduced_comes_first_and_every_verdict_has_its_word(
 
 def row(expect: Expectation, *values: float, left_out: int = 0) -> Row:
     found = mean_estimate(np.array(values, np.float64))
-    claim = Claim("a", "b", "c", "s", None, None, expect)
+    day = date(2024, 3, 1)
+    claim = Claim("a", "b", "c", "number", "a", day, "s", expect=expect)
     return Row(
         claim, judge(found, expect, 2), Measured(found, f"{len(values)}", left_out)
     )
@@ -178,7 +183,7 @@ def row(expect: Expectation, *values: float, left_out: int = 0) -> Row:
         (Value(57.3, 0.05, 3), "57.3; mean of 3 trials"),
         (Value(1200.0, 50.0), "1200"),
         (Value(57.25), "57.25"),
-        (Value(2.0, 0.0, None, 0.5, "a guess"), "2; tolerance 0.5: a guess"),
+        (Value(2.0, 0.0, None, 0.5, "a guess"), "2; margin 0.5: a guess"),
         (Above(0.5), "above 0.5"),
         (Below(0.5), "below 0.5"),
         (Within(-1.0, 1.0), "-1 to 1"),

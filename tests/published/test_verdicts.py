@@ -88,15 +88,15 @@ def test_a_wrong_number_is_noticed_by_half_at_the_noticeable_difference() -> Non
     assert abs(np.mean(noticed) - 0.5) < 4 * math.sqrt(0.25 / 1000)
 
 
-def test_rounding_and_tolerance_widen_and_are_told() -> None:
+def test_rounding_and_margin_widen_and_are_told() -> None:
     ours = estimate(1.0, 1.0, 1.0)
     assert status(ours, Value(1.2)) == "not reproduced"
     assert status(ours, Value(1.2, rounding=0.1)) == "not reproduced"
-    verdict = judge(ours, Value(1.2, rounding=0.1, tolerance=0.1, because="a guess"), 1)
+    verdict = judge(ours, Value(1.2, rounding=0.1, margin=0.1, because="a guess"), 1)
     assert (verdict.status, verdict.noticeable) == ("reproduced", pytest.approx(0.2))
     assert (
         verdict.reason
-        == "differs by -0.2, which chance, rounding and the tolerance may explain"
+        == "differs by -0.2, which chance, rounding and the margin may explain"
     )
 
 
