@@ -26,13 +26,15 @@ class Catalogue:
     starts: Mapping[str, Start]
 
     @property
-    def files(self) -> tuple[str, ...]:
-        """The files of the user's own in which some of them are."""
+    def runs(self) -> tuple[str, ...]:
+        """What runs to have them beside us: files of the user's own, and modules of
+        packages that a spec names.
+        """
         return ()
 
     def written(self, _kind: str, name: str, /) -> str:
         """How a spec names an entry of a kind, as "models": by its name, or by the file
-        that has it.
+        or module that has it.
         """
         return name
 

@@ -117,6 +117,11 @@ def kernels_sha() -> str:
     return stamp_of_all(Path(__file__).parent)
 
 
+def package_sha(*places: Path) -> str:
+    """The sha256 of the code of another package: of its folders, or of its file."""
+    return stamp_of_all(*places)
+
+
 @cache
 def _flight_stamp() -> str:
     groups = (Schedule, WorldSettings, StartSettings, Observation)

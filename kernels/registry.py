@@ -120,10 +120,9 @@ def installed(groups: str) -> list[EntryPoint]:
     """The entry points, of groups that begin so, of all distributions in folders of
     installed packages, each distribution once.
     """
-    places = [path for path in sys.path if _is_for_packages(path)]
     found = {
         distribution.name: distribution
-        for distribution in reversed(list(distributions(path=places)))
+        for distribution in reversed(list(distributions(path=places())))
     }
     return [
         point
@@ -131,6 +130,11 @@ def installed(groups: str) -> list[EntryPoint]:
         for point in distribution.entry_points
         if point.group.startswith(groups)
     ]
+
+
+def places() -> list[str]:
+    """The folders of the path into which packages are installed."""
+    return [path for path in sys.path if _is_for_packages(path)]
 
 
 def _is_for_packages(path: str) -> bool:

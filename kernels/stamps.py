@@ -195,13 +195,17 @@ def _called(module: str) -> str:
     return f"{getattr(sys.modules[package], '__stamped__', package)}{dot}{inner}"
 
 
-def stamp_of_all(folder: Path) -> str:
-    """The sha256 of all Python sources below `folder`: their names and code."""
+def stamp_of_all(*places: Path) -> str:
+    """The sha256 of Python sources, all below folders, or single files: their names and
+    code.
+    """
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        code = ast.unparse(_Bare().visit(ast.parse(path.read_bytes())))
-        name = path.relative_to(folder).as_posix()
-        digest.update(f"{name} {len(code)}\n{code}".encode())
+    for place in places:
+        folder = place if place.is_dir() else place.parent
+        for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            code = ast.unparse(_Bare().visit(ast.parse(path.read_bytes())))
+            name = path.relative_to(folder).as_posix()
+            digest.update(f"{name} {len(code)}\n{code}".encode())
     return digest.hexdigest()
 
 

@@ -96,17 +96,20 @@ def run(
     spec: str | Path | Mapping[str, Any],
     results: "str | Location" = "results",
     workers: int = 0,
+    *,
+    code_from: str | Path | None = None,
 ) -> "LoadedStudy":
     """Run what is missing of a study, as `sweep launch` and `sweep search` do, and
     return what is stored of it.
 
     `spec` is the path of a file, or the spec itself: a YAML text of several lines, or a
-    mapping. It runs in `workers` processes, as many as there are cores for 0. Nothing
-    is printed; trials that did not come to their end are a warning. Raises SpecError
-    for what is wrong with the spec, StoreError where `results` cannot be read or
-    written, ValueError for a negative number of workers, FailedTrialsError where more
-    trials have failed than the spec allows, and KeyboardInterrupt, both with all
-    finished trials stored: after the latter the same call goes on.
+    mapping. It runs in `workers` processes, as many as there are cores for 0. Files of
+    code that it names lie beside it, or in `code_from` and below. Nothing is printed;
+    trials that did not come to their end are a warning. Raises SpecError for what is
+    wrong with the spec, StoreError where `results` cannot be read or written,
+    ValueError for a negative number of workers, FailedTrialsError where more trials
+    have failed than the spec allows, and KeyboardInterrupt, both with all finished
+    trials stored: after the latter the same call goes on.
     """
     import warnings
 
@@ -118,7 +121,7 @@ def run(
         raise ValueError(
             f"workers: {workers}; allowed: 0, as many as there are cores, or more"
         )
-    study = _study(spec)
+    study = _study(spec, code_from)
     engine = Loky(workers or core_count())
     try:
         (search if study.search else launch)(study, location(results), engine)
@@ -137,7 +140,12 @@ def run(
     return stored
 
 
-def plan(spec: str | Path | Mapping[str, Any], workers: int = 0) -> "Plan | SearchPlan":
+def plan(
+    spec: str | Path | Mapping[str, Any],
+    workers: int = 0,
+    *,
+    code_from: str | Path | None = None,
+) -> "Plan | SearchPlan":
     """What `run` would do with the same arguments, without running it.
 
     `plan("spec.yaml").trials` is a number; `print(plan("spec.yaml").as_text())` is what
@@ -148,7 +156,7 @@ def plan(spec: str | Path | Mapping[str, Any], workers: int = 0) -> "Plan | Sear
     from sweep.campaigns.plan import plan_of
     from sweep.workers.executors import core_count
 
-    return plan_of(_study(spec), workers or core_count())
+    return plan_of(_study(spec, code_from), workers or core_count())
 
 
 def compare(
@@ -212,10 +220,13 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
     return replay(study, trial)
 
 
-def _study(spec: str | Path | Mapping[str, Any]) -> "Study":
+def _study(
+    spec: str | Path | Mapping[str, Any], code_from: str | Path | None
+) -> "Study":
     """The study of a file, of a YAML text of several lines, or of a mapping."""
     from sweep.own_code.reading import load_spec, study_of
 
+    folder = Path(code_from) if code_from is not None else None
     if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):
-        return study_of(spec)
-    return load_spec(Path(spec))
+        return study_of(spec, code_from=folder)
+    return load_spec(Path(spec), code_from=folder)

@@ -40,7 +40,18 @@ else:  # typer knows no union of types
     ]
 NoCode = Annotated[
     bool,
-    typer.Option("--no-code", help="Refuse a spec that runs code of its own files."),
+    typer.Option("--no-code", help="Refuse a spec that names code of its own."),
+]
+CodeFrom = Annotated[
+    Path | None,
+    typer.Option(
+        "--code-from",
+        metavar="FOLDER",
+        help=(
+            "Take the files of code that a spec names from this folder and those below"
+            " it, as ../models/vortex.py; else they lie beside the spec."
+        ),
+    ),
 ]
 Trust = Annotated[
     bool,

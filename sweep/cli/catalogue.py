@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import NoCode, app, stop
+from sweep.cli.app import CodeFrom, NoCode, app, stop
 from sweep.text import unknown
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def schema(
         ),
     ] = None,
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
 ) -> None:
     """The JSON Schema of a spec, with which editors check and complete it."""
     import json
@@ -72,7 +73,9 @@ def schema(
     from sweep.own_code.reading import schema_for
     from sweep.spec.schema import json_schema
 
-    made = schema_for(spec, code=not no_code) if spec else json_schema()
+    made = json_schema()
+    if spec:
+        made = schema_for(spec, code=not no_code, code_from=code_from)
     print(json.dumps(made, indent=1))
 
 

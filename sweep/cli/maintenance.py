@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from sweep.cli.app import (
+    CodeFrom,
     Force,
     Json,
     NoCode,
@@ -138,6 +139,7 @@ def diff(
     results: Results = Path("results"),
     as_json: Json = False,
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
 ) -> None:
     """What a change of a spec adds, keeps and drops, before any trial runs: points and
     trials, exactly.
@@ -146,9 +148,9 @@ def diff(
     from sweep.tables.spec_difference import compare
     from sweep.tables.stored_study import StoredStudy
 
-    changed = load_spec(other or spec, code=not no_code)
+    changed = load_spec(other or spec, code=not no_code, code_from=code_from)
     before = (
-        load_spec(spec, code=not no_code)
+        load_spec(spec, code=not no_code, code_from=code_from)
         if other
         else StoredStudy(changed.name, results)
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, NoCode, Results, Spec, Workers, app
+from sweep.cli.app import CodeFrom, Json, NoCode, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 
 
@@ -37,6 +37,7 @@ def launch(
     address: Address = None,
     scheduler_file: SchedulerFile = None,
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
 ) -> None:
     """Run the trials of a study that are not stored yet.
 
@@ -48,7 +49,7 @@ def launch(
     from sweep.store.shares import Share
 
     share = Share.parse(shard) if shard else None
-    study = load_spec(spec, code=not no_code)
+    study = load_spec(spec, code=not no_code, code_from=code_from)
     name = f"{study.name}, share {share}" if share else study.name
     with (
         engine(executor, workers, address, scheduler_file) as made,
@@ -93,6 +94,7 @@ def search(
     address: Address = None,
     scheduler_file: SchedulerFile = None,
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
 ) -> None:
     """Search for good settings, judge the best on new seeds, and report.
 
@@ -106,7 +108,7 @@ def search(
     from sweep.own_code.reading import load_spec
     from sweep.tables.stored_study import StoredStudy
 
-    study = load_spec(spec, code=not no_code)
+    study = load_spec(spec, code=not no_code, code_from=code_from)
     if export:
         check_export(export, study.name)
     with (
@@ -134,13 +136,15 @@ def plan(
     workers: Workers = 0,
     as_json: Json = False,
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
 ) -> None:
     """What a spec would run: points, trials, what is rejected, and what it may cost."""
     from sweep.campaigns.plan import plan_of
     from sweep.own_code.reading import load_spec
     from sweep.workers.executors import core_count
 
-    made = plan_of(load_spec(spec, code=not no_code), workers or core_count())
+    study = load_spec(spec, code=not no_code, code_from=code_from)
+    made = plan_of(study, workers or core_count())
     print(made.as_json() if as_json else made.as_text())
 
 

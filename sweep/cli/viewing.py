@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import NoCode, Results, Trust, app, stop
+from sweep.cli.app import CodeFrom, NoCode, Results, Trust, app, stop
 
 if TYPE_CHECKING:
     from sweep.tables.stored_study import StoredStudy
@@ -60,6 +60,7 @@ def view(
     ] = False,
     results: Results = Path("results"),
     no_code: NoCode = False,
+    code_from: CodeFrom = None,
     trust: Trust = False,
 ) -> None:
     """See the swarm in the browser: a model, a spec or study from its first point, or a
@@ -84,7 +85,8 @@ def view(
     if what and trial:
         begin = _replayed(_stored(what, results, trust), trial)
     elif what:
-        begin = _live(_state_of(what, results, trust=trust, code=not no_code))
+        allowed = {"trust": trust, "code": not no_code}
+        begin = _live(_state_of(what, results, **allowed, code_from=code_from))
     else:
         begin = _live(_chosen(model, preset, map_name, code=not no_code))
     server = PageServer(_first_at_once(begin), port)
@@ -148,14 +150,16 @@ def _is_spec(what: str) -> bool:
     return what.endswith(SPECS) or Path(what).is_file()
 
 
-def _state_of(what: str, results: Results, *, trust: bool, code: bool) -> "ViewState":
+def _state_of(
+    what: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
+) -> "ViewState":
     """The first point of a spec, or the first stored trial of a study."""
     from sweep.errors import StoreError
     from sweep.own_code.reading import load_spec
     from sweep.web.state import from_job, from_study
 
     if _is_spec(what):
-        return from_study(load_spec(Path(what), code=code))
+        return from_study(load_spec(Path(what), code=code, code_from=code_from))
     study = _stored(what, results, trust)
     if study.trials.empty:
         raise StoreError(f"study {what}: no trial is stored yet")

@@ -90,7 +90,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     return Plan(
         study=study.name,
         model=study.model,
-        code=study.known.files,
+        code=study.known.runs,
         preset=study.preset,
         points=design.n_points,
         trials_per_point=study.trials_per_point,

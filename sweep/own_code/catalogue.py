@@ -18,9 +18,10 @@ from kernels.registry import Registry
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
 from sweep.own_code.entries import MODEL, Offered, check_name, nothing, offered
+from sweep.own_code.installed import Installed, installed_module
 from sweep.own_code.loading import load
 from sweep.own_code.places import read_places
-from sweep.own_code.sources import Sources
+from sweep.own_code.sources import SUFFIX, Sources
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.settings import (
@@ -45,18 +46,38 @@ COMMON = {name for _, group in GROUPS for name in group._fields}
 
 @dataclass(frozen=True)
 class OwnCode:
-    """The files that a spec names, with all that they import: `named` are their paths,
-    each with the name of the model that the spec takes from it, or None.
+    """The files that a spec names, with all that they import, and modules of installed
+    packages. `named` are their paths and names, each with the name of the model that
+    the spec takes from it, or None.
+
+    `packages` has the packages of the modules, and `folder` is the path from the folder
+    of the spec to that of the files.
     """
 
     sources: Sources
     named: tuple[tuple[str, str | None], ...]
+    packages: tuple[Installed, ...] = ()
+    folder: str = "."
 
     @cached_property
     def sha(self) -> str:
-        """The sha256 of the files, and of what is taken from them."""
-        content = json.dumps([self.sources.files, self.named])
+        """The sha256 of the code, and of what is taken from it."""
+        more = [self.packages] if self.packages else []
+        content = json.dumps([self.sources.files, self.named, *more])
         return hashlib.sha256(content.encode()).hexdigest()
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """What runs: files, and modules of packages."""
+        modules = [name for name, _ in self.named if self.package_of(name)]
+        return (*self.sources.code, *modules)
+
+    def package_of(self, name: str) -> Installed | None:
+        """The package of a module that is named, None for a file."""
+        if name in self.sources.texts:
+            return None
+        first = name.partition(".")[0]
+        return next((one for one in self.packages if one.name == first), None)
 
 
 class _Joined(Mapping[str, T]):
@@ -115,7 +136,8 @@ def _of(known: Catalogue, kind: str) -> Mapping[str, Any]:
 class OwnCatalogue(Catalogue):
     """What names stand for in a study with `code` of its own.
 
-    `own` are its entries, and `origins` the file of each, by its kind and name.
+    `own` are its entries, and `origins` the file or module of each, by its kind and
+    name.
     """
 
     code: OwnCode
@@ -134,17 +156,20 @@ class OwnCatalogue(Catalogue):
         object.__setattr__(self, "origins", origins)
 
     @property
-    def files(self) -> tuple[str, ...]:
-        return self.code.sources.code
+    def runs(self) -> tuple[str, ...]:
+        return self.code.runs
 
     def written(self, kind: str, name: str, /) -> str:
-        file = self.origins.get((kind, name))
-        if file is None:
+        origin = self.origins.get((kind, name))
+        if origin is None:
             return name
-        if file not in self.code.sources.code:
-            return f"./{file}"
-        wanted = dict(self.code.named)[file] if kind == "models" else name
-        return f"./{file}" if wanted == MODEL else f"./{file}:{wanted}"
+        wanted = dict(self.code.named)[origin] if kind == "models" else name
+        if self.code.package_of(origin):
+            return f"{origin}:{wanted}"
+        path = (PurePosixPath(self.code.folder) / origin).as_posix()
+        path = path if path.startswith("..") else f"./{path}"
+        alone = wanted == MODEL or not origin.endswith(SUFFIX)
+        return path if alone else f"{path}:{wanted}"
 
     def __reduce__(self) -> tuple[object, ...]:
         return loaded, (self.code,)
@@ -161,8 +186,8 @@ class OwnCatalogue(Catalogue):
 
 
 def loaded(code: OwnCode) -> OwnCatalogue:
-    """The catalogue with what the files offer: the same object for the same code. It
-    runs the files, once in a process. Raises CodeError as `_loaded`.
+    """The catalogue with what the code offers: the same object for the same code. It
+    runs the code, once in a process. Raises CodeError as `_loaded`.
     """
     with _LOCK:
         return _loaded(code)
@@ -170,7 +195,7 @@ def loaded(code: OwnCode) -> OwnCatalogue:
 
 @lru_cache(maxsize=64)
 def _loaded(code: OwnCode) -> OwnCatalogue:
-    """The catalogue with what the files offer. It runs them, once in a process.
+    """The catalogue with what the code offers. It runs it, once in a process.
 
     Raises CodeError, which names the file, for what is no entry, and for names that
     stand for something else already.
@@ -191,6 +216,8 @@ def _loaded(code: OwnCode) -> OwnCatalogue:
 
 
 def _found_in(code: OwnCode, file: str, model: str | None) -> Offered:
+    if package := code.package_of(file):
+        return offered(installed_module(file, package), file, model)
     if file in code.sources.code:
         return offered(load(code.sources, file), file, model)
     name, found = PurePosixPath(file).stem, nothing()

@@ -5,15 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from sweep.own_code.installed import locations
 from sweep.own_code.references import (
     FILE,
+    MODULE,
     Reference,
     known_to,
     own_code,
     references,
     resolved,
 )
-from sweep.own_code.sources import SUFFIX
 from sweep.spec.document import Document, Entry
 from sweep.spec.schema import json_schema
 from sweep.spec.schema_parts import Schema
@@ -21,46 +22,56 @@ from sweep.spec.strict_yaml import dump, parse_document, read_document
 from sweep.spec.study import Study, read_study
 
 
-def load_spec(path: Path, *, code: bool = True) -> Study:
+def load_spec(path: Path, *, code: bool = True, code_from: Path | None = None) -> Study:
     """The study that the file of a spec describes.
 
-    If the spec names files with code, they run. Raises SpecError, with file and line,
-    for whatever is wrong with it; without `code`, for a spec that names any.
+    If the spec names code, it runs; files of code lie in the folder of the spec, or in
+    `code_from` where it is given. Raises SpecError, with file and line, for whatever is
+    wrong with the spec; without `code`, for one that names any.
     """
-    return _read(read_document(path), code)
+    return _read(read_document(path), code, code_from)
 
 
 def study_of(
-    spec: str | Mapping[str, Any], path: Path = Path("spec.yaml"), *, code: bool = True
+    spec: str | Mapping[str, Any],
+    path: Path = Path("spec.yaml"),
+    *,
+    code: bool = True,
+    code_from: Path | None = None,
 ) -> Study:
     """The same for a YAML text or a mapping, as if it stood in the file `path`."""
     text = spec if isinstance(spec, str) else dump(spec)
-    return _read(parse_document(text, path), code)
+    return _read(parse_document(text, path), code, code_from)
 
 
 def code_of(path: Path) -> list[Path]:
-    """The files that a spec would run, with those that they import; nothing runs.
+    """The files that a spec would run, with those that they import, and the packages
+    whose modules it names; nothing runs.
 
     Raises SpecError for what cannot be read.
     """
     root = read_document(path)
-    named = references(root)
-    if not named:
+    if not (named := references(root)):
         return []
-    return [path.parent / file for file in own_code(root, named).sources.code]
+    code = own_code(root, named)
+    files = [path.parent / file for file in code.sources.code]
+    return [*files, *(place for one in code.packages for place in locations(one.name))]
 
 
-def schema_for(path: Path, *, code: bool = True) -> Schema:
-    """The JSON Schema of the spec in a file, with all that its own files bring.
+def schema_for(
+    path: Path, *, code: bool = True, code_from: Path | None = None
+) -> Schema:
+    """The JSON Schema of the spec in a file, with all that the code brings that it
+    names.
 
-    The files run; what else stands in the spec may be wrong. Raises SpecError, with
+    The code runs; what else stands in the spec may be wrong. Raises SpecError, with
     file and line, for code that cannot be used; without `code`, for a spec that names
-    any.
+    any. `code_from` is as in `load_spec`.
     """
     root = read_document(path)
-    if not (named := _allowed(root, code)):
+    if not (named := _allowed(root, code, code_from)):
         return json_schema()
-    known = known_to(root, named)
+    known = known_to(root, named, code_from)
     plain = resolved(root, named, known)
     files: dict[str, str | None] = {str(one.entry.value): None for one in named}
     models = [one for one in named if one.kind == "models"]
@@ -69,16 +80,21 @@ def schema_for(path: Path, *, code: bool = True) -> Schema:
 
 
 def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
-    """The name of a model that is named by itself, or by the file that has it,
-    `./vortex.py` or `./file.py:NAME` from the current folder; and the catalogue for it.
+    """The name of a model that is named by itself, or by what has it: a file,
+    `./vortex.py` or `./file.py:NAME` from the current folder, or a module of a package,
+    `their_package.vortex:MODEL`. And the catalogue for it.
 
-    The file runs. Raises SpecError, without `code` for any file.
+    The code runs. Raises SpecError, without `code` for any.
     """
-    if not FILE.fullmatch(text):
+    file = Path()
+    if FILE.fullmatch(text):
+        path, colon, name = text.partition(":")
+        file = Path(path)
+        spec = {"model": f"./{file.name}{colon}{name}"}
+    elif MODULE.fullmatch(text):
+        spec = {"model": text}
+    else:
         return text, BUILT_IN
-    path, colon, name = text.partition(":")
-    file = Path(path)
-    spec = {"model": f"./{file.name}{colon}{name}"}
     root = Entry(Document(file, ""), (), spec)
     if not code:
         raise root.error(f'this runs code from "{text}"; no code may run')
@@ -87,17 +103,17 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     return str(resolved(root, named, known).value["model"]), known
 
 
-def _read(root: Entry, code: bool) -> Study:
-    if not (named := _allowed(root, code)):
+def _read(root: Entry, code: bool, code_from: Path | None) -> Study:
+    if not (named := _allowed(root, code, code_from)):
         return read_study(root)
-    known = known_to(root, named)
+    known = known_to(root, named, code_from)
     return read_study(resolved(root, named, known), known, known.samplers)
 
 
-def _allowed(root: Entry, code: bool) -> list[Reference]:
-    """The files that a spec names. Without `code`, SpecError if one of them runs."""
-    named = references(root)
-    running = [one.entry for one in named if one.file.endswith(SUFFIX)]
+def _allowed(root: Entry, code: bool, code_from: Path | None) -> list[Reference]:
+    """What a spec names. Without `code`, SpecError if any of it runs."""
+    named = references(root, code_from)
+    running = [one.entry for one in named if one.runs]
     if running and not code:
         first = running[0]
         raise first.error(f'this spec runs code from "{first.value}"; no code may run')

@@ -15,6 +15,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 from sweep.errors import CodeError
+from sweep.text import similar
 
 SUFFIX = ".py"
 """Of code; other files are data."""
@@ -81,7 +82,8 @@ def _text(folder: Path, file: str) -> str:
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if not path.is_file():
-            raise CodeError(f'there is no file "{file}" in {folder}')
+            hint = similar(file, list(_alike(folder, path)))
+            raise CodeError(f'there is no file "{file}" in {folder}{hint}')
         content = path.read_bytes() if path.stat().st_size <= MOST_BYTES else None
     except (OSError, RuntimeError, ValueError) as error:
         raise CodeError(f"{file} cannot be read: {error}") from None
@@ -96,6 +98,14 @@ def _text(folder: Path, file: str) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CodeError(f"{file} is no text in UTF-8: {error}") from None
+
+
+def _alike(folder: Path, path: Path) -> Iterator[str]:
+    """The files with the same ending beside a file that is not there, by their paths
+    from `folder`.
+    """
+    for one in sorted(path.parent.glob(f"*{path.suffix}"))[:MOST_FILES]:
+        yield one.relative_to(folder).as_posix()
 
 
 def _imported(folder: Path, file: str, text: str) -> Iterator[str]:

@@ -19,7 +19,8 @@ from sweep.spec.replication import replication_rules
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
-    OWN_FILE,
+    OWN_CODE,
+    OWN_CODE_FORM,
     Schema,
     mapping,
     one_of,
@@ -76,12 +77,13 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
     }
     derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
     names = {
-        "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_FILE]},
+        "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_CODE]},
         "column": {"anyOf": [reference("built_in_column"), derived]},
         "built_in_metric": {"enum": list(known.metrics)},
         "built_in_column": {"enum": columns_of(known.metrics)},
         "built_in_map": {"enum": list(known.maps)},
     }
+    names["own_code"] = OWN_CODE_FORM
     return names | {"statistic": statistic()} | _forms(samplers) | kinds(known) | models
 
 
@@ -136,18 +138,18 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
     return mapping(ways | rest) | one_of(ways) | together
 
 
-def _other_file(files: Iterable[str]) -> Schema:
-    """A file that may bring anything, since it is none of these."""
-    return OWN_FILE | ({"not": {"enum": list(files)}} if files else {})
+def _other_code(files: Iterable[str]) -> Schema:
+    """Code that may bring anything, since it is none of these."""
+    return {"allOf": [OWN_CODE, {"not": {"enum": list(files)}}]} if files else OWN_CODE
 
 
 def _other_model(files: Iterable[str]) -> Schema:
-    return {"properties": {"model": _other_file(files)}, "required": ["model"]}
+    return {"properties": {"model": _other_code(files)}, "required": ["model"]}
 
 
 def _known_maps(files: Iterable[str]) -> Schema:
     """Without maps of its own, a study has those that are known to choose from."""
-    name = {"anyOf": [reference("built_in_map"), OWN_FILE]}
+    name = {"anyOf": [reference("built_in_map"), OWN_CODE]}
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
         "if": {"not": {"anyOf": [{"required": ["maps"]}, _other_model(files)]}},
@@ -162,12 +164,12 @@ def _known_metrics(files: Iterable[str]) -> Schema:
     names another file than these, which may bring others.
     """
     lists = [
-        {"properties": {name: {"contains": _other_file(files)}}, "required": [name]}
+        {"properties": {name: {"contains": _other_code(files)}}, "required": [name]}
         for name in ("metrics", "series")
     ]
     more = {"anyOf": [{"required": ["derive"]}, *lists]}
     adding = {"properties": {"record": more}, "required": ["record"]}
-    names = {"items": {"anyOf": [reference("built_in_metric"), OWN_FILE]}}
+    names = {"items": {"anyOf": [reference("built_in_metric"), OWN_CODE]}}
     columns = {"propertyNames": reference("built_in_column")}
     record = dict.fromkeys(("metrics", "series"), names)
     search = dict.fromkeys(("objectives", "constraints"), columns)

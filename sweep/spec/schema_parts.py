@@ -12,14 +12,6 @@ Schema = dict[str, Any]
 TEXT: Schema = {"type": "string"}
 
 
-OWN_FILE: Schema = {
-    "type": "string",
-    "pattern": r"^\./.+\.py(:\w+)?$",
-    "description": "a file beside the spec: ./FILE.py, or ./FILE.py:NAME",
-}
-"""In the place of a name: a file of the user's own that offers it."""
-
-
 class Described(Protocol):
     """An entry of a registry, which says what it is."""
 
@@ -30,6 +22,16 @@ class Described(Protocol):
 def reference(name: str) -> Schema:
     """The schema of that name among the definitions."""
     return {"$ref": f"#/definitions/{name}"}
+
+
+OWN_CODE_FORM: Schema = {
+    "type": "string",
+    "pattern": r"^(\.{1,2}/.+\.py(:\w+)?|[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:\w+)$",
+    "description": "a file beside the spec, ./FILE.py or ./FILE.py:NAME, or a module of"
+    " an installed package, PACKAGE.MODULE:NAME",
+}
+OWN_CODE = reference("own_code")
+"""In the place of a name: code of the user's own that offers it."""
 
 
 def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Schema:

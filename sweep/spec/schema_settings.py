@@ -19,7 +19,7 @@ from sweep.spec.point_tables import TABLE
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import (
-    OWN_FILE,
+    OWN_CODE,
     TEXT,
     Schema,
     any_of,
@@ -57,9 +57,9 @@ def _kind(setting: Setting) -> str:
 def _value(setting: Setting) -> Schema:
     if setting.name == "map":
         own = {"type": "string", "pattern": f"^{MAP_NAME.pattern}$"}
-        return {"anyOf": [reference("built_in_map"), own, OWN_FILE]}
+        return {"anyOf": [reference("built_in_map"), own, OWN_CODE]}
     if setting.name == "start_draws":
-        return {"anyOf": [{"enum": list(setting.choices)}, OWN_FILE]}
+        return {"anyOf": [{"enum": list(setting.choices)}, OWN_CODE]}
     if setting.kind == "choice":
         return {"enum": list(setting.choices)}
     schema: Schema = {"type": TYPES[setting.kind]}
@@ -178,13 +178,13 @@ def sampled(samplers: Mapping[str, Sampler]) -> Schema:
     """A joint axis drawn by a sampler, with the keys that only some samplers know."""
     none = {key: False for key in _sampled_keys() if key not in SAMPLED}
     plain = [name for name, about in samplers.items() if not about.blocks]
-    forms: list[Schema] = [{"sample": {"enum": plain}} | none, {"sample": OWN_FILE}]
+    forms: list[Schema] = [{"sample": {"enum": plain}} | none, {"sample": OWN_CODE}]
     for name, about in samplers.items():
         if about.blocks:
             own = {key.name: True for key in about.blocks.options}
             whole_blocks = {"points": {"minimum": 2}, "when": False}
             forms.append(none | whole_blocks | {"sample": {"const": name}} | own)
-    sample: Schema = {"sample": {"anyOf": [choices(samplers), OWN_FILE]}}
+    sample: Schema = {"sample": {"anyOf": [choices(samplers), OWN_CODE]}}
     return {
         "properties": _sampled_keys() | sample,
         "required": ["sample", "points"],

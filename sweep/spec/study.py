@@ -36,7 +36,7 @@ from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
-from sweep.spec.schema_parts import OWN_FILE, TEXT, Schema, listed, reference
+from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
 from sweep.spec.search import Search
 from sweep.spec.search_section import read_search
 from sweep.spec.setting_values import (
@@ -186,7 +186,7 @@ class ModelName(Text):
             {"const": name, "description": model.source}
             for name, model in MODELS.items()
         ]
-        return {"oneOf": [*names, OWN_FILE]}
+        return {"oneOf": [*names, OWN_CODE]}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -22,14 +22,17 @@ from sweep.own_code.catalogue import (
     loaded,
     unloaded,
 )
+from sweep.own_code.installed import Installed
 from sweep.own_code.sources import MOST_BYTES, MOST_FILES, Sources
 from sweep.spec.study_folder import CODE, code_file
 from sweep.store.locations import Location, patiently
-from sweep.store.regular import read_json, regular_size
+from sweep.store.regular import fits, read_json, regular_size
 from sweep.store.store import Store
 from sweep.store.user_key import own_key
 
 SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
+PACKAGES = [[str]]
+"""The shape of `packages`; files of earlier versions have none, nor a `folder`."""
 MOST = 16_000_000
 """Bytes of the file; JSON unpacks to many times as much memory."""
 PURPOSE = b"boidsweep code "
@@ -53,6 +56,7 @@ def keep_code(store: Store, known: Catalogue) -> None:
         code = known.code
         files, named = code.sources.texts, dict(code.named)
         content = {"files": files, "named": named, "about": known.about}
+        content |= {"packages": code.packages, "folder": code.folder}
         store.write_code(code.sha, json.dumps(content).encode())
 
 
@@ -109,10 +113,10 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
     _, code = _stored(store, origin)
     given = str(origin["own"]["seal"]).encode(errors="replace")
     ours = hmac.compare_digest(seal(code.sha).encode(), given)
-    if code.sources.code and not (trust or ours):
+    if code.runs and not (trust or ours):
         raise CodeError(
             f"{store.folder}: trials are computed by code of their own, version"
-            f" {code.sha[:12]} ({', '.join(code.sources.code)}), which you have not"
+            f" {code.sha[:12]} ({', '.join(code.runs)}), which you have not"
             " launched here. It can do whatever you can: read it (`sweep code`), then"
             " allow it with --trust"
         )
@@ -126,9 +130,29 @@ def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]
 
 def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
     """The files beside the spec that are no longer what an origin was computed by."""
-    folder = Path(str(origin.get("spec_path", ""))).parent
-    texts = stored_sources(store, origin)
+    if "own" not in origin:
+        return []
+    code = _stored(store, origin)[1]
+    folder = Path(str(origin.get("spec_path", ""))).parent / code.folder
+    texts = code.sources.texts
     return [folder / name for name in texts if _differs(folder / name, texts[name])]
+
+
+def _packages(stored: Mapping[str, Any]) -> tuple[Installed, ...]:
+    """The packages of stored code. Raises ValueError for what describes none."""
+    given = stored.get("packages", [])
+    fields = len(Installed._fields)
+    if not fits(given, PACKAGES) or any(len(one) != fields for one in given):
+        raise ValueError("its packages are not what a launch stores")
+    return tuple(Installed(*one) for one in given)
+
+
+def _folder(stored: Mapping[str, Any]) -> str:
+    """The path from the folder of the spec to that of its code. Raises ValueError."""
+    folder = stored.get("folder", ".")
+    if not isinstance(folder, str) or not folder.isprintable():
+        raise ValueError("its folder is no path")
+    return folder
 
 
 def _differs(path: Path, text: str) -> bool:
@@ -155,14 +179,16 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
     try:
         stored = patiently(lambda: read_json(file, MOST, SHAPE))
         sources = Sources(tuple(sorted(stored["files"].items())))
-        code = OwnCode(sources, tuple(stored["named"].items()))
+        named = tuple(stored["named"].items())
+        code = OwnCode(sources, named, _packages(stored), _folder(stored))
         if code.sha != sha:
             raise ValueError("its content is not what its name says")
         if astray := [name for name in stored["files"] if not _is_inside(name)]:
             raise ValueError(f"it has files outside its folder: {astray[0]}")
         if len(stored["files"]) > MOST_FILES or not dict(code.named):
             raise ValueError("it has too many files, or takes nothing from them")
-        if lost := dict(code.named).keys() - stored["files"].keys():
+        files = {name for name, _ in named if not code.package_of(name)}
+        if lost := files - stored["files"].keys():
             raise ValueError(f"it lacks the file {min(lost)}")
         return unloaded(code, json.dumps(stored["about"])), code
     except (OSError, ValueError) as error:

@@ -38,7 +38,7 @@ class Subject:
     @property
     def travels(self) -> bool:
         """Whether workers are given the model with a job."""
-        return self.known is BUILT_IN or bool(self.known.files)
+        return self.known is BUILT_IN or bool(self.known.runs)
 
     def variant(self, **fields: Any) -> "Subject":
         """The same model with other values of some fields of Model."""

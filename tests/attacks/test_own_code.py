@@ -115,6 +115,45 @@ def test_no_code_comes_from_outside_the_folder_of_the_spec(
     assert given.ran() == 0
 
 
+def test_code_comes_from_another_folder_that_is_allowed(given: Given) -> None:
+    inner = given.folder / "inner"
+    inner.mkdir()
+    (inner / "spec.yaml").write_text(SPEC.replace("./mine.py", "../mine.py"))
+    allowed = ("--code-from", "..")
+    done = sweep(inner, "launch", "spec.yaml", *allowed)
+    assert "4 new trials (4 done)" in done.stderr
+    verified = sweep(inner, "verify", "given", "--fraction", "1")
+    assert "4 of 4" in verified.stdout
+    assert "another file now" not in verified.stderr
+    with (given.folder / "mine.py").open("a") as file:
+        file.write("# a word more\n")
+    trial = package.load("given", inner / "results").trials["trial_id"].iloc[0]
+    said = sweep(inner, "replay", "given", trial).stdout
+    assert "mine.py: another file now" in said
+    with pytest.raises(SpecError, match="--code-from FOLDER"):
+        load_spec(inner / "spec.yaml")
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("../../mine.py", "lies outside .*, from where alone code is taken"),
+        ("/tmp/mine.py", "begins neither with ./ nor with ../"),
+        ("mine.py", 'is written "./mine.py"'),
+        ("../mane.py", 'there is no file "mane.py" in .*; did you mean "mine.py"'),
+    ],
+)
+def test_no_code_comes_from_outside_an_allowed_folder(
+    path: str, words: str, given: Given
+) -> None:
+    inner = given.folder / "inner"
+    inner.mkdir()
+    (inner / "spec.yaml").write_text(SPEC.replace("./mine.py", path))
+    with pytest.raises(SpecError, match=words):
+        load_spec(inner / "spec.yaml", code_from=given.folder)
+    assert given.ran() == 0
+
+
 def test_a_link_that_leads_out_of_the_folder_is_not_followed(given: Given) -> None:
     inner = given.folder / "inner"
     inner.mkdir()
@@ -181,7 +220,7 @@ def test_who_launches_the_study_too_has_said_yes(stranger: Given) -> None:
     stranger.ran()
     # The plan is ours now; the trials are still those of somebody else.
     mine = StoredStudy("given", stranger.folder / "results")
-    assert mine.running(mine.provenance).files == ("mine.py",)
+    assert mine.running(mine.provenance).runs == ("mine.py",)
     with pytest.raises(CodeError):
         mine.job(mine.trial(mine.trials["trial_id"][0]))
 

@@ -164,7 +164,7 @@ def test_an_extension_after_other_words_runs_what_is_new(tmp_path: Path) -> None
     extended = StoredStudy("drawn", results)
     assert same(extended, launched(spec, tmp_path / "whole"))
     texts = {
-        extended.running(extended.trial(trial).provenance).files
+        extended.running(extended.trial(trial).provenance).runs
         for trial in extended.plan["trial_id"].to_pylist()
     }
     assert texts == {("drawn.py", "mine.py", "places.py", "rules.py")}

@@ -17,9 +17,12 @@ from tests import ROOT
 from tests.commands import sweep
 from tests.oscillators import MODEL, ORDER, SPEC
 
-TEXT = (ROOT / "tests" / "oscillators.py").read_text() + """
+TEXT = (
+    (ROOT / "tests" / "oscillators.py").read_text()
+    + """
 METRICS = {"order": ORDER}
 """
+)
 
 
 @pytest.mark.parametrize(

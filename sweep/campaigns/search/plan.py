@@ -91,7 +91,7 @@ def make_search_plan(study: Study, workers: int) -> SearchPlan:
     return SearchPlan(
         study=study.name,
         model=study.model,
-        code=study.known.files,
+        code=study.known.runs,
         preset=study.preset,
         parameters=[parameter.name for parameter in search.parameters],
         sampler=search.sampler,
