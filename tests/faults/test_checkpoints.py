@@ -85,7 +85,13 @@ def written(folder: Path, spec: str) -> None:
         (folder / name).write_text(text)
 
 
-@pytest.mark.parametrize("spec", [SPEC, OWN], ids=["ours", "own code"])
+@pytest.mark.parametrize(
+    "spec",
+    [
+        pytest.param(SPEC, id="ours", marks=pytest.mark.slow),
+        pytest.param(OWN, id="own code"),
+    ],
+)
 def test_long_trials_go_on_after_kills_of_workers_and_of_the_coordinator(
     spec: str, tmp_path: Path
 ) -> None:
