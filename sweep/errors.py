@@ -16,6 +16,7 @@
 A command ends with the `exit_code` of the error and its sentence on stderr.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 
@@ -35,7 +36,19 @@ class UserError(Exception):
 
 
 class SpecError(UserError):
-    """What is wrong with a spec, in one sentence that starts with its file and line."""
+    """What is wrong with a spec, in one sentence that starts with its file and line.
+    Where several things are wrong, each has a line of its own.
+
+    `line` is the number of the line in the file, 0 where there is none. `mistakes` are
+    the errors of the single mistakes.
+    """
+
+    def __init__(
+        self, reason: str, line: int = 0, mistakes: "Sequence[SpecError]" = ()
+    ) -> None:
+        super().__init__(reason)
+        self.line = line
+        self.mistakes: tuple[SpecError, ...] = tuple(mistakes) or (self,)
 
 
 class CodeError(UserError):

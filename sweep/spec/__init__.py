@@ -3,6 +3,7 @@ line.
 
 strict_yaml      YAML without surprises
 document         values that know their line
+mistakes         all mistakes in one answer
 contents         what may stand under a key
 keys             each key described once
 key_table        the table of all keys

@@ -29,6 +29,7 @@ from sweep.spec.document import Entry
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import CONDITION, Expression, parse
 from sweep.spec.limits import MOST_POINTS, check_cells
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.point_tables import TABLE, read_table
 from sweep.spec.samplers import ALONE
 from sweep.spec.sampling import Sampler, UnitCube
@@ -214,20 +215,22 @@ class AxisReader:
         if blocks:
             cube = replace(cube, size=blocks.size, levels=blocks.levels)
         units = self.samplers[sampler].draw(cube)
-        return {
-            setting: _drawn(self.settings[setting], distribution, unit)
-            for (setting, distribution), unit in zip(
-                distributions.items(), units, strict=True
-            )
-        }
+        columns, mistakes = dict[str, Values](), Mistakes()
+        for (setting, form), unit in zip(distributions.items(), units, strict=True):
+            with mistakes.noted():
+                columns[setting] = _drawn(self.settings[setting], form, unit)
+        mistakes.check()
+        return columns
 
     def _zip(self, entry: Entry) -> dict[str, Values]:
         entry.keys(["zip", "when"])
         entry.child("zip").keys(self.settings)
-        columns: dict[str, Values] = {}
+        columns, mistakes = dict[str, Values](), Mistakes()
         for name, member in entry.child("zip").mapping():
-            columns[name] = self._member(self.settings[name], member)
-            check_cells(entry, len(columns[name]), len(columns))
+            with mistakes.noted():
+                columns[name] = self._member(self.settings[name], member)
+                check_cells(entry, len(columns[name]), len(columns))
+        mistakes.check()
         lengths = {name: len(column) for name, column in columns.items()}
         if len(set(lengths.values())) > 1:
             counts = ", ".join(
@@ -299,7 +302,10 @@ def _grid(setting: Setting, entry: Entry) -> Values:
     """
     limits = entry.entries()
     if len(limits) != 3:
-        raise entry.expected("[first, last, number of values]")
+        raise entry.error(
+            f'"{entry.name}" must be [first, last, number of values], not a list of'
+            f" {len(limits)}"
+        )
     first, last = limits[0].number(), limits[1].number()
     if entry.name == LOGSPACE and min(first, last) <= 0:
         raise entry.error(f"{LOGSPACE} needs numbers above 0")

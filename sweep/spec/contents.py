@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from sweep.errors import SpecError
 from sweep.spec.document import INTEGER_BOUND, Entry, in_words
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import TEXT, Described, Schema, choices, listed, reference
 
 T = TypeVar("T")
@@ -235,14 +236,16 @@ class ListOf(Content[tuple[T, ...]]):
         return f"a list of {self.plural}, none twice"
 
     def read(self, entry: Entry) -> tuple[T, ...]:
-        values: dict[T, None] = {}
+        values, mistakes = dict[T, None](), Mistakes()
         for child in entry.entries():
-            value = self.item.read(child)
-            if value in values:
-                raise child.error(
-                    f'{in_words(child.value)} stands twice in "{entry.name}"'
-                )
-            values[value] = None
+            with mistakes.noted():
+                value = self.item.read(child)
+                if value in values:
+                    raise child.error(
+                        f'{in_words(child.value)} stands twice in "{entry.name}"'
+                    )
+                values[value] = None
+        mistakes.check()
         return tuple(values)
 
     def schema(self) -> Schema:

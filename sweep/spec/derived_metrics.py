@@ -17,6 +17,7 @@ from sweep.spec.document import Entry
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
 from sweep.spec.expressions import NUMBER, Expression
 from sweep.spec.limits import MOST_DERIVED
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.schema_parts import Schema, named, reference
 from sweep.spec.setting_values import in_order
@@ -71,13 +72,14 @@ def read_derived(
         raise entry.error(
             f"{len(entries):,} derived metrics; at most {MOST_DERIVED} are allowed"
         )
-    for name, child in entries.items():
-        _check_name(child, name, settings, known.metrics)
     numbers = {**_measured(model, known), **settings}
     numbers |= {name: _numbers(name) for name in entries}
-    expressions = {
-        name: read_expression(child, numbers, NUMBER) for name, child in entries.items()
-    }
+    expressions, mistakes = dict[str, Expression](), Mistakes()
+    for name, child in entries.items():
+        with mistakes.noted():
+            _check_name(child, name, settings, known.metrics)
+            expressions[name] = read_expression(child, numbers, NUMBER)
+    mistakes.check()
     metrics = KnownMetrics(model, known, tuple(entries))
     found = []
     for name, expression in in_order(entry, expressions).items():

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import SpecError
+from sweep.spec.mistakes import Mistakes
 from sweep.text import abridged, shortened, unknown
 
 Place = tuple[str | int, ...]
@@ -34,7 +35,7 @@ class Document:
 
     def error_in_line(self, line: int, message: str) -> SpecError:
         """The SpecError that says `message` with this line."""
-        return SpecError(f"{self.path.name}:{line}: {abridged(message)}")
+        return SpecError(f"{self.path.name}:{line}: {abridged(message)}", line)
 
 
 @dataclass(frozen=True)
@@ -84,15 +85,16 @@ class Entry:
         required ones.
         """
         self.mapping()
+        mistakes, where = Mistakes(), f' in "{self.name}"' if self.place else ""
         for key in self.value:
-            if key not in allowed:
-                raise self.child(key).error(unknown("key", key, allowed))
+            with mistakes.noted():
+                if key not in allowed:
+                    raise self.child(key).error(unknown("key", key, allowed))
         for key in required:
-            if key not in self.value:
-                raise self.error(
-                    f'missing key "{key}"'
-                    + (f' in "{self.name}"' if self.place else "")
-                )
+            with mistakes.noted():
+                if key not in self.value:
+                    raise self.error(f'missing key "{key}"{where}')
+        mistakes.check()
 
     def entries(self) -> list["Entry"]:
         """The values of this list, which may not be empty."""

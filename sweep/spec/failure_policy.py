@@ -12,6 +12,7 @@ from sweep.errors import SpecError
 from sweep.spec.contents import Content, OneOf, Whole
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, read_values
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema
 from sweep.text import unknown
 
@@ -53,7 +54,8 @@ class FailureBudget(Content[int | Fraction]):
             return Fraction(found[1]) / 100
         wrong = entry.expected(self.words)
         if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
-            raise SpecError(f'{wrong}; did you mean "{100 * entry.value:g}%"?')
+            meant = f'; did you mean "{100 * entry.value:g}%"?'
+            raise SpecError(f"{wrong}{meant}", wrong.line)
         raise wrong
 
     def schema(self) -> Schema:
@@ -188,7 +190,10 @@ class Policy:
 
 def read_policy(root: Entry) -> Policy:
     """What the spec says about trials that fail. Raises SpecError."""
-    policy = Policy(**read_values(Policy, root))
+    mistakes = Mistakes()
+    values = read_values(Policy, root, mistakes)
+    mistakes.check()
+    policy = Policy(**values)
     retries, budget = root.get("retries"), root.get("failure_budget")
     if retries and policy.on_error != "retry":
         raise retries.error(

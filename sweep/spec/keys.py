@@ -17,6 +17,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from sweep.spec.contents import Content
 from sweep.spec.document import Entry
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema, mapping
 
 T = TypeVar("T")
@@ -128,25 +129,32 @@ def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
     """
     if entry is None:
         return part(**otherwise)
-    check_keys(entry, part)
-    return part(**(otherwise | _given(part, entry)))
+    entry.mapping()
+    mistakes = Mistakes()
+    with mistakes.noted():
+        check_keys(entry, part)
+    given = _given(part, entry, mistakes)
+    mistakes.check()
+    return part(**(otherwise | given))
 
 
-def read_values(part: type[Any], entry: Entry) -> dict[str, Any]:
+def read_values(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
     """The values that the mapping `entry` gives, by the fields of `part`; defaults for
-    keys that are left out, where there are any. Raises SpecError.
+    keys that are left out, where there are any. What is wrong is noted in `mistakes`,
+    and has no value.
     """
     keys = keys_of(part)
     defaults = {key.field: key.default for key in keys if key.default is not NOTHING}
-    return defaults | _given(part, entry)
+    return defaults | _given(part, entry, mistakes)
 
 
-def _given(part: type[Any], entry: Entry) -> dict[str, Any]:
-    return {
-        key.field: key.content.read(entry.child(key.name))
-        for key in keys_of(part)
-        if key.name in entry.value
-    }
+def _given(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, Any]:
+    given = {}
+    for key in keys_of(part):
+        if key.name in entry.value:
+            with mistakes.noted():
+                given[key.field] = key.content.read(entry.child(key.name))
+    return given
 
 
 def section_schema(*parts: type[Any]) -> Schema:

@@ -38,6 +38,7 @@ from sweep.spec.keys import (
     read_values,
     section_schema,
 )
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import Schema, named, one_of, reference
 from sweep.spec.strict_yaml import read_document
 
@@ -271,9 +272,13 @@ def read_maps(
             f"the study has {len(entries):,} maps; at most {MOST_MAPS} are allowed"
         )
         raise entry.error(message)
+    maps, mistakes = dict[str, OwnMap](), Mistakes()
     for name, child in entries.items():
-        _check_name(name, child, built_in)
-    return {name: _map(name, child, folder) for name, child in entries.items()}
+        with mistakes.noted():
+            _check_name(name, child, built_in)
+            maps[name] = _map(name, child, folder)
+    mistakes.check()
+    return maps
 
 
 def _check_name(name: str, entry: Entry, built_in: Collection[str]) -> None:
@@ -304,7 +309,12 @@ def _drawn(entry: Entry, _folder: Path) -> OwnMap:
             f'"{entry.name}" has {len(shapes):,} shapes;'
             f" at most {MOST_SHAPES:,} are allowed"
         )
-    return OwnMap(drawn.size, tuple(_obstacle(shape, *drawn.size) for shape in shapes))
+    obstacles, mistakes = list[Obstacle](), Mistakes()
+    for shape in shapes:
+        with mistakes.noted():
+            obstacles.append(_obstacle(shape, *drawn.size))
+    mistakes.check()
+    return OwnMap(drawn.size, tuple(obstacles))
 
 
 def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
@@ -312,7 +322,10 @@ def _obstacle(entry: Entry, width: float, height: float) -> Obstacle:
     if len(entry.value) != 1:
         raise entry.error("a shape is either a disc or a rectangle")
     (kind,) = entry.value
-    obstacle: Obstacle = read_values(Shape, entry)[kind].obstacle
+    mistakes = Mistakes()
+    shape = read_values(Shape, entry, mistakes)
+    mistakes.check()
+    obstacle: Obstacle = shape[kind].obstacle
     x, y, half_width, half_height, disc = obstacle
     if not _meets(x, y, half_width, half_height, bool(disc), width, height):
         raise entry.child(kind).error(

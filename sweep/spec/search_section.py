@@ -11,6 +11,7 @@ from sweep.spec.axes import Axis, AxisReader
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import check_keys, read_values
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.objectives import Constraint, Objective, Statistic
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.search import Parameter, Search
@@ -33,29 +34,42 @@ def read_search(
     """The section that `entry` writes; `metrics` are those that it may name, and
     `given` the places of the settings with a value elsewhere in the spec.
     """
-    check_keys(entry, Search)
-    read = read_values(Search, entry)
-    parameters = _parameters(read["parameters"], reader.settings)
+    entry.mapping()
+    mistakes, settings = Mistakes(), reader.settings
+    with mistakes.noted():
+        check_keys(entry, Search)
+    read = read_values(Search, entry, mistakes)
+    sought, wanted, bounds = map(entry.get, ("parameters", "objectives", "constraints"))
+    parameters = mistakes.read(_parameters, sought, settings) or ()
     names = [parameter.name for parameter in parameters]
-    over = _over(read.get("over"), reader, [*given, *names])
-    _check_once(entry, names, over, given)
-    objectives = _objectives(read["objectives"], metrics)
+    over = mistakes.read(_over, read.get("over"), reader, [*given, *names]) or ()
+    objectives = mistakes.read(_objectives, wanted, metrics) or ()
+    constraints = mistakes.read(_constraints, bounds, metrics)
+    mistakes.check()
     usual = FOR_ONE if len(objectives) == 1 else FOR_SEVERAL
     several = {
         "parameters": parameters,
         "objectives": objectives,
-        "constraints": _constraints(read.get("constraints"), metrics),
+        "constraints": constraints,
         "sampler": read.get("sampler") or usual,
         "over": over,
-        "references": _references(read.get("references"), reader.settings, names),
+        "references": _references(read.get("references"), settings, names),
     }
+    _check_once(entry, names, over, given)
     search = Search(**(read | several))
     check_search(entry, search)
     return search
 
 
-def _parameters(entry: Entry, settings: dict[str, Setting]) -> tuple[Parameter, ...]:
-    return tuple(_parameter(name, child, settings) for name, child in entry.mapping())
+def _parameters(
+    entry: Entry | None, settings: dict[str, Setting]
+) -> tuple[Parameter, ...]:
+    found, mistakes = list[Parameter](), Mistakes()
+    for name, child in entry.mapping() if entry else ():
+        with mistakes.noted():
+            found.append(_parameter(name, child, settings))
+    mistakes.check()
+    return tuple(found)
 
 
 def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
@@ -131,41 +145,45 @@ def _has_a_value(setting: str, place: Place) -> str:
     return f'"{setting}" has a value already, under {where}'
 
 
-def _objectives(entry: Entry, metrics: KnownMetrics) -> tuple[Objective, ...]:
-    found = []
-    for _, child in entry.mapping():
-        column = metrics.column(child)
-        child.keys(["minimize", "maximize"])
-        if len(child.value) > 1:
-            raise child.error(f'"{column}" needs minimize or maximize, not both')
-        (direction,) = child.value
-        found.append(
-            Objective(
-                column, direction == "maximize", _statistic(child.child(direction))
-            )
-        )
+def _objectives(entry: Entry | None, metrics: KnownMetrics) -> tuple[Objective, ...]:
+    found, mistakes = list[Objective](), Mistakes()
+    for _, child in entry.mapping() if entry else ():
+        with mistakes.noted():
+            found.append(_objective(child, metrics))
+    mistakes.check()
     return tuple(found)
+
+
+def _objective(entry: Entry, metrics: KnownMetrics) -> Objective:
+    column = metrics.column(entry)
+    entry.keys(["minimize", "maximize"])
+    if len(entry.value) > 1:
+        raise entry.error(f'"{column}" needs minimize or maximize, not both')
+    (direction,) = entry.value
+    statistic = _statistic(entry.child(direction))
+    return Objective(column, direction == "maximize", statistic)
 
 
 def _constraints(entry: Entry | None, metrics: KnownMetrics) -> tuple[Constraint, ...]:
-    found = []
+    found, mistakes = list[Constraint](), Mistakes()
     for _, child in entry.mapping() if entry else ():
-        column = metrics.column(child)
-        child.keys(["at_most", "at_least", "statistic"])
-        bounds = [key for key in ("at_most", "at_least") if key in child.value]
-        if len(bounds) != 1:
-            raise child.error(
-                f'"{column}" needs at_most or at_least'
-                + (", not both" if bounds else "")
-            )
-        statistic = child.get("statistic")
-        kind = _statistic(statistic) if statistic else Statistic()
-        found.append(
-            Constraint(
-                column, child.child(bounds[0]).number(), bounds[0] == "at_most", kind
-            )
-        )
+        with mistakes.noted():
+            found.append(_constraint(child, metrics))
+    mistakes.check()
     return tuple(found)
+
+
+def _constraint(entry: Entry, metrics: KnownMetrics) -> Constraint:
+    column = metrics.column(entry)
+    entry.keys(["at_most", "at_least", "statistic"])
+    bounds = [key for key in ("at_most", "at_least") if key in entry.value]
+    if len(bounds) != 1:
+        raise entry.error(
+            f'"{column}" needs at_most or at_least' + (", not both" if bounds else "")
+        )
+    given, bound = entry.get("statistic"), entry.child(bounds[0]).number()
+    statistic = _statistic(given) if given else Statistic()
+    return Constraint(column, bound, bounds[0] == "at_most", statistic)
 
 
 def _statistic(entry: Entry) -> Statistic:

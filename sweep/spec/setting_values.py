@@ -12,6 +12,7 @@ from sweep.spec.axes import Axis, AxisReader, read_expression
 from sweep.spec.document import Entry
 from sweep.spec.expressions import CONDITION, KINDS, Expression
 from sweep.spec.limits import MOST_CELLS, beyond
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.samplers import in_blocks
 from sweep.spec.settings import NotAllowedError, Setting, Value
 from sweep.text import unknown
@@ -19,15 +20,21 @@ from sweep.text import unknown
 
 def read_fixed(entry: Entry | None, known: dict[str, Setting]) -> dict[str, Value]:
     """The settings under `fixed`, each in its own type."""
-    fixed: dict[str, Value] = {}
+    fixed, mistakes = dict[str, Value](), Mistakes()
     for name, child in entry.mapping() if entry else ():
-        if name not in known:
-            raise child.error(unknown("setting", name, known))
-        try:
-            fixed[name] = known[name].coerce(child.value)
-        except NotAllowedError as error:
-            raise child.error(str(error)) from None
+        with mistakes.noted():
+            fixed[name] = _fixed(name, child, known)
+    mistakes.check()
     return fixed
+
+
+def _fixed(name: str, entry: Entry, known: dict[str, Setting]) -> Value:
+    if name not in known:
+        raise entry.error(unknown("setting", name, known))
+    try:
+        return known[name].coerce(entry.value)
+    except NotAllowedError as error:
+        raise entry.error(str(error)) from None
 
 
 def read_axes(
@@ -37,14 +44,17 @@ def read_axes(
     value under another key.
     """
     entries, axes, cells = dict(entry.mapping()) if entry else {}, {}, 0
+    mistakes = Mistakes()
     for name, child in entries.items():
         if is_ablation(child):
             continue
-        axes[name] = reader.read(name, child)
-        cells += len(axes[name]) * len(axes[name].columns)
+        with mistakes.noted():
+            axes[name] = reader.read(name, child)
+            cells += len(axes[name]) * len(axes[name].columns)
         if cells > MOST_CELLS:
             asked = f"the axes as far as this one have {cells:,} cells"
             raise child.error(beyond(asked, MOST_CELLS))
+    mistakes.check()
     taken = {*given, *(setting for axis in axes.values() for setting in axis.columns)}
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:
@@ -63,17 +73,23 @@ def read_derive(
     """The expressions under `derive` by setting. Each stands after those that it
     needs.
     """
-    unsorted: dict[str, Expression] = {}
+    unsorted, mistakes = dict[str, Expression](), Mistakes()
     for name, child in entry.mapping() if entry else ():
-        if name not in known:
-            raise child.error(unknown("setting", name, known))
-        if name == "map":
-            raise child.error(
-                "map cannot be derived, as other settings depend on it:"
-                " sweep it with zip or a table"
-            )
-        unsorted[name] = read_expression(child, known, KINDS[known[name].kind])
+        with mistakes.noted():
+            unsorted[name] = _derived(name, child, known)
+    mistakes.check()
     return in_order(entry, unsorted) if entry else {}
+
+
+def _derived(name: str, entry: Entry, known: dict[str, Setting]) -> Expression:
+    if name not in known:
+        raise entry.error(unknown("setting", name, known))
+    if name == "map":
+        raise entry.error(
+            "map cannot be derived, as other settings depend on it:"
+            " sweep it with zip or a table"
+        )
+    return read_expression(entry, known, KINDS[known[name].kind])
 
 
 def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expression]:
@@ -166,8 +182,9 @@ def read_require(
     entry: Entry | None, known: dict[str, Setting]
 ) -> tuple[Expression, ...]:
     """The conditions under `require`."""
-    return (
-        tuple(read_expression(child, known, CONDITION) for child in entry.entries())
-        if entry
-        else ()
-    )
+    conditions, mistakes = list[Expression](), Mistakes()
+    for child in entry.entries() if entry else ():
+        with mistakes.noted():
+            conditions.append(read_expression(child, known, CONDITION))
+    mistakes.check()
+    return tuple(conditions)

@@ -31,6 +31,9 @@ DTYPES: dict[str, type[Any]] = {
 }
 
 
+USUAL_PRESET = "as_run"
+
+
 class NotAllowedError(ValueError):
     """A value that a setting cannot have; `index` says which one, where there were
     several.
@@ -187,6 +190,11 @@ def settings_of(model: str, known: Catalogue) -> dict[str, Setting]:
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
+
+
+def usual_preset(model: Model) -> str:
+    """The preset of a model where none is named."""
+    return USUAL_PRESET if USUAL_PRESET in model.presets else next(iter(model.presets))
 
 
 def settings_of_study(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.sequential import Until
 from sweep.spec.axes import Axis, AxisReader
@@ -32,6 +33,7 @@ from sweep.spec.expressions import Expression
 from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_section, read_values
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics
 from sweep.spec.replication import SEEDS, Replicates, read_replication
 from sweep.spec.samplers import SAMPLERS
@@ -49,14 +51,15 @@ from sweep.spec.setting_values import (
     read_require,
 )
 from sweep.spec.settings import (
+    USUAL_PRESET,
     Setting,
     Value,
     preset_settings,
     settings_of_study,
+    usual_preset,
 )
 from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import STUDY_NAME, taken_name
-from sweep.text import unknown
 
 Stream = Literal["common", "independent"]
 
@@ -225,7 +228,8 @@ class Study:
         Key(
             Text("a preset that `sweep models MODEL` lists"),
             "where values come from that the spec leaves out",
-            example="as_run",
+            otherwise=f"{USUAL_PRESET}, or the first of the model",
+            example=USUAL_PRESET,
         ),
     ]
     maps: Annotated[
@@ -301,7 +305,7 @@ class Study:
             example="[27, 729, 4913]",
         ),
     ]
-    seed: Annotated[int, Key(Whole(0), "seed of the study", example="1")]
+    seed: Annotated[int, Key(Whole(0), "seed of the study", example="1")] = 0
     streams: Annotated[
         Streams,
         Key(
@@ -417,51 +421,109 @@ def read_study(
     """The study that a whole document describes, in which names stand for what is
     `known`, and for these `samplers`. Raises SpecError.
 
-    First each key is read alone. Then comes what needs several of them.
+    All mistakes that are found are in one SpecError. What is wrong in one key hides
+    what depends on it, as settings do on the model, and nothing else.
     """
     if root.value is None:
         raise root.error("is empty")
-    check_keys(root, *SPEC)
+    root.mapping()
+    mistakes = Mistakes()
+    with mistakes.noted():
+        check_keys(root, *SPEC)
+    given = read_values(Study, root, mistakes)
+    policy = mistakes.read(read_policy, root)
     if flown := root.get("model"):
-        flown.one_of("model", known.models)
-    given = read_values(Study, root)
-    name, preset = given["model"], given["preset"]
-    model, folder = known.models[name], root.document.path.parent
-    if preset not in model.presets:
-        message = unknown(f"preset of {name}", preset, model.presets)
-        raise root.document.error(("preset",), message)
-    maps = read_maps(given.get("maps"), folder, known.maps)
-    settings = settings_of_study(name, known, maps)
-    reader = AxisReader(known, name, preset, settings, given["seed"], folder, samplers)
-    fixed = read_fixed(given.get("fixed"), settings)
-    derive = read_derive(given.get("derive"), settings)
-    axes = read_axes(given.get("axes"), reader, [*fixed, *derive])
-    check_once(root, fixed, axes, derive)
-    check_conditions(root, axes, derive)
-    check_complete(root, axes)
-    recorded = given.get("record")
-    derived = _derived(recorded, name, known, settings)
-    metrics = KnownMetrics(name, known, tuple(one.name for one in derived))
-    search = _search(root, reader, metrics, {"fixed": fixed, "derive": derive})
-    record = _record(recorded, metrics, derived, search.columns if search else ())
-    if taken := settings.keys() & set(record.names):
-        message = f"metrics have the names of settings: {', '.join(sorted(taken))}"
-        raise root.document.error(("record",), message)
-    replication = read_replication(root, record.names, known.metrics)
-    noise = {"noise": "common"} if search else {}
+        mistakes.read(flown.one_of, "model", known.models)
+    if given.get("model") not in known.models:
+        mistakes.check()
+    read = _flown(root, given, known, samplers, mistakes)
+    mistakes.check()
+    assert policy
+    return Study(document=root.document, known=known, policy=policy, **(given | read))
+
+
+def _flown(
+    root: Entry,
+    given: Mapping[str, Any],
+    known: Catalogue,
+    samplers: Mapping[str, Sampler],
+    mistakes: Mistakes,
+) -> dict[str, Any]:
+    """The values of a study that depend on its model, by field.
+
+    First each key is read alone. What needs several of them comes last, where all of
+    them are right.
+    """
+    name, folder = given["model"], root.document.path.parent
+    usual = usual_preset(known.models[name])
+    preset = mistakes.read(_preset, root, known.models[name]) or usual
+    drawn, recorded = given.get("maps"), given.get("record")
+    settings = settings_of_study(name, known, _names_in(drawn))
+    seed = given.get("seed", 0)
+    reader = AxisReader(known, name, preset, settings, seed, folder, samplers)
+    maps = mistakes.read(read_maps, drawn, folder, known.maps)
+    fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
+    derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
+    taken = [*fixed, *derive]
+    axes = mistakes.read(read_axes, given.get("axes"), reader, taken) or ()
+    require = mistakes.read(read_require, given.get("require"), settings)
+    derived = mistakes.read(_derived, recorded, name, known, settings) or ()
+    metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
+    places: dict[str, Iterable[str]] = {"fixed": fixed, "derive": derive}
+    search = mistakes.read(_search, root, reader, metrics, places)
+    columns = search.columns if search else ()
+    record = mistakes.read(_record, recorded, metrics, derived, columns)
+    names = record.names if record else (*known.metrics, *metrics.derived)
+    replication = mistakes.read(read_replication, root, names, known.metrics)
+    streams = mistakes.read(_streams, given.get("streams"), search)
+    mistakes.check()
+    assert replication
+    mistakes.read(_check_names, root, names, settings)
+    mistakes.read(check_once, root, fixed, axes, derive)
+    mistakes.check()
+    mistakes.read(check_conditions, root, axes, derive)
+    mistakes.read(check_complete, root, axes)
     read = {
+        "preset": preset,
         "maps": maps,
         "fixed": fixed,
         "axes": axes,
         "search": search,
         "derive": derive,
-        "require": read_require(given.get("require"), settings),
-        "streams": read_section(Streams, given.get("streams"), **noise),
+        "require": require,
+        "streams": streams,
         "record": record,
-        "policy": read_policy(root),
     }
-    values = given | read | replication._asdict()
-    return Study(document=root.document, known=known, **values)
+    return read | replication._asdict()
+
+
+def _streams(entry: Entry | None, search: Search | None) -> Streams:
+    noise = {"noise": "common"} if search else {}
+    return read_section(Streams, entry, **noise)
+
+
+def _check_names(root: Entry, recorded: Iterable[str], settings: Iterable[str]) -> None:
+    """Raise SpecError where a metric has the name of a setting."""
+    if taken := set(settings) & set(recorded):
+        message = f"metrics have the names of settings: {', '.join(sorted(taken))}"
+        raise root.document.error(("record",), message)
+
+
+def _preset(root: Entry, model: Model) -> str:
+    """The preset that the spec names, or the usual one."""
+    entry = root.get("preset")
+    if entry is None:
+        return usual_preset(model)
+    return entry.one_of(f"preset of {model.name}", model.presets)
+
+
+def _part(entry: Entry | None, key: str) -> Entry | None:
+    return entry.get(key) if entry and isinstance(entry.value, dict) else None
+
+
+def _names_in(entry: Entry | None) -> tuple[str, ...]:
+    """The keys of a mapping, whatever stands below them."""
+    return tuple(entry.value) if entry and isinstance(entry.value, dict) else ()
 
 
 def _search(
@@ -488,10 +550,7 @@ def study_rules() -> Schema:
 def _derived(
     entry: Entry | None, model: str, known: Catalogue, settings: dict[str, Setting]
 ) -> tuple[DerivedMetric, ...]:
-    if entry is None:
-        return ()
-    check_keys(entry, RecordSpec)
-    return read_derived(entry.get("derive"), model, known, settings)
+    return read_derived(_part(entry, "derive"), model, known, settings)
 
 
 def _record(
@@ -505,10 +564,14 @@ def _record(
     """
     known = metrics.known
     usual = known.models[metrics.model].metrics
-    record = read_section(RecordSpec, entry, metrics=usual)
-    for names in (entry.get("metrics"), entry.get("series")) if entry else ():
-        for child in names.entries() if names else ():
-            metrics.read(child)
+    mistakes = Mistakes()
+    record = mistakes.read(read_section, RecordSpec, entry, metrics=usual)
+    for names in (_part(entry, "metrics"), _part(entry, "series")):
+        for child in names.items() if names and isinstance(names.value, list) else ():
+            if isinstance(child.value, str):
+                mistakes.read(metrics.read, child)
+    mistakes.check()
+    assert record
     searched = [Column.read(column).metric for column in columns]
     wanted = [*record.metrics, *record.series, *searched, *needed(derived)]
     measured = dict.fromkeys(name for name in wanted if name in known.metrics)

@@ -28,6 +28,7 @@ from sweep.spec.settings import (
     Value,
     preset_settings,
     settings_of,
+    usual_preset,
 )
 from sweep.spec.strict_yaml import MOST_BYTES, dump
 from sweep.spec.study import SPEC, RecordSpec, Streams, Study, parse_spec
@@ -38,7 +39,6 @@ ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
 """A copied spec records this metric if none is plotted: a spec must record one. Every
 trial can measure a metric of the bodies alone.
 """
-PRESET = "as_run"
 """The preset that is shown if the user names none, and the model has it."""
 EDITED = "edited"
 """The name of a map whose shapes were changed."""
@@ -327,8 +327,7 @@ def begin(
     if model not in known.models:
         raise SpecError(unknown("model", model, known.models))
     about = known.models[model]
-    usual = PRESET if PRESET in about.presets else next(iter(about.presets))
-    preset = preset or usual
+    preset = preset or usual_preset(about)
     if preset not in about.presets:
         raise SpecError(unknown(f"preset of {model}", preset, about.presets))
     plots = about.metrics[:MOST_PLOTS]

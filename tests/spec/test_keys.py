@@ -52,9 +52,9 @@ class LongerStudy(Study):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class EasierStudy(Study):
-    """A study some of whose keys have got defaults."""
+    """A study some of whose keys have got other defaults."""
 
-    preset: Annotated[str, Key(Text(), "a preset")] = "as_run"
+    model: Annotated[str, Key(Text(), "a model")] = "nguyen2024"
     seed: Annotated[int, Key(Whole(0), "a seed")] = 7
 
 
@@ -106,12 +106,12 @@ def test_a_key_that_is_entered_once_is_written_and_in_the_table() -> None:
 
 
 def test_a_default_is_entered_once_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    bare = {"study": "short", "model": "nguyen2024", "replicates": 2}
-    with pytest.raises(SpecError, match='missing key "preset"'):
+    bare = {"study": "short", "replicates": 2}
+    with pytest.raises(SpecError, match='missing key "model"'):
         parse_spec(bare)
     assert not Draft7Validator(schema.json_schema()).is_valid(bare)
     entered(monkeypatch, EasierStudy)
-    assert (parse_spec(bare).preset, parse_spec(bare).seed) == ("as_run", 7)
+    assert (parse_spec(bare).model, parse_spec(bare).seed) == ("nguyen2024", 7)
     assert Draft7Validator(schema.json_schema()).is_valid(bare)
     assert "| `seed` | a seed | a whole number from 0 | 7 |" in key_table.key_table()
 

@@ -86,7 +86,7 @@ def test_every_preset_value_is_valid(model: str) -> None:
         )
 
 
-@pytest.mark.parametrize("key", ["study", "model", "preset", "seed", "replicates"])
+@pytest.mark.parametrize("key", ["study", "model", "replicates"])
 def test_missing_keys_are_invalid(key: str) -> None:
     spec = copy.deepcopy(content(SHORT))
     del spec[key]

@@ -508,6 +508,7 @@ def test_mistake_is_named_with_its_line(lines: list[str], message: str) -> None:
     with pytest.raises(SpecError) as error:
         parse_spec(short(*lines))
     assert str(error.value).startswith(f"spec.yaml:{message}")
+    assert "\n" not in str(error.value)
 
 
 REPLACED = [
@@ -525,7 +526,7 @@ REPLACED = [
         ),
     ),
     ("study: short\n", "", '1: missing key "study"'),
-    ("seed: 1\n", "", '1: missing key "seed"'),
+    ("model: nguyen2024\n", "", '1: missing key "model"'),
     (
         "replicates: 2\n",
         "",
@@ -578,6 +579,7 @@ def test_mistake_in_the_head_is_named(old: str, new: str, message: str) -> None:
     with pytest.raises(SpecError) as error:
         parse_spec(SHORT.replace(old, new))
     assert str(error.value).startswith(f"spec.yaml:{message}")
+    assert len(error.value.mistakes) == 1
 
 
 TABLE_MISTAKES = [

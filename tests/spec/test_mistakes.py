@@ -1,0 +1,120 @@
+"""All mistakes of a spec are in one answer, in the order of lines, and none of them is
+there because of another one.
+"""
+
+import pytest
+
+from sweep.errors import SpecError
+from sweep.spec.mistakes import MOST_SAID
+from sweep.spec.study import parse_spec
+
+SPEC = """
+study: many
+model: nguyen2024
+preset: as_runn
+fixed: {n: fifty, drag: -1, map: lab, steps: 20}
+maps:
+  lab: {size: [100, 100], shapes: [{disc: [10, 10, -1]}, {disk: [50, 50, 2]}]}
+sweep:
+  seperation_weight: [1, 2]
+  cohesion_weight: {linspace: [0, 2]}
+  pairs: {zip: {width: [100, far], height: [100, 200]}}
+derive: {max_sped: 2 * n}
+require: [n < widht, "n +"]
+replicates: 0
+record: {metrics: [sped, polarization], series: [speed, speed], every: 0}
+strems: {}
+time_limit: -1
+"""
+SAID = """
+3: unknown preset of nguyen2024 "as_runn"; did you mean "as_run"?
+4: 'fifty' is not allowed for n: it is a whole number from 1 to 10,000,000
+4: -1 is not allowed for drag: it is a number from 0 to 1
+6: "disc" must be a mapping with at least one entry, not a list
+6: unknown key "disk"; did you mean "disc"?
+8: unknown setting "seperation_weight"; did you mean "separation_weight"?
+9: "linspace" must be [first, last, number of values], not a list of 2
+10: 'far' is not allowed for width: it is a number above 0 (px)
+11: unknown setting "max_sped"; did you mean "start_speed"?
+12: require: unknown name "widht"; did you mean "width"?
+12: require: "n +" is not an expression
+13: "replicates" must be a whole number from 1 to 20000000, not 0
+14: "speed" stands twice in "series"
+14: "every" must be a whole number from 1, not 0
+14: unknown metric "sped"; did you mean "speed"?
+15: unknown key "strems"; did you mean "streams"?
+16: "time_limit" must be a number of seconds above 0, not -1
+"""
+
+
+def mistakes(spec: str) -> list[str]:
+    """The lines of the error of a spec, without the name of its file."""
+    with pytest.raises(SpecError) as raised:
+        parse_spec(spec.lstrip("\n"))
+    said = str(raised.value).splitlines()
+    assert len(raised.value.mistakes) >= len(said)
+    return [line.removeprefix("spec.yaml:") for line in said]
+
+
+def test_all_mistakes_are_said_at_once_in_the_order_of_lines() -> None:
+    """A map that is wrong is still one that settings may name."""
+    said, expected = mistakes(SPEC), SAID.strip().splitlines()
+    assert len(said) == len(expected)
+    for line, beginning in zip(said, expected, strict=True):
+        assert line.startswith(beginning)
+
+
+def test_what_is_missing_is_said_with_what_is_wrong() -> None:
+    wrong, *missing = mistakes("drag: 1\nfixed: {n: 5}\n")
+    assert wrong.startswith('1: unknown key "drag"')
+    assert missing == ['1: missing key "study"', '1: missing key "model"']
+
+
+def test_a_search_says_all_that_is_wrong_with_it() -> None:
+    assert [
+        line.partition(";")[0]
+        for line in mistakes("""
+study: many
+model: nguyen2024
+search:
+  parameters: {drug: {uniform: [0, 1]}, n: {normal: [3, 4]}}
+  objectives: {sped: {maximize: mean}, speed: {maximize: men}}
+  constraints: {speed: {at_mots: 3}}
+  budget: none
+replicates: 3
+""")
+    ] == [
+        '4: unknown setting "drug"',
+        '4: "n" cannot be normal: a search needs bounds, as uniform, loguniform,'
+        " integers, choice have",
+        '5: unknown metric "sped"',
+        '5: unknown statistic "men"',
+        '6: unknown key "at_mots"',
+        '7: "budget" must be a whole number from 1 to 1000000, not "none"',
+    ]
+
+
+def test_one_mistake_hides_what_depends_on_it_and_nothing_else() -> None:
+    """A setting of an unknown model cannot be judged."""
+    model, every = mistakes("""
+study: many
+model: nguyen2042
+fixed: {n: fifty}
+checkpoint: 0
+""")
+    assert model.startswith('2: unknown model "nguyen2042"; did you mean "nguyen2024"?')
+    assert every.startswith('4: "checkpoint" must be a number of seconds above 0')
+
+
+def test_very_many_mistakes_are_counted() -> None:
+    settings = ", ".join(f"a{number}: 1" for number in range(MOST_SAID + 5))
+    said = mistakes(
+        f"study: many\nmodel: nguyen2024\nreplicates: 1\nfixed: {{{settings}}}"
+    )
+    assert len(said) == MOST_SAID + 1
+    assert said[-1] == "and 5 more mistakes"
+
+
+def test_a_preset_and_a_seed_need_not_be_said() -> None:
+    study = parse_spec({"study": "short", "model": "nguyen2024", "replicates": 1})
+    assert (study.preset, study.seed) == ("as_run", 0)
