@@ -39,16 +39,19 @@ class SpecError(UserError):
     """What is wrong with a spec, in one sentence that starts with its file and line.
     Where several things are wrong, each has a line of its own.
 
-    `line` is the number of the line in the file, 0 where there is none. `mistakes` are
-    the errors of the single mistakes.
+    `line` is the number of the line in the file, 0 where there is none.
     """
 
     def __init__(
-        self, reason: str, line: int = 0, mistakes: "Sequence[SpecError]" = ()
+        self, reason: str, line: int = 0, several: "Sequence[SpecError]" = ()
     ) -> None:
         super().__init__(reason)
-        self.line = line
-        self.mistakes: tuple[SpecError, ...] = tuple(mistakes) or (self,)
+        self.line, self.several = line, tuple(several)
+
+    @property
+    def mistakes(self) -> "tuple[SpecError, ...]":
+        """The error of each mistake: of `several`, or this one alone."""
+        return self.several or (self,)
 
 
 class CodeError(UserError):
