@@ -9,6 +9,7 @@ themselves, so that `sweep --help` answers at once.
     starting         init, new: a study, and code, of one's own
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
+    overview         list, columns: what there is
     maintenance      replay, verify, diff, gc, export
     own_code         code: that of a stored study
     viewing          view: the live simulator
@@ -30,6 +31,7 @@ themselves, so that `sweep --help` answers at once.
 from sweep.cli import starting as starting
 from sweep.cli import running as running
 from sweep.cli import reading as reading
+from sweep.cli import overview as overview
 from sweep.cli import maintenance as maintenance
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing

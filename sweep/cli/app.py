@@ -17,6 +17,28 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"boidsweep {sys.modules['sweep'].__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Show the version and exit.",
+            callback=_version,
+            is_eager=True,
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
 Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
 StudyName = Annotated[
     str,

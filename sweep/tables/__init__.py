@@ -6,6 +6,7 @@ stored_plan       a plan, checked
 stored_tables     tables, checked
 stored_spec       a row read as a spec
 stored_jobs       the job and world of a row
+overview          the studies in a folder
 choosing          points by their settings
 comparison_sides  trials as a command names them
 matched_points    points that belong together

@@ -18,11 +18,10 @@ from sweep.store.parquet import table_writer
 from sweep.tables.netcdf import check_netcdf, write_netcdf
 from sweep.tables.outputs import check_output, unfinished, write_checksum
 from sweep.tables.safe_csv import without_formulas
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_study import TABLES, StoredStudy
 from sweep.tables.stored_trials import origins
 from sweep.text import unknown
 
-TABLES = ("trials", "series", "heatmaps", "trajectories")
 ROWS_AT_A_TIME = 1000
 BESIDE = ".json"
 """What is added to the name of a CSV file for that with its units and provenance."""

@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 
 
 DETAIL = "detail"
+TABLES = ("trials", "series", "heatmaps", "trajectories")
+ABOUT = (b"unit", b"text")
+"""What is stored of a column, beside its values."""
 
 
 class StoredStudy:
@@ -74,7 +77,7 @@ class StoredStudy:
         if isinstance(place, Path) and not (place / name).is_dir():
             raise StoreError(
                 f"{place / name}: no study has been launched"
-                f" here{similar(name, _launched(place))}"
+                f" here{similar(name, launched_studies(place))}"
             )
         self.plan = self.store.read_plan()
         self.provenance = plan_provenance(self.plan, self.store.folder / PLAN)
@@ -457,6 +460,19 @@ class StoredStudy:
             if about.get(b"unit")
         }
 
+    @property
+    def columns(self) -> pd.DataFrame:
+        """What is stored, a row a column of a table: `table`, `column`, `type`, `unit`
+        and `text`, which says what it is.
+        """
+        first = self.whole.plan["trial_id"].combine_chunks().slice(0, 1)
+        rows = [
+            (name, field.name, str(field.type), *_about(field))
+            for name in TABLES
+            for field in self.read(name, first).schema
+        ]
+        return pd.DataFrame(rows, columns=["table", "column", "type", "unit", "text"])
+
     def statuses(self) -> Counter[str]:
         """How many trials of the spec have which status; `missing` are not stored."""
         stored = self.store.trial_ids()
@@ -492,7 +508,14 @@ class StoredStudy:
         return frame.iloc[order].reset_index(drop=True)
 
 
-def _launched(results: Path) -> list[str]:
+def _about(field: pa.Field) -> tuple[str, str]:
+    """The unit and the text of a stored column."""
+    about = field.metadata or {}
+    unit, text = (about.get(key, b"").decode(errors="replace") for key in ABOUT)
+    return unit, text
+
+
+def launched_studies(results: Path) -> list[str]:
     """The studies in a folder of results, which lie at most three folders deep."""
     plans = (
         plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN)

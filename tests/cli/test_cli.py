@@ -68,9 +68,8 @@ def test_the_readme_names_every_command() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for command in app.registered_commands:
         assert command.callback is not None
-        assert re.search(rf"`(sweep )?{command.callback.__name__}\b", readme), (
-            command.callback.__name__
-        )
+        name = command.name or command.callback.__name__
+        assert re.search(rf"`(sweep )?{name}\b", readme), name
 
 
 def test_plan_counts_without_running(folder: Path) -> None:

@@ -1,0 +1,52 @@
+"""Commands that say what there is: the studies in a folder, the columns of one."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sweep.cli.app import Json, Results, StudyName, app
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@app.command(name="list")
+def list_studies(results: Results = Path("results"), as_json: Json = False) -> None:
+    """The studies in a folder of results, and how far each is."""
+    from sweep.store.locations import local_folder
+    from sweep.tables.overview import studies
+
+    found = studies(local_folder(results, "the list of studies"))
+    if found.empty and not as_json:
+        print(f"{results}: no study has been launched here", file=sys.stderr)
+        return
+    _show(found, as_json)
+
+
+@app.command()
+def columns(
+    study: StudyName, results: Results = Path("results"), as_json: Json = False
+) -> None:
+    """The columns of the tables of a study: type, unit, and what they are."""
+    from sweep.tables.stored_study import StoredStudy
+
+    _show(StoredStudy(study, results).columns, as_json)
+
+
+def _show(rows: "pd.DataFrame", as_json: bool) -> None:
+    if as_json:
+        print(rows.to_json(orient="records", indent=2))
+        return
+    from rich.table import Table
+
+    from sweep.cli.terminal import console
+
+    shown = rows.loc[:, (rows.notna() & (rows != "")).any()].astype(object).fillna("")
+    table = Table(*shown)
+    for row in shown.itertuples(index=False):
+        table.add_row(*(f"{one:,.0f}" if _is_number(one) else str(one) for one in row))
+    console().print(table)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float)

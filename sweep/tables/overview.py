@@ -1,0 +1,36 @@
+"""The studies in a folder of results, and how far each is."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from sweep.errors import UserError
+from sweep.tables.stored_study import StoredStudy, launched_studies
+
+
+def studies(results: Path) -> pd.DataFrame:
+    """A row a study: `study`, `model`, `preset`, `trials`, `done`, `not_done`,
+    `missing`, and `error`, which says why it cannot be read, if it cannot.
+    """
+    rows = [_study(name, results) for name in launched_studies(results)]
+    columns = ["study", "model", "preset", "trials", "done", "not_done", "missing"]
+    return pd.DataFrame(rows, columns=[*columns, "error"])
+
+
+def _study(name: str, results: Path) -> dict[str, object]:
+    try:
+        study = StoredStudy(name, results)
+        statuses, about = study.statuses(), study.provenance
+    except UserError as error:
+        return {"study": name, "error": error.reason}
+    done, missing = statuses["done"], statuses["missing"]
+    return {
+        "study": name,
+        "model": about["model"],
+        "preset": about["preset"],
+        "trials": statuses.total(),
+        "done": done,
+        "not_done": statuses.total() - done - missing,
+        "missing": missing,
+        "error": "",
+    }
