@@ -15,6 +15,7 @@ promises     all of them by name, and what becomes of them
 subject      the model that is checked
 described    settings and presets
 compiled     no allocation; the bits of plain Python
+calls        the flock before a step, and the grid after it
 interpreted  the program that flies in plain Python
 grids        any grid
 restarts     from any step

@@ -50,8 +50,8 @@ def grid(subject: Subject) -> None:
                     raise AssertionError(
                         f"{of_function(subject.model.sight)}: {said} ({in_words(job)}"
                         f"{where}); sight must declare the longest range that is"
-                        " searched, and kernels.neighbours.search alone finds"
-                        " neighbours"
+                        " searched, kernels.neighbours.search alone finds"
+                        " neighbours, and the grid is told of each move at once"
                     )
     if not jobs:
         raise SkipTest("its boids see everyone, so there is no grid")

@@ -9,6 +9,7 @@ from unittest import SkipTest
 
 from kernels.model import Model
 from sweep.errors import UserError
+from sweep.testing.calls import calls
 from sweep.testing.compiled import allocation, interpreter
 from sweep.testing.described import presets, settings
 from sweep.testing.grids import grid
@@ -34,6 +35,7 @@ ALL: dict[str, Promise] = {
     "settings": Promise(settings, "every setting has a text, a unit and a range"),
     "presets": Promise(presets, "every preset is complete and allowed"),
     "allocation": Promise(allocation, "a step is compiled, and allocates nothing"),
+    "calls": Promise(calls, "a step keeps the flock before it, and tells the grid"),
     "interpreter": Promise(interpreter, "compiled or not, the bits are the same"),
     "grid": Promise(grid, "any grid finds the neighbours that all pairs find"),
     "restart": Promise(restart, "a trial goes on from any step to the same bits"),
@@ -44,7 +46,7 @@ ALL: dict[str, Promise] = {
 """In the order in which they are best mended."""
 PROMISES = tuple(ALL)
 """The names of all promises."""
-NEEDED = ("settings", "presets", "allocation")
+NEEDED = ("settings", "presets", "allocation", "calls")
 """Promises without which the others cannot be tried."""
 KEPT, BROKEN, ELSEWHERE = "kept", "broken", "does not apply"
 

@@ -137,6 +137,26 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
             ("if not observe(flock, world, record):", "if steps < 0:"),
         ),
     ),
+    (
+        "calls",
+        "and its vx before was -",
+        (marked(DEF), ("        remember(flock, seen)\n", "")),
+    ),
+    (
+        "calls",
+        "what an earlier step has left; call remember(flock, seen)",
+        (marked(DEF), ("remember(flock, seen)", "remember(flock, flock)")),
+    ),
+    (
+        "calls",
+        "boid 0 moves, and stays in its old cell of the grid; call move(work.grid, i",
+        (marked(DEF), ("move_all(work.grid, flock)", "pass")),
+    ),
+    (
+        "calls",
+        "or move_all(work.grid, flock) at the end of each step (preset as_run, seq",
+        (marked(DEF), ("move(work.grid, i, x, y)", "pass")),
+    ),
     ("interpreter", "in plain Python", (marked(DEF), doing("vx += 1e-3 * vy**3"))),
     (
         "interpreter",
@@ -152,6 +172,15 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
                 "square_range(params.range, False)",
                 "square_range(2.5 * params.range, False)",
             ),
+        ),
+    ),
+    (
+        "grid",
+        "and the grid is told of each move at once",
+        (
+            marked(SIGHT),
+            ("                move(work.grid, i, x, y)\n", "                pass\n"),
+            ("        if not sequential:\n    ", ""),
         ),
     ),
     (
@@ -264,6 +293,18 @@ def test_a_model_that_breaks_it_is_found_with_its_line(
     assert said.startswith(f"drawn.py, line {line}")
     assert words in said
     assert "\n" not in said
+
+
+def test_boids_that_stay_need_not_be_told_to_the_grid(tmp_path: Path) -> None:
+    """Nor any, where nobody searches."""
+    stays = doing("if i % 2 == 0: continue")
+    assert_keeps(written(tmp_path, stays)[0], "calls")
+    untold = (
+        ("move_all(work.grid, flock)", "pass"),
+        ("move(work.grid, i, x, y)", "pass"),
+    )
+    blind = ("            found = search(seen,", "            found = 0 * search(seen,")
+    assert_keeps(written(tmp_path, blind, *untold)[0], "calls")
 
 
 def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> None:
