@@ -4,6 +4,7 @@ each point is given.
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.spec.study import parse_spec
 from sweep.store.origin import PROVENANCE
+from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from tests.specs import short
 
@@ -56,6 +58,7 @@ class MadeUp(StoredStudy):
 
     def __init__(self, plan: pa.Table, speed: np.ndarray) -> None:
         self.name, self.plan = "made_up", plan
+        self.store = Store(Path("made_up"))
         self.provenance = json.loads(plan.schema.metadata[PROVENANCE])
         self.trials = plan.to_pandas().assign(status="done", speed=speed)
 

@@ -36,7 +36,10 @@ class Exportable(StrEnum):
 def replay(
     study: StudyName,
     trial: Annotated[
-        str, typer.Argument(metavar="TRIAL", help="The id of a trial, as in its row.")
+        str,
+        typer.Argument(
+            metavar="TRIAL", help="The id of a trial, as in its row, or its beginning."
+        ),
     ],
     results: Results = Path("results"),
     trajectory: Annotated[

@@ -41,7 +41,7 @@ def check(
     """Raise an error for a file of `wanted` that cannot be written, before any work.
 
         study   the stored study
-        trial   the id of the trial
+        trial   the id of the trial, or its beginning
         wanted  the files
         force   whether a file that exists may be replaced
 
@@ -66,7 +66,7 @@ def show(study: StoredStudy, trial: str, wanted: Wanted) -> list[Path]:
     stored = study.trial(trial)
     job, written = study.job(stored), list[Path]()
     if wanted.trajectory:
-        about = stored.provenance | {"trial": trial, "run_again": machine()}
+        about = stored.provenance | {"trial": job.trial_id, "run_again": machine()}
         metadata = {PROVENANCE: json.dumps(about, sort_keys=True).encode()}
         write_flight(
             job,

@@ -32,7 +32,8 @@ def view(
     trial: Annotated[
         str | None,
         typer.Argument(
-            metavar="[TRIAL]", help="A stored trial of the study to replay."
+            metavar="[TRIAL]",
+            help="A stored trial of the study to replay: its id, or its beginning.",
         ),
     ] = None,
     model: Annotated[

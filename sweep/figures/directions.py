@@ -1,10 +1,12 @@
 """Which values of a metric are better: `coverage+` asks for high ones, `coverage_cv-`
-for low ones.
+for low ones. Of a search its objectives say it.
 """
 
 from typing import NamedTuple
 
+from sweep.campaigns.search.asked_trials import asked_objectives
 from sweep.figures.selection import recorded
+from sweep.spec.objectives import Objective
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
@@ -21,7 +23,7 @@ class Direction(NamedTuple):
 
 def direction(study: StoredStudy, text: str) -> Direction:
     """Read a direction: `coverage+` asks for high values, `coverage_cv-` for low ones,
-    and a metric alone for those that are usually better.
+    and a metric alone for those that are better.
 
     Raises ChoiceError for an unknown metric.
     """
@@ -30,15 +32,35 @@ def direction(study: StoredStudy, text: str) -> Direction:
         metric,
         not text.endswith("-")
         if text[-1:] in ("+", "-")
-        else more_is_better(study, metric),
+        else _more_is_better(study, asked_objectives(study), metric),
     )
 
 
-def more_is_better(study: StoredStudy, column: str) -> bool:
-    """Whether high values of a metric of a study, or of its mean over the last half,
-    are the better ones where nobody says it.
-
-    They are for a metric that this version does not know.
+def opposed_metrics(study: StoredStudy) -> list[str]:
+    """Two metrics that are good together: the first two objectives of a search, or else
+    the first metric of which more is better and the first of which less is.
     """
-    about = study.known.metrics.get(Column.read(column).metric)
+    aims = asked_objectives(study)
+    if len(aims) > 1:
+        return [one.column for one in aims[:2]]
+    better, worse = (
+        [name for name in study.metrics if _more_is_better(study, aims, name) is high]
+        for high in (True, False)
+    )
+    return [better[0], worse[0]] if better and worse else []
+
+
+def _more_is_better(study: StoredStudy, aims: list[Objective], column: str) -> bool:
+    """Whether high values of a metric, or of its mean over the last half, are the
+    better ones where nobody says it.
+
+    An objective of a search says it of its own column first, and then of its metric.
+    Else the metric does; of one that this version does not know they are.
+    """
+    metric = Column.read(column).metric
+    exact = [one for one in aims if one.column == column]
+    for one in exact or aims:
+        if Column.read(one.column).metric == metric:
+            return one.maximize
+    about = study.known.metrics.get(metric)
     return about is None or about.better == "high"

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from sweep.campaigns.search.fronts import nondominated
 from sweep.errors import ChoiceError
-from sweep.figures.directions import Direction, direction, more_is_better
+from sweep.figures.directions import Direction, direction, opposed_metrics
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel, words
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
@@ -45,8 +45,9 @@ def pareto_figure(
 
     A point beats another if it is better in one mean and not worse in the other. Noise
     in the means makes a front look better than it is. `coverage+` asks for a high
-    metric, `coverage_cv-` for a low one. Without metrics they are the first of which
-    more is better and the first of which less is better. Where settings are sampled,
+    metric, `coverage_cv-` for a low one. Without metrics they are the first two
+    objectives of a search, or else the first metric of which more is better and the
+    first of which less is. Where settings are sampled,
     the listed ones become colours and panels, each with a front of its own. Else all
     points compete, unless `by` gives them colours. Raises ChoiceError for names that
     the study does not have, where no two metrics are given or found, and for more than
@@ -90,13 +91,6 @@ def pareto_layout(
     colour = selection.colour(by, others, []) if by or others else None
     facets = selection.panels([name for name in others if name != colour], "pareto")
     return Pareto(selection, (first, second), colour, facets)
-
-
-def opposed_metrics(study: StoredStudy) -> list[str]:
-    """The first metric of which more is better and the first of which less is."""
-    better = [name for name in study.metrics if more_is_better(study, name)][:1]
-    worse = [name for name in study.metrics if not more_is_better(study, name)][:1]
-    return [*better, *worse] if better and worse else []
 
 
 def draw_pareto(layout: Pareto) -> Figure:

@@ -11,14 +11,15 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     """Run a trial again. Returns a report, and whether everything that is stored came
     out with the same bits.
 
-    An exception of the trial is raised as it is.
+    `trial` is its id or the beginning of that, as `study.trial` takes it. An
+    exception of the trial is raised as it is.
     """
     stored = study.trial(trial)
     job = study.job(stored)
     with ended_by_ctrl_c():
         result = simulate(job)
     differing = differences(study.name, stored, result)
-    lines = [f"trial {trial}"]
+    lines = [f"trial {job.trial_id}"]
     if job.known.runs:
         lines.append(f"{'code':34} {', '.join(job.known.runs)}, as stored")
     lines += [f"{path}: another file now" for path in study.other_now(stored)]

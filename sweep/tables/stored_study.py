@@ -47,6 +47,8 @@ DETAIL = "detail"
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
+SHOWN_IDS = 3
+"""Of trials whose ids begin alike, in an error."""
 
 
 class StoredStudy:
@@ -402,13 +404,12 @@ class StoredStudy:
         """The recorded frames (F,) of a trial, and x, y, vx and vy of its boids in
         them, shape (F, 4, N).
 
-        Raises ChoiceError if there is no such trial, or none are stored of it.
+        Raises ChoiceError as `trial_id`, and if none are stored of the trial.
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
-            stored = self.store.trial_ids()
-            if trial not in stored:
-                raise ChoiceError(unknown("trial", trial, stored), self.name)
+            if (whole := self.trial_id(trial)) != trial:
+                return self.trajectory(whole)
             raise ChoiceError(
                 f"no trajectory of trial {trial} is stored; record:"
                 " {trajectories: true} does that",
@@ -419,11 +420,31 @@ class StoredStudy:
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """A stored trial with its rows of all tables. Raises ChoiceError."""
+        """A stored trial with its rows of all tables, by its id or the beginning of
+        that. Raises ChoiceError as `trial_id`.
+        """
         found = stored_trials(self.store, [trial])
         if not found:
-            known = self.plan["trial_id"].to_pylist()
-            raise ChoiceError(unknown("trial", trial, known), self.name)
+            found = stored_trials(self.store, [self.trial_id(trial)])
+        return found[0]
+
+    def trial_id(self, beginning: str) -> str:
+        """The id of the one stored trial whose id begins so, as `05d7`. Raises
+        ChoiceError where there is none, and where there are several.
+        """
+        stored = self.store.trial_ids()
+        if beginning in stored:
+            return beginning
+        found = [trial for trial in stored if beginning and trial.startswith(beginning)]
+        if not found:
+            raise ChoiceError(unknown("trial", beginning, stored), self.name)
+        if len(found) > 1:
+            shown = ", ".join(sorted(found)[:SHOWN_IDS])
+            raise ChoiceError(
+                f'the ids of {len(found):,} trials begin with "{beginning}": {shown}'
+                f"{', ...' if len(found) > SHOWN_IDS else ''}; write more of it",
+                self.name,
+            )
         return found[0]
 
     def job(self, stored: StoredTrial) -> "Job":

@@ -117,11 +117,9 @@ def _parted(job: Job, state: State) -> State:
 
 def _moved(state: State, after: Simulation) -> NDArray[np.bool_]:
     """Which boids are elsewhere than in the state."""
-    places: list[tuple[Floats, Floats]] = [
-        (state.arrays["flock.x"], after.flock.x),
-        (state.arrays["flock.y"], after.flock.y),
-    ]
-    return np.logical_or(*(before != now for before, now in places))
+    x, y = state.arrays["flock.x"], state.arrays["flock.y"]
+    moved: NDArray[np.bool_] = (x != after.flock.x) | (y != after.flock.y)
+    return moved
 
 
 def _after(job: Job, state: State, entered: State | None = None) -> Simulation:

@@ -266,6 +266,7 @@ def test_replay_gives_the_stored_bits(folder: Path) -> None:
     done = sweep(folder, "replay", "small", trial)
     assert done.returncode == 0, done.stdout
     assert "equal to what is stored, to the last bit" in done.stdout
+    assert sweep(folder, "replay", "small", trial[:12]).stdout == done.stdout
 
 
 def table_of(folder: Path) -> str:

@@ -79,6 +79,7 @@ def names(paths: list[Path]) -> list[str]:
                 "scatter",
                 "heatmap",
                 "parallel",
+                "pareto",
                 "history",
                 "front",
                 "comparison",

@@ -8,7 +8,7 @@ import pytest
 from kernels.metrics import METRICS
 from sweep.analysis import by_point
 from sweep.errors import ChoiceError
-from sweep.figures import pareto_figure
+from sweep.figures import parallel_figure, pareto_figure
 from sweep.figures.directions import direction
 from tests.plotted import legend_texts, shown, study, titles
 
@@ -25,6 +25,23 @@ def test_of_harm_less_is_better() -> None:
     assert not direction(study("covering"), "coverage_cv").high
     assert not direction(study("covering"), "collisions_mean").high
     assert {about.better for about in METRICS.values()} == {"high", "low"}
+
+
+def test_of_a_search_its_objectives_say_which_way_is_better() -> None:
+    """By itself more of a flock radius is better; the search makes it small."""
+    found = study("searched")
+    assert METRICS["flock_radius"].better == "high"
+    assert not direction(found, "flock_radius").high
+    assert not direction(found, "flock_radius_mean").high
+    assert direction(found, "flock_radius+").high
+    assert direction(found, "speed").high
+    axes = pareto_figure(found).axes[0]
+    assert axes.get_xlabel() == "flock radius (px), less is better"
+    assert axes.get_ylabel() == "speed (px/step), more is better"
+    assert (
+        legend_texts(parallel_figure(found, "flock_radius"))[0]
+        == "5 % with the lowest flock radius (px)"
+    )
 
 
 @pytest.mark.parametrize("signs", ["++", "+-", "-+", "--"])

@@ -23,6 +23,7 @@ import pyarrow as pa
 
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.distributions import DISTRIBUTIONS
+from sweep.spec.objectives import Objective
 from sweep.spec.recorded import columns_of
 from sweep.spec.statistics import STATISTICS
 from sweep.store.locations import Location
@@ -95,6 +96,20 @@ def read_asked(study: StoredStudy) -> AskedTrials:
         .merge(known, on="trial_id", how="left")
     )
     return AskedTrials(table.assign(status=table["status"].fillna("missing")), about)
+
+
+def asked_objectives(study: StoredStudy) -> list[Objective]:
+    """The objectives of the search of a stored study, in the order of its spec; none
+    where it is no search.
+
+    Raises StoreError for a statistic that is not known here.
+    """
+    asked = study.store.read_asked()
+    if asked is None:
+        return []
+    about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
+    _check_known(study.store.asked, about)
+    return [Objective.from_json(one) for one in about["objectives"]]
 
 
 def _check_known(file: Location, about: Mapping[str, Any]) -> None:
