@@ -8,6 +8,7 @@ programs do.
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import cycle
 from textwrap import wrap
 
 import numpy as np
@@ -18,7 +19,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
-from sweep.figures.style import BLUE, GREY
+from sweep.figures.style import BLUE, COLOURS, GREY
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import harmless, shortened
@@ -90,6 +91,11 @@ def draw_flock(
     axes.add_collection(
         PolyCollection(list(corners), facecolor=colour, edgecolor="none", zorder=2.5)
     )
+
+
+def colours_of_kinds(kinds: Iterable[str]) -> dict[str, str]:
+    """The colour of each kind of boids, by its name."""
+    return dict(zip(kinds, cycle(COLOURS), strict=False))
 
 
 def draw_visits(

@@ -2,6 +2,7 @@
 last flock.
 """
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,11 +13,19 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import draw_flock, draw_map, note, span, title_panel
+from sweep.figures.drawing import (
+    colours_of_kinds,
+    draw_flock,
+    draw_map,
+    note,
+    span,
+    title_panel,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
@@ -28,6 +37,8 @@ Floats = NDArray[np.float64]
 MOST_TRIALS = 4
 BOID = 0.022
 """The length of a boid's triangle as a part of the width of its map."""
+BOIDS = "0.1"
+"""The colour of boids that are of no kind."""
 FADING = 3
 
 
@@ -45,7 +56,8 @@ def trajectories_figure(
     trials of one or two points.
 
     Trails fade from the last recorded frame back to the first. Triangles are the boids
-    in the last frame. Obstacles are grey, and a goal that some rule seeks is a cross.
+    in the last frame. Kinds of boids have a colour each. Obstacles are grey, and a goal
+    that some rule seeks is a cross.
     Raises ChoiceError where no trajectories are stored and for more than four points.
     """
     return draw_trajectories(trajectories_layout(study))
@@ -118,6 +130,7 @@ def draw_trajectories(layout: Flights) -> Figure:
         ]
         for axes in panels[len(trials) :]:
             axes.set_axis_off()
+        _legend(figure, dict.fromkeys(kind for world in worlds for kind in world.kinds))
         goal = "; cross: goal" if any(world.goal for world in worlds) else ""
         text = (
             "one trial a panel, of {n} that are done;"
@@ -152,8 +165,10 @@ def _panel(
         markersize=3,
         color="0.6",
     )
-    _trails(axes, flight[:, :2], (world.width, world.height))
-    draw_flock(axes, flight[-1], BOID * world.width)
+    by_kind = colours_of_kinds(world.kinds)
+    colours = [by_kind[kind] for kind, n in world.kinds.items() for _ in range(n)]
+    _trails(axes, flight[:, :2], (world.width, world.height), colours or SKY)
+    draw_flock(axes, flight[-1], BOID * world.width, colours or BOIDS)
     if world.goal:
         axes.plot(
             *world.goal[:2],
@@ -189,18 +204,31 @@ def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
         )
 
 
-def _trails(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """Draw the ways (F, 2, N) of boids. A border may be joined to the opposite one;
-    jumps across it are left out.
+def _legend(figure: Figure, kinds: Iterable[str]) -> None:
+    """Say which colour is which kind, where there are any."""
+    marks = [
+        Line2D([], [], linestyle="none", marker=">", color=colour, label=kind)
+        for kind, colour in colours_of_kinds(kinds).items()
+    ]
+    if marks:
+        figure.legend(handles=marks, loc="outside upper center", ncols=4)
+
+
+def _trails(
+    axes: Axes, places: Floats, size: tuple[float, float], colour: str | list[str]
+) -> None:
+    """Draw the ways (F, 2, N) of boids, which have one colour, or one each. A border
+    may be joined to the opposite one; jumps across it are left out.
     """
     steps = np.stack([places[:-1], places[1:]], axis=1).transpose(0, 3, 1, 2)
     jumps = (np.abs(steps[:, :, 1] - steps[:, :, 0]) > np.array(size) / 2).any(axis=2)
     fade = np.broadcast_to(
         np.linspace(0.0, 1.0, len(steps) + 1)[1:, None] ** FADING, jumps.shape
     )
+    colours = np.broadcast_to(np.array(colour), jumps.shape)
     lines = LineCollection(
         list(steps[~jumps]),
-        colors=SKY,
+        colors=list(colours[~jumps]),
         alpha=0.8 * fade[~jumps],
         linewidths=0.8,
         rasterized=True,

@@ -6,7 +6,6 @@ goal if boids are drawn to it. What does not change is drawn once.
 """
 
 from collections.abc import Iterator
-from itertools import cycle
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,7 +18,8 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
-from sweep.figures import COLOURS, GREEN, STYLE, draw_flock, draw_map
+from sweep.figures import GREEN, STYLE, draw_flock, draw_map
+from sweep.figures.drawing import colours_of_kinds
 from sweep.replays.flight import Report, frames
 from sweep.replays.video import write_gif, write_mp4
 from sweep.tables.outputs import unfinished
@@ -97,9 +97,9 @@ class Scene:
     def _colours(self) -> str | list[str]:
         """The colour of boids; where there are kinds one for each, and a legend."""
         found, names = list[str](), kinds_of(self.job)
-        for colour, (name, count) in zip(cycle(COLOURS), names.items(), strict=False):
-            self.axes.plot([], [], ">", color=colour, label=f"{count:,} {name}")
-            found += count * [colour]
+        for name, colour in colours_of_kinds(names).items():
+            self.axes.plot([], [], ">", color=colour, label=f"{names[name]:,} {name}")
+            found += names[name] * [colour]
         if names:
             self.axes.legend(loc="upper right")
         return found or BOIDS

@@ -113,7 +113,8 @@ class RecordSpec:
         bool,
         Key(
             Truth(),
-            "whether positions and velocities of all boids are kept of each frame",
+            "whether the position and velocity of each boid are kept of each frame,"
+            " with its state and its kind where its model has these",
             example="true",
         ),
     ] = False

@@ -396,7 +396,8 @@ class StoredStudy:
     @cached_property
     def trajectories(self) -> pd.DataFrame:
         """One row a recorded frame of a trial: trial_id, frame, and x, y, vx, vy,
-        arrays (N,) each.
+        arrays (N,) each; so are the rows of the model's state, under their names, and
+        `kind`, where the model has any.
         """
         return self._in_order(self._table("trajectories"))
 

@@ -1,5 +1,7 @@
 """The world of a trial, drawn from its job, for whoever shows it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.spec.settings import settings_of, settings_tuple
+from sweep.trial.kinds import kinds_of
 from sweep.trial.scenery import obstacles
 
 
@@ -15,7 +18,8 @@ class TrialWorld(NamedTuple):
 
     A row is x and y of a centre, half width, half height, and 1 for a disc or 0 for a
     rectangle. `goal` is x and y of the goal and the radius about it, None where no boid
-    seeks it. Lengths are in the model's unit; `y_down` says that y points down.
+    seeks it. Lengths are in the model's unit; `y_down` says that y points down. `kinds`
+    are those of its boids, as `kinds_of` has them.
     """
 
     width: float
@@ -23,6 +27,7 @@ class TrialWorld(NamedTuple):
     obstacles: NDArray[np.float64]
     goal: tuple[float, float, float] | None = None
     y_down: bool = True
+    kinds: Mapping[str, int] = MappingProxyType({})
 
 
 def world_of(job: Job) -> TrialWorld:
@@ -41,4 +46,5 @@ def world_of(job: Job) -> TrialWorld:
         obstacles(job),
         (x, y, radius) if sought else None,
         model.y_down,
+        kinds_of(job),
     )

@@ -6,16 +6,20 @@ import json
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import to_rgba
 
 from kernels.model import Model
 from kernels.settings import About
 from sweep.errors import CodeError, SpecError
+from sweep.figures import COLOURS, trajectories_figure
 from sweep.own_code.description import described, description
 from sweep.own_code.entries import Offered, nothing
 from sweep.own_code.reading import named_model
+from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import sweep
 from tests.oscillators import MODEL, ORDER, SPEC
+from tests.plotted import legend_texts
 
 TEXT = (
     (ROOT / "tests" / "oscillators.py").read_text()
@@ -83,3 +87,26 @@ def test_a_description_of_a_state_that_cannot_be_is_none() -> None:
     text = json.dumps(description(offering(bad)))
     with pytest.raises(ValueError, match='no state can be called "vx"'):
         described(text)
+
+
+def test_in_a_figure_of_its_flights_each_kind_has_a_colour(tmp_path: Path) -> None:
+    """Three of twelve boids are pacemakers, which come first. The seventh frame is the
+    last: six steps a boid lead to it.
+    """
+    (tmp_path / "circles.py").write_text(TEXT)
+    spec = SPEC.replace("model: oscillators", "model: ./circles.py")
+    (tmp_path / "spec.yaml").write_text(spec.replace("[order]", "[./circles.py]", 1))
+    sweep(tmp_path, "launch", "spec.yaml", "--workers", "1")
+    study = StoredStudy("circles", tmp_path / "results")
+    figure = trajectories_figure(study)
+    assert legend_texts(figure) == ["pacemaker", "follower"]
+    pacemaker, follower = map(to_rgba, COLOURS[:2])
+    marks = figure.legends[0].legend_handles
+    assert [to_rgba(mark.get_color()) for mark in marks] == [pacemaker, follower]
+    for axes in figure.axes:
+        _, trails, flock = axes.collections
+        colours = list(map(tuple, flock.get_facecolor()))
+        assert colours == 3 * [pacemaker] + 9 * [follower]
+        ways = [colour[:3] for colour in map(tuple, trails.get_colors())]
+        assert ways[-12:] == [colour[:3] for colour in colours]
+        assert ways[:12] == ways[-12:]
