@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from kernels.catalogue import BUILT_IN
 from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import expand
@@ -189,6 +190,10 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     if changes:
         said = ", ".join(changes)
         yield f"the code has changed ({said}): trials that it computes are other ones"
+    names = list(_names(before, after))
+    if names:
+        said = ", ".join(names)
+        yield f"own code has other names ({said}): trials with these are other ones"
     if before.name != after.name:
         yield (
             f"these are two studies: {after.name} has a folder of its own and takes no"
@@ -202,6 +207,7 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
             )
     if (
         not changes
+        and not names
         and not after.at_most
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)
@@ -210,6 +216,51 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
             "the specs are the same: a table or an image has changed,"
             " or the first was not run to its end"
         )
+
+
+def _names(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
+    """The entries that the code of one side has and the other lacks, in words, but for
+    ours and those that a spec calls by name: its changed keys say them. An entry that
+    differs in nothing but its name is `model vortex -> swirl`.
+    """
+    if before.code is None or after.code is None:
+        return
+    for kind in Code._fields[1:]:
+        gone, new = (
+            _own_names(kind, one, other)
+            for one, other in ((before, after), (after, before))
+        )
+        entry = kind.removesuffix("s")
+        for name, stamp in gone.items():
+            same = next((other for other in new if new[other] == stamp), None)
+            if same:
+                del new[same]
+            yield f"{entry} {name} -> {same}" if same else f"{entry} {name} is gone"
+        for name in new:
+            yield f"{entry} {name} is new"
+
+
+def _own_names(kind: str, one: SpecVersion, other: SpecVersion) -> dict[str, str]:
+    """The stamps of the entries of a kind that only one side has."""
+    # Stamps of models are those of a name with a preset.
+    mine, theirs = (
+        {
+            key.partition(" ")[0]: stamp
+            for key, stamp in getattr(side.code, kind).items()
+        }
+        for side in (one, other)
+    )
+    known = {*theirs, *_texts(one.spec), *getattr(BUILT_IN, kind)}
+    return {name: stamp for name, stamp in mine.items() if name not in known}
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """The texts in a spec, wherever they stand."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for part in [*value, *value.values()] if isinstance(value, dict) else value:
+            yield from _texts(part)
 
 
 def _brief(value: Any) -> str:

@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from sweep.errors import SpecError
+from sweep.own_code.reading import load_spec
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.spec_difference import Change, Overlap, compare
+from tests import ROOT
 from tests.commands import sweep
 from tests.searches import TINY
 from tests.studies import SMALL, launched, relaunch
@@ -160,3 +162,86 @@ def test_the_command_takes_one_spec_or_two(tmp_path: Path) -> None:
     unknown = diff(tmp_path, "b.yaml")
     assert unknown.returncode == 2
     assert "no study has been launched here" in unknown.stderr
+
+
+OWN = """
+study: own
+model: ./vortex.py
+preset: standard
+fixed: {n: 12, steps: 9}
+replicates: 3
+seed: 5
+record: {metrics: [./gain.py]}
+"""
+GAIN = """
+from kernels.jit import jit
+from kernels.metrics import Metric
+
+@jit
+def measure(frames, filled, ground, observation, values):
+    for f in range(filled):
+        values[f] = frames.bodies[f, 0, 0]
+
+METRIC = Metric(measure, "length", "x of the first boid", "made up for a test")
+METRICS = {"gain": METRIC}
+"""
+
+
+@pytest.mark.parametrize(
+    ("edits", "notes"),
+    [
+        ([], []),
+        (
+            [("vortex.py", 'name="vortex"', 'name="swirl"')],
+            ["model vortex -> swirl"],
+        ),
+        (
+            [
+                ("vortex.py", 'name="vortex"', 'name="swirl"'),
+                (
+                    "vortex.py",
+                    "params.cohesion_weight *",
+                    "2 * params.cohesion_weight *",
+                ),
+            ],
+            ["model vortex is gone, model swirl is new"],
+        ),
+        ([("gain.py", '"gain":', '"win":')], ["metric gain -> win"]),
+        (
+            [("gain.py", "METRICS = {", 'METRICS = {"more": METRIC, ')],
+            ["metric more is new"],
+        ),
+        (
+            [
+                ("vortex.py", '"standard"', '"other"'),
+                ("spec.yaml", "standard", "other"),
+            ],
+            [],
+        ),
+    ],
+)
+def test_own_code_with_other_names_is_said(
+    tmp_path: Path, edits: list[tuple[str, str, str]], notes: list[str]
+) -> None:
+    """Also where only a name differs, so that the spec and all stamps are the same."""
+    model = (ROOT / "examples" / "vortex.py").read_text()
+    files = {"vortex.py": model, "gain.py": GAIN, "spec.yaml": OWN}
+    before = own_study(tmp_path, files)
+    for file, old, new in edits:
+        assert old in files[file]
+        files[file] = files[file].replace(old, new)
+    made = compare(before, own_study(tmp_path, files), tmp_path)
+    said = [note for note in made.notes if not note.startswith("the code has changed")]
+    wanted = [
+        f"own code has other names ({note}): trials with these are other ones"
+        for note in notes
+    ]
+    assert said == wanted
+    assert (made.trials.added > 0) == bool(edits)
+
+
+def own_study(folder: Path, files: dict[str, str]) -> Study:
+    """The study of a spec with files of its own, as they are."""
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    return load_spec(folder / "spec.yaml")
