@@ -4,12 +4,18 @@ numba's own check looks at the file of a function, and not at the functions that
 calls in other files (numba issue 1833). Here the stamp of a function decides, which
 covers them too: an edit compiles what it concerns again, and nothing else. Functions of
 equal stamps share what is compiled, in whatever folder their sources lie.
+
+What an edit leaves behind is removed when nobody has loaded it for a month.
 """
 
 import hashlib
 import os
 import sys
+import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -35,7 +41,7 @@ FOLDER = usual_folder()
 """That of this process, whatever becomes of the environment."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
 """The functions that `kernels.jit` compiles, in whatever package they stand."""
-
+DAY, UNUSED_DAYS = 86_400.0, 30
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
@@ -89,11 +95,18 @@ class ByClasses:
         """What is compiled for a key, which begins with the types of the arguments;
         None where it is not there.
         """
-        return self._file(key[0]).load(key)
+        file = self._file(key[0])
+        found = file.load(key)
+        if found is not None:
+            note_use(Path(file._index_path))
+        return found
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep what is compiled for a key."""
+        """Keep what is compiled for a key, and once in a process remove what nobody
+        uses.
+        """
         self._file(key[0]).save(key, data)
+        remove_unused(Path(self._folder))
 
     def _loaded(self) -> list[str]:
         """The modules of the function's package: compiled code holds their numbers."""
@@ -110,6 +123,42 @@ class ByClasses:
         name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)
+
+
+def note_use(index: Path) -> None:
+    """Note that an entry of the cache is used now, by the time of its index; at most
+    once a day, so that reading seldom writes.
+    """
+    with suppress(OSError):  # removed meanwhile, or not ours to write
+        if time.time() - index.stat().st_mtime > DAY:
+            os.utime(index)
+
+
+@cache
+def remove_unused(folder: Path) -> None:
+    """Remove from a cache what nobody has used for UNUSED_DAYS.
+
+    A process that is about to load it compiles it again.
+    """
+    entries = defaultdict[str, list[Path]](list)
+    for file in folder.iterdir():
+        if name := _entry(file.name):
+            entries[name].append(file)
+    for files in entries.values():
+        with suppress(OSError):  # another process removes it
+            used = max(file.stat().st_mtime for file in files)
+            for file in files if time.time() - used > UNUSED_DAYS * DAY else ():
+                file.unlink()
+
+
+def _entry(file: str) -> str:
+    """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
+    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`; "" for others.
+    """
+    name = Path(file.partition(".tmp.")[0])
+    if name.suffix == ".nbc":
+        return name.with_suffix("").stem
+    return name.stem if name.suffix == ".nbi" else ""
 
 
 def _of_code(code: CodeType) -> str:

@@ -6,6 +6,7 @@ tests/test_cli.py; what a command says and does is the same without.
 """
 
 import io
+import os
 import subprocess
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -15,9 +16,31 @@ import pytest
 
 from sweep.cli import main
 from sweep.workers.executors import Serial
+from tests import ROOT
 
 SWEEP = [sys.executable, "-c", "from sweep.cli import main; main()"]
 """The command as a process, without its arguments."""
+
+
+def python(code: str, folder: Path = ROOT, **environment: str) -> str:
+    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
+    the tests' helpers.
+    """
+    paths = os.pathsep.join([str(folder), str(ROOT)])
+    environment = (
+        os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    )
+    command = [sys.executable, "-W", "error", "-c", code]
+    finished = subprocess.run(
+        command,
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert finished.returncode == 0, finished.stderr
+    return finished.stdout
 
 
 def started(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -2,39 +2,15 @@
 cache that notices edits.
 """
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from sweep.trial.simulation import run
 from tests import ROOT, builders
-
-
-def python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """What `code` prints in a new process that finds kernels and sweep in `folder`, and
-    the tests' helpers.
-    """
-    paths = os.pathsep.join([str(folder), str(ROOT)])
-    environment = (
-        os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"} | environment
-    )
-    command = [sys.executable, "-W", "error", "-c", code]
-    finished = subprocess.run(
-        command,
-        env=environment,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert finished.returncode == 0, finished.stderr
-    return finished.stdout
-
+from tests.commands import python
 
 INTERPRETED = (
     "from tests import builders; import numba; assert numba.config.DISABLE_JIT\n"

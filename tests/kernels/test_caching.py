@@ -1,0 +1,75 @@
+"""What becomes of compiled code that nobody uses any more."""
+
+import os
+import time
+from pathlib import Path
+
+from kernels.caching import DAY, UNUSED_DAYS, note_use, remove_unused
+from tests.commands import python
+
+OLD = (UNUSED_DAYS + 1) * DAY
+CALL = """
+from kernels.neighbours import square_range
+square_range(2.0, True)
+"""
+
+
+def put(folder: Path, ages: dict[str, float]) -> None:
+    """Files that were last changed so many seconds ago."""
+    now = time.time()
+    for name, age in ages.items():
+        (folder / name).write_bytes(b"")
+        os.utime(folder / name, (now - age, now - age))
+
+
+def test_what_nobody_has_used_for_a_month_goes_with_its_data(tmp_path: Path) -> None:
+    put(
+        tmp_path,
+        {
+            "a.step-1.py311.nbi": OLD,
+            "a.step-1.py311.1.nbc": OLD,
+            "a.step-1.py311.12.nbc": OLD,
+            "b.step-2.py311.nbi": DAY,  # it was loaded yesterday
+            "b.step-2.py311.1.nbc": OLD,
+            "c.step-3.py311.nbi.tmp.0fa1": OLD,
+            "d.step-4.py311.1.nbc.tmp.0fa2": DAY,
+            "e.step-5.py311.7.nbc": OLD,  # its index is lost
+            "notes.txt": OLD,
+        },
+    )
+    remove_unused(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "b.step-2.py311.1.nbc",
+        "b.step-2.py311.nbi",
+        "d.step-4.py311.1.nbc.tmp.0fa2",
+        "notes.txt",
+    ]
+
+
+def test_use_is_noted_once_a_day(tmp_path: Path) -> None:
+    put(tmp_path, {"old.nbi": 2 * DAY, "new.nbi": DAY / 2})
+    before = (tmp_path / "new.nbi").stat().st_mtime
+    for name in ("old.nbi", "new.nbi", "gone.nbi"):
+        note_use(tmp_path / name)
+    assert time.time() - (tmp_path / "old.nbi").stat().st_mtime < DAY
+    assert (tmp_path / "new.nbi").stat().st_mtime == before
+    assert not (tmp_path / "gone.nbi").exists()
+
+
+def test_loading_notes_the_use_and_compiling_removes(tmp_path: Path) -> None:
+    folder = tmp_path / "boidsweep" / "kernels"
+
+    def call(code: str) -> None:
+        python(code, NUMBA_CACHE_DIR=str(tmp_path))
+
+    call(CALL)
+    [index] = folder.glob("*square_range*.nbi")
+    then = time.time() - OLD
+    for path in folder.iterdir():
+        os.utime(path, (then, then))
+    call(CALL)  # it loads, and compiles nothing
+    assert time.time() - index.stat().st_mtime < DAY
+    put(folder, {"gone.step-1.py311.nbi": OLD, "gone.step-1.py311.1.nbc": OLD})
+    call(CALL.replace("square_range(2.0, True)", "square_range(2, True)"))
+    assert index.exists()
+    assert not list(folder.glob("gone.*"))
