@@ -1,4 +1,6 @@
-"""The command that says whether a model keeps its promises."""
+"""The command that says whether a model, and what else a file offers, keeps its
+promises.
+"""
 
 from typing import Annotated
 
@@ -13,13 +15,15 @@ def check(
         str,
         typer.Argument(
             metavar="FILE[:NAME]",
-            help="A file with a model, or the name of a model; NAME is MODEL if not"
-            " given.",
+            help="A file with a model, metrics, maps, starts or samplers, or the name"
+            " of a model; NAME is MODEL if not given.",
         ),
     ],
     as_json: Json = False,
 ) -> None:
-    """Whether a model keeps the promises of the built-in ones; it runs code, the model.
+    """Whether a model keeps the promises of the built-in ones, and so do the metrics,
+    maps, starts and samplers of its file, or of a file without a model. It runs code,
+    the file.
 
     A line a promise: kept, broken with file, line and rule, or why it does not apply.
     The exit code is 1 if one is broken.
@@ -27,11 +31,14 @@ def check(
     import json
     from dataclasses import asdict
 
-    from sweep.testing.promises import BROKEN, check_all
-    from sweep.testing.subject import subject
+    from sweep.testing.promises import BROKEN, check_file
 
     found = []
-    for kept in check_all(subject(model)):
+    of = ""
+    for kept in check_file(model):
+        if kept.of != of and not as_json:
+            print(kept.of)
+        of = kept.of
         found.append(kept)
         if not as_json:
             seconds = f"{kept.seconds:.1f} s"

@@ -2,23 +2,22 @@
 Python.
 """
 
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 from unittest import SkipTest
 
 from sweep.design.jobs import Job
+from sweep.testing.elsewhere import run_elsewhere
 from sweep.testing.flights import difference, every_way, fly, go, in_words
-from sweep.testing.interpreted import MISHAP, read
+from sweep.testing.interpreted import read
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
 from sweep.trial.simulation import Simulation
 
 ARGUMENTS = ("flock", "world", "params", "work", "record", "rng", "steps")
 MANY, BOIDS = 400, 20
+PROGRAM = "sweep.testing.interpreted"
 
 
 def allocation(subject: Subject) -> None:
@@ -27,16 +26,7 @@ def allocation(subject: Subject) -> None:
     """
     advance: Any = subject.model.advance
     place = of_function(advance)
-    options = getattr(advance, "targetoptions", None)
-    if options is None:
-        raise AssertionError(
-            f"{place}: advance is plain Python; put @jit of kernels.jit above it"
-        )
-    if options.get("_nrt", True):
-        raise AssertionError(
-            f"{place}: advance is compiled with memory; put @jit of kernels.jit above"
-            " it, which refuses what allocates"
-        )
+    check_compiled(advance, "advance")
     taken = advance.py_func.__code__.co_argcount
     if taken != len(ARGUMENTS):
         raise AssertionError(
@@ -45,6 +35,21 @@ def allocation(subject: Subject) -> None:
         )
     for job in every_way(subject, n=BOIDS, steps=MANY):
         check_steps(subject, job)
+
+
+def check_compiled(function: Any, name: str) -> None:
+    """Raise AssertionError for a function that is not compiled by `kernels.jit.jit`."""
+    options = getattr(function, "targetoptions", None)
+    if options is None:
+        raise AssertionError(
+            f"{of_function(function)}: {name} is plain Python; put @jit of kernels.jit"
+            " above it"
+        )
+    if options.get("_nrt", True):
+        raise AssertionError(
+            f"{of_function(function)}: {name} is compiled with memory; put @jit of"
+            " kernels.jit above it, which refuses what allocates"
+        )
 
 
 def check_steps(subject: Subject, job: Job) -> None:
@@ -94,7 +99,8 @@ def interpreter(subject: Subject) -> None:
     place, jobs = of_function(subject.model.advance), list(every_way(subject))
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder) / "flights.npz"
-        _interpret(subject.reference, there)
+        names = subject.reference, str(there)
+        run_elsewhere("in plain Python", PROGRAM, *names, NUMBA_DISABLE_JIT="1")
         plain = read(there)
     for job, theirs in zip(jobs, plain, strict=True):
         if said := difference(fly(job), theirs, "compiled", "in plain Python"):
@@ -102,21 +108,3 @@ def interpreter(subject: Subject) -> None:
                 f"{place}: {said} ({in_words(job)}); write x * x * x for x**3, loops"
                 " for NumPy's sums, and integers below 2**63"
             )
-
-
-def _interpret(reference: str, there: Path) -> None:
-    """Fly in another process, which writes the flights into a file."""
-    command = [sys.executable, "-P", "-m", "sweep.testing.interpreted", reference]
-    paths = os.pathsep.join(filter(None, sys.path))
-    done = subprocess.run(
-        [*command, str(there)],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode == MISHAP:
-        said = done.stdout.strip().splitlines()[-1]  # a model may print, too
-        raise AssertionError(f"{said} (in plain Python)")
-    if done.returncode:
-        raise RuntimeError(done.stderr)

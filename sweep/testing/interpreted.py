@@ -11,12 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from sweep.testing.elsewhere import mishaps_said
 from sweep.testing.flights import Flown, every_way, fly
-from sweep.testing.mishaps import sentence
 from sweep.testing.subject import subject
 
-MISHAP = 3
-"""The exit code where the model raises something; what stands on standard output."""
 BODIES, TAKEN = "bodies", "steps"
 
 
@@ -43,11 +41,8 @@ def main(reference: str, file: str) -> None:
     """Write the flights of a model into a file, or say what it raises."""
     warnings.simplefilter("ignore", RuntimeWarning)  # compiled code has none
     about = subject(reference)
-    try:
+    with mishaps_said():
         write(map(fly, every_way(about)), Path(file))
-    except Exception as error:
-        print(sentence(error))
-        raise SystemExit(MISHAP) from None
 
 
 if __name__ == "__main__":
