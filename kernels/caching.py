@@ -8,6 +8,7 @@ equal stamps share what is compiled, in whatever folder their sources lie.
 What an edit leaves behind is removed when nobody has loaded it for a month.
 """
 
+import glob
 import hashlib
 import os
 import sys
@@ -108,6 +109,11 @@ class ByClasses:
         self._file(key[0]).save(key, data)
         remove_unused(Path(self._folder))
 
+    def holds_any(self) -> bool:
+        """Whether the function is compiled already, for arguments of any types."""
+        pattern = f"{glob.escape(self._name)}*.nbi"
+        return any(Path(self._folder).glob(pattern))
+
     def _loaded(self) -> list[str]:
         """The modules of the function's package: compiled code holds their numbers."""
         start = f"{self._package}."
@@ -123,6 +129,14 @@ class ByClasses:
         name = "-".join([self._name, *held, *sorted(packages - self._ours)])
         made: Any = IndexDataCacheFile
         return made(self._folder, name, self._stamp)
+
+
+def is_kept(function: Callable[..., Any]) -> bool:
+    """Whether what a function of ours is compiled to is kept; True where it is not to
+    be compiled, with NUMBA_DISABLE_JIT=1.
+    """
+    cached = getattr(function, "_cache", None)
+    return cached is None or cached._cache_file.holds_any()
 
 
 def note_use(index: Path) -> None:

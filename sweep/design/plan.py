@@ -15,7 +15,8 @@ class Plan:
 
     Where a rule adds trials until an interval is narrow enough, numbers and estimates
     are for the most of them. `probe_steps` is how many steps were run to estimate the
-    seconds, 0 where the cost of all code is known.
+    seconds, 0 where the cost of all code is known. `compiling_seconds` come on top of
+    the wall time, once: 0 where the model is compiled already.
     """
 
     study: str
@@ -37,6 +38,7 @@ class Plan:
     until: dict[str, object] | None = None
     on_error: str = ""
     probe_steps: int = 0
+    compiling_seconds: float = 0.0
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -66,7 +68,7 @@ class Plan:
             ),
             (
                 f"wall time  {about} {duration(self.wall_seconds)} with {self.workers}"
-                " workers"
+                f" workers{compiled(self.compiling_seconds)}"
             ),
             f"results    {about} {size(self.result_bytes)}",
         ]
@@ -108,6 +110,13 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         until=study.until.as_json() if study.until else None,
         on_error=study.policy.in_words(design.n_points * study.trials_per_point),
         probe_steps=pace.steps,
+    )
+
+
+def compiled(seconds: float) -> str:
+    """What compiling adds to the time of a plan, in words."""
+    return (
+        f", and once about {duration(seconds)} to compile the model" if seconds else ""
     )
 
 

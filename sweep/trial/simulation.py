@@ -4,12 +4,14 @@ A trial is pure: its result depends only on the job, it reads and writes nothing
 takes one process and one thread.
 """
 
+import logging
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from kernels.caching import is_kept
 from kernels.coverage import heatmap, no_coverage
 from kernels.flight import (
     Flight,
@@ -22,6 +24,7 @@ from kernels.flight import (
     rebuild_grid,
 )
 from kernels.metrics import Metric
+from kernels.model import Model
 from kernels.recording import FIRST_STATE
 from kernels.settings import Observation, Schedule, StartSettings, WorldSettings
 from kernels.state import Flock, World
@@ -36,6 +39,9 @@ from sweep.trial.result import ENDINGS, Result
 from sweep.trial.scenery import coverage_of, scenery_of
 from sweep.trial.state import State, Taken, changing, check, joined
 
+LOG = logging.getLogger("sweep")
+COMPILING_SECONDS = 15.0
+"""Measured for the built-in models, with their metrics."""
 BOID_STEPS_A_CALL = 200_000
 """So many boid-steps a call take about 30 ms. A kernel call cannot be interrupted, so
 we look at the clock, and at the room in the grid, between calls.
@@ -273,6 +279,18 @@ def _metrics(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     return found
 
 
+def compiling_seconds(model: Model) -> float:
+    """How long it takes, about, to compile a model on an idle core; 0 where it is
+    compiled already.
+    """
+    return 0.0 if is_kept(model.advance) else COMPILING_SECONDS
+
+
 def warm(job: Job) -> None:
-    """Compile what trials like `job` need, or load it from the cache: take one step."""
+    """Compile what trials like `job` need, or load it from the cache: take one step.
+    That something is compiled is said, since nothing else is seen of it.
+    """
+    if seconds := compiling_seconds(job.known.models[job.model]):
+        about = f"about {seconds:.0f} s on an idle core, once"
+        LOG.warning("compiling %s, %s", job.model, about)
     run(replace(job, settings=job.settings | {"steps": 1}))

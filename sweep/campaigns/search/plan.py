@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from sweep.campaigns.search.candidates import check_candidates, references, section_of
 from sweep.design.cost import study_cost
 from sweep.design.design import expand
-from sweep.design.plan import duration, probed, size
+from sweep.design.plan import compiled, duration, probed, size
 from sweep.spec.study import Study
 from sweep.trial.probe import measured_pace
 
@@ -15,7 +15,7 @@ from sweep.trial.probe import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps` is that of a `Plan`.
+    `probe_steps` and `compiling_seconds` are those of a `Plan`.
     """
 
     study: str
@@ -36,6 +36,7 @@ class SearchPlan:
     result_bytes: float
     on_error: str
     probe_steps: int
+    compiling_seconds: float = 0.0
 
     def as_json(self) -> str:
         """The plan as a JSON object."""
@@ -66,7 +67,7 @@ class SearchPlan:
             ),
             (
                 f"wall time  at most about {duration(self.wall_seconds)} with"
-                f" {self.workers} workers"
+                f" {self.workers} workers{compiled(self.compiling_seconds)}"
             ),
             f"results    at most about {size(self.result_bytes)}",
         ]

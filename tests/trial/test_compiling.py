@@ -1,0 +1,56 @@
+"""That something will be compiled is said before: in a plan, and where trials run."""
+
+import logging
+
+import pytest
+
+from kernels.models import MODELS
+from sweep.campaigns import plan as planning
+from sweep.campaigns.plan import plan_of
+from sweep.design.design import expand
+from sweep.design.jobs import Jobs
+from sweep.trial import simulation
+from sweep.trial.simulation import compiling_seconds, warm
+from tests.commands import python
+from tests.studies import SMALL, read
+
+
+def test_it_is_said_before_a_model_is_compiled_and_not_afterwards(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = read(SMALL)
+    job = Jobs(study, expand(study))[0]
+    warm(job)
+    assert compiling_seconds(MODELS[job.model]) == 0.0
+    caplog.clear()
+    warm(job)
+    assert caplog.messages == []
+    monkeypatch.setattr(simulation, "is_kept", lambda _function: False)
+    with caplog.at_level(logging.WARNING, "sweep"):
+        warm(job)
+    said = f"compiling {job.model}, about 15 s on an idle core, once"
+    assert caplog.messages == [said]
+
+
+def test_a_plan_has_the_time_where_the_model_is_not_compiled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    study = read(SMALL)
+    warm(Jobs(study, expand(study))[0])
+    assert "to compile the model" not in plan_of(study, 2).as_text()
+    monkeypatch.setattr(planning, "compiling_seconds", lambda _model: 15.0)
+    plan = plan_of(study, 2)
+    assert plan.compiling_seconds == 15.0
+    assert "workers, and once about 15.0 s to compile the model" in plan.as_text()
+
+
+CODE = """
+from kernels.caching import is_kept
+from kernels.models import MODELS
+print([is_kept(model.advance) for model in MODELS.values()])
+"""
+
+
+def test_an_empty_cache_keeps_no_model(tmp_path: object) -> None:
+    kept = python(CODE, NUMBA_CACHE_DIR=str(tmp_path), NUMBA_DISABLE_JIT="0")
+    assert kept.strip() == str([False] * len(list(MODELS)))
