@@ -236,8 +236,10 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
     options, environment = (["--nthreads", "2"], {}) if several else ([], path)
     with cluster(tmp_path, 1, **TESTS) as made:
         engines.append(Dask(made.address))
+        # The later half is never allowed: work is left when the other worker joins.
         work = [
-            jobs.Staged(number, min(number, 1), str(tmp_path)) for number in range(400)
+            jobs.Staged(number, min(number, 1 + number // 200), str(tmp_path))
+            for number in range(400)
         ]
         joining = threading.Thread(
             target=join_and_allow, args=(made, tmp_path, options, environment)
