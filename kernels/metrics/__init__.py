@@ -74,6 +74,14 @@ METRICS = Registry(
             source="Clark and Evans (1954)",
             pairwise=True,
         ),
+        "in_contact": Metric(
+            shape.in_contact,
+            unit="%",
+            text="share of boids nearer than contact_distance to another",
+            source="ours",
+            better="low",
+            pairwise=True,
+        ),
         "elongation": Metric(
             shape.elongation,
             unit="",

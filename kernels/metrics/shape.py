@@ -106,6 +106,35 @@ def nearest_neighbour_distance(
 
 
 @jit_with_memory
+def in_contact(
+    frames: Frames,
+    filled: int,
+    _ground: Ground,
+    observation: Observation,
+    values: Floats,
+) -> None:
+    """Boids nearer than contact_distance to another, in per cent of all boids. Its mean
+    over frames is the share of the time that a boid spends in contact.
+    """
+    n, reach = frames.bodies.shape[2], observation.contact_distance
+    touching = np.zeros(n, np.bool_)
+    for f in range(filled):
+        x, y = frames.bodies[f, X], frames.bodies[f, Y]
+        order = np.argsort(x)
+        touching[:] = False
+        for k in range(n):
+            for other in range(k + 1, n):
+                i, j = order[k], order[other]
+                dx, dy = x[j] - x[i], y[j] - y[i]
+                if dx >= reach:
+                    break
+                if dx * dx + dy * dy < reach * reach:
+                    touching[i] = True
+                    touching[j] = True
+        values[f] = 100.0 * np.sum(touching) / n
+
+
+@jit_with_memory
 def elongation(
     frames: Frames,
     filled: int,

@@ -170,6 +170,14 @@ def test_a_square_of_boids_has_its_half_diagonal_as_radius() -> None:
     assert one("nearest_neighbour_distance", **corners) == 6.0
 
 
+def test_all_that_touch_are_in_contact_and_none_that_are_just_as_far() -> None:
+    """Three in a row touch their neighbours, one is exactly contact_distance away."""
+    assert builders.OBSERVATION.contact_distance == 5.0
+    assert one("in_contact", x=[0.0, 4.0, 8.0, 13.0]) == 75.0
+    assert one("in_contact", x=[0.0, 4.0, 8.0, 13.0], y=[9.0, 0.0, 0.0, 0.0]) == 50.0
+    assert one("in_contact", x=[3.0], y=[4.0]) == 0.0
+
+
 def test_one_boid_is_a_flock_without_a_nearest_neighbour() -> None:
     alone = {"x": [3.0], "y": [4.0], "vx": [3.0], "vy": [4.0]}
     known = {

@@ -30,9 +30,14 @@ def distances(bodies: Vector) -> Vector:
     return np.hypot(*(bodies[:2, :, None] - bodies[:2, None, :]))
 
 
+def apart(bodies: Vector) -> Vector:
+    """Distances from others: infinite from oneself."""
+    return distances(bodies) + np.diag(np.full(bodies.shape[1], np.inf))
+
+
 def nearest(bodies: Vector) -> float:
-    apart = distances(bodies) + np.diag(np.full(bodies.shape[1], np.inf))
-    return float(apart.min(axis=1).mean()) if bodies.shape[1] > 1 else math.nan
+    found = apart(bodies).min(axis=1)
+    return float(found.mean()) if bodies.shape[1] > 1 else math.nan
 
 
 def flocks(bodies: Vector, reach: float) -> list[list[int]]:
@@ -170,6 +175,9 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
     "dispersion": lambda bodies, *_: from_centre(bodies).std(),
     "polarization": lambda bodies, *_: polarization(bodies),
     "nearest_neighbour_distance": lambda bodies, *_: nearest(bodies),
+    "in_contact": lambda bodies, _counts, _ground, seen: (
+        100 * np.mean(apart(bodies).min(axis=1) < seen.contact_distance)
+    ),
     "flock_count": lambda bodies, _counts, _ground, seen: len(
         flock_sizes(bodies, seen.flock_range)
     ),
