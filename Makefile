@@ -18,7 +18,7 @@ help:  ## list the targets
 quickstart: $(STAMP)  ## run a small study, print its table, draw its figure
 	$(BIN)/sweep launch experiments/nguyen2024/quickstart.yaml
 	$(BIN)/sweep table quickstart
-	$(BIN)/python experiments/nguyen2024/figures.py quickstart
+	$(BIN)/sweep plot quickstart curves
 
 reproduce-figures: $(STAMP)  ## run, draw and judge all that was published; SCALE=quick with few trials
 	$(BIN)/sweep reproduce --scale $(SCALE)

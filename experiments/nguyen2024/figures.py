@@ -1,22 +1,14 @@
-"""The figures of nguyen2024, what the differences between its text and its program do,
-and measures of its claims.
-
-    python experiments/nguyen2024/figures.py STUDY [STUDY ...]
-
-draws figure 2 of stored studies, e.g. nguyen2024/separation, into
-results/<study>/figures.
+"""The figures of nguyen2024, and what the differences between its text and its program
+do.
 """
-
-import sys
-from pathlib import Path
 
 import numpy as np
 from matplotlib import style
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-import sweep
 from sweep.figures import (
+    SKY,
     STYLE,
     VERMILION,
     Drawing,
@@ -25,11 +17,41 @@ from sweep.figures import (
     effects_figure,
     metric_curves,
     note,
-    save,
 )
-from sweep.tables.stored_study import StoredStudy
 
-Studies = dict[str, StoredStudy]
+from .measures import (  # noqa: F401 (for published.yaml)
+    END,
+    HALF_TIME,
+    METRICS,
+    WEIGHTS,
+    Floats,
+    Studies,
+    alignment_effect_on_dispersion,
+    alignment_effect_on_flock_radius,
+    alignment_effect_on_speed,
+    alignment_effect_on_turn_rate,
+    energy_equal_weights,
+    energy_separation_double,
+    energy_separation_half,
+    late_displacement,
+    left_of_both_forces,
+    panel_alignment_dispersion,
+    panel_alignment_flock_radius,
+    panel_alignment_speed,
+    panel_alignment_turn_rate,
+    panel_cohesion_dispersion,
+    panel_cohesion_flock_radius,
+    panel_cohesion_speed,
+    panel_cohesion_turn_rate,
+    panel_separation_dispersion,
+    panel_separation_flock_radius,
+    panel_separation_speed,
+    panel_separation_turn_rate,
+    published_points,
+    settled_speed_combinations,
+    settled_turn_rate_combinations,
+    start_speed_spread,
+)
 
 LATE_METRICS = {
     "speed_mean": "speed",
@@ -37,41 +59,77 @@ LATE_METRICS = {
     "turn_rate_unwrapped_mean": "published turn rate",
     "dispersion_mean": "dispersion",
 }
-WEIGHTS = {1.0: "all weights 1", 2.0: "cohesion weight 2"}
-HALF_TIME, END = 250, 500
+COHESION = {1.0: "all weights 1", 2.0: "cohesion weight 2"}
+TRAIL = 50
+"""Steps."""
 
 
 def figure2(studies: Studies) -> Figure:
-    """One panel of figure 2: the metrics of section 2.3 by the weight that the only
-    study sweeps.
+    """One row of figure 2: the metrics of section 2.3 by the weight that the only study
+    sweeps, and the points of the published curves.
     """
     (study,) = studies.values()
-    return metric_curves(study, study.varied[0])
+    setting = study.varied[0]
+    figure = metric_curves(study, setting, METRICS)
+    weights = np.unique(study.trials[setting])
+    for axes, metric in zip(figure.axes, METRICS, strict=True):
+        points = published_points(setting, metric)
+        for weight, line in zip(weights, axes.get_lines(), strict=True):
+            chosen = points[points["weight"] == weight]
+            axes.plot(
+                chosen["frame"],
+                chosen["published_value"],
+                "o",
+                ms=4.5,
+                mfc="none",
+                mec=line.get_color(),
+            )
+    first = figure.axes[0]
+    first.plot([], [], "o", ms=4.5, mfc="none", mec="0.3", label="published")
+    handles, labels = first.get_legend_handles_labels()
+    first.legend(handles[-1:], labels[-1:], fontsize=7, loc="best")
+    return figure
 
 
 def figure1(studies: Studies) -> Figure:
     """The flock of one trial halfway and at the end: boids are triangles that point
-    where they fly.
+    where they fly, and lines show whence they come.
     """
     study = studies["snapshot"]
-    trial = study.trials["trial_id"].iloc[0]
-    frames, bodies = study.trajectory(trial)
-    world = study.world(trial)
+    chosen = study.trials.iloc[0]
+    frames, bodies = study.trajectory(chosen["trial_id"])
+    world = study.world(chosen["trial_id"])
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 2.75))
+        figure = Figure(figsize=(7.2, 2.9))
         for axes, frame in zip(
             figure.subplots(1, 2, sharey=True), (HALF_TIME, END), strict=True
         ):
             draw_map(axes, world, "px", face=VERMILION)
+            recent = bodies[(frames >= frame - TRAIL) & (frames <= frame), :2]
+            ways = _ways(recent, world.width, world.height)
+            axes.add_collection(LineCollection(ways, colors=SKY, lw=0.7, zorder=2))
             draw_flock(axes, bodies[frames == frame][0], length=22.0)
             axes.set_title(f"after {frame} steps")
             axes.label_outer()
-        counts = (
-            f"{bodies.shape[2]} boids (triangles) and {len(world.obstacles)} obstacles"
-            " (discs)"
+        weights = ", ".join(f"{name} {chosen[f'{name}_weight']:g}" for name in WEIGHTS)
+        note(
+            figure,
+            f"{study.name}: one trial of {bodies.shape[2]} boids (triangles) and"
+            f" {len(world.obstacles)} obstacles (discs); lines: the last {TRAIL} steps;"
+            f" weights: {weights}",
         )
-        note(figure, f"{study.name}: one trial of {counts}")
     return figure
+
+
+def _ways(places: Floats, width: float, height: float) -> Floats:
+    """The straight pieces (k, 2, 2) of ways through `places` (F, 2, N), without those
+    that cross the border of the torus.
+    """
+    pieces = np.stack([places[:-1], places[1:]], axis=1)
+    pieces = pieces.transpose(0, 3, 1, 2).reshape(-1, 2, 2)
+    size = np.array([width, height])
+    inside = np.all(np.abs(pieces[:, 1] - pieces[:, 0]) < size / 2, axis=1)
+    return pieces[inside]
 
 
 def to_the_text(studies: Studies) -> Figure:
@@ -83,7 +141,7 @@ def to_the_text(studies: Studies) -> Figure:
         "as_written",
         LATE_METRICS,
         "cohesion_weight",
-        WEIGHTS,
+        COHESION,
         factor=True,
     )
 
@@ -94,7 +152,7 @@ def to_the_program(studies: Studies) -> Figure:
     """
     study = studies["ablation_reverse"]
     return effects_figure(
-        study, "as_run", LATE_METRICS, "cohesion_weight", WEIGHTS, factor=True
+        study, "as_run", LATE_METRICS, "cohesion_weight", COHESION, factor=True
     )
 
 
@@ -109,7 +167,7 @@ FIGURES = {
             f"Figure 2: the four metrics against iteration by {weight} weight, the"
             " other two being 1.",
         )
-        for weight in ("separation", "alignment", "cohesion")
+        for weight in WEIGHTS
     },
     "ablation": Drawing(
         to_the_text,
@@ -122,76 +180,3 @@ FIGURES = {
         "From the text to the program, one detail at a time.",
     ),
 }
-
-
-def start_speed_spread(studies: Studies) -> NDArray[np.float64]:
-    """The standard deviation over boids of their speed at
-    the start, one value a trial.
-    """
-    study = studies["snapshot"]
-    starts = [study.trajectory(trial)[1][0] for trial in study.trials["trial_id"]]
-    return np.array([np.hypot(bodies[2], bodies[3]).std() for bodies in starts])
-
-
-def late_displacement(studies: Studies) -> NDArray[np.float64]:
-    """How far boids are, at the end, from where they were halfway, the shorter way
-    round the torus: a mean a trial.
-    """
-    study = studies["snapshot"]
-    size = study.trials[["width", "height"]].iloc[0].to_numpy(np.float64)[:, None]
-    means = []
-    for trial in study.trials["trial_id"]:
-        frames, bodies = study.trajectory(trial)
-        change = bodies[frames == END][0, :2] - bodies[frames == HALF_TIME][0, :2]
-        means.append(np.hypot(*(change - size * np.round(change / size))).mean())
-    return np.array(means)
-
-
-def _alignment_effect(studies: Studies, metric: str) -> NDArray[np.float64]:
-    """The change of a metric's late mean from alignment weight 0.5 to 2, one value a
-    replicate.
-
-    Its unit is the range of the metric's mean over the separation weights, taken as
-    known.
-    """
-    column = f"{metric}_mean"
-    separation = (
-        studies["separation"].trials.groupby("separation_weight")[column].mean()
-    )
-    trials = studies["alignment"].trials.pivot(
-        index="replicate", columns="alignment_weight", values=column
-    )
-    return np.asarray((trials[2.0] - trials[0.5]) / np.ptp(separation), np.float64)
-
-
-def alignment_effect_on_speed(studies: Studies) -> NDArray[np.float64]:
-    """Of the speed, in units of the effect of the separation weight."""
-    return _alignment_effect(studies, "speed")
-
-
-def alignment_effect_on_flock_radius(studies: Studies) -> NDArray[np.float64]:
-    """Of the flock radius, in units of the effect of the separation weight."""
-    return _alignment_effect(studies, "flock_radius")
-
-
-def alignment_effect_on_turn_rate(studies: Studies) -> NDArray[np.float64]:
-    """Of the published turn rate, in units of the effect of the separation weight."""
-    return _alignment_effect(studies, "turn_rate_unwrapped")
-
-
-def alignment_effect_on_dispersion(studies: Studies) -> NDArray[np.float64]:
-    """Of the dispersion, in units of the effect of the separation weight."""
-    return _alignment_effect(studies, "dispersion")
-
-
-def main(names: list[str]) -> None:
-    """Draw figure 2 for each stored study and print where it is."""
-    results = Path("results")
-    for name in names:
-        figure = figure2({name: sweep.load(name)})
-        for path in save(figure, results / name / "figures" / "figure2", below=results):
-            print(path)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

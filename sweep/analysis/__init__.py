@@ -6,7 +6,7 @@ are counted.
     estimate      a number with its interval
     notation      the same as text
     intervals     Student, Wilson, bootstrap
-    resampling    bootstrap draws
+    resampling    bootstrap and jackknife
     pairing       values that share randomness
     contrasts     differences between groups
     effect_sizes  Hedges' g, Cliff's delta
@@ -67,6 +67,7 @@ from sweep.analysis.pairing import (
     replicates,
     units,
 )
+from sweep.analysis.resampling import pseudo_values
 from sweep.analysis.series import (
     Autocorrelation,
     BurnIn,
@@ -133,6 +134,7 @@ __all__ = [
     "order_parameters",
     "order_samples",
     "paired_contrast",
+    "pseudo_values",
     "quantile_interval",
     "quantiles_by_point",
     "rank_estimate",

@@ -10,14 +10,13 @@ in 1/k. The intervals are Student's of its pseudo-values (Tukey 1958, Ann. Math.
 29, 614; Miller 1974, Biometrika 61, 1-15).
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE
 from sweep.analysis.intervals import Interval, mean_interval
+from sweep.analysis.resampling import pseudo_values
 from sweep.analysis.steady import SeriesTables
 from sweep.text import unknown
 
@@ -58,7 +57,7 @@ def susceptibility_values(samples: ArrayLike, n: int) -> Floats:
     """The pseudo-values (k,) whose mean is `susceptibility`, for contrasts between
     independent samples.
     """
-    return n * _pseudo_values(
+    return n * pseudo_values(
         _moments(samples), lambda first, second, _: second - first * first
     )
 
@@ -67,7 +66,7 @@ def binder_values(samples: ArrayLike) -> Floats:
     """The pseudo-values (k,) whose mean is `binder_cumulant`, for contrasts between
     independent samples.
     """
-    return _pseudo_values(_moments(samples), _binder)
+    return pseudo_values(_moments(samples), _binder)
 
 
 def order_parameters(
@@ -160,15 +159,3 @@ def _binder(_first: Floats, second: Floats, fourth: Floats) -> Floats:
         fourth, square, out=np.full(square.shape, np.nan), where=square > 0.0
     )
     return 1.0 - ratio
-
-
-def _pseudo_values(
-    moments: Floats, statistic: Callable[[Floats, Floats, Floats], Floats]
-) -> Floats:
-    """k f(all) - (k - 1) f(all but one) by trial; f is a function of pooled moments."""
-    k = len(moments)
-    if k < 2:
-        return statistic(*moments.T)
-    whole = moments.mean(axis=0)
-    others = whole + (whole - moments) / (k - 1)
-    return k * statistic(*whole[:, None]) - (k - 1) * statistic(*others.T)

@@ -1,5 +1,5 @@
-"""The bootstrap: what an estimate would have been with other replicates, drawn from
-those that there are.
+"""The bootstrap and the jackknife: what an estimate would have been with other
+replicates, or without one of those that there are.
 """
 
 from collections.abc import Callable
@@ -82,3 +82,20 @@ def ratio(mean: Floats, error: Floats) -> Floats:
     """Student's statistic. Without an error it is infinite, or zero for a mean of 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(mean == 0.0, 0.0, mean / error)
+
+
+def pseudo_values(values: Floats, statistic: Callable[..., Floats]) -> Floats:
+    """k f(all) - (k - 1) f(all but one) for each of the k rows of `values` (k, m).
+
+    f is a smooth function of the m column means; `statistic` takes m arrays (n,) of
+    them, and returns f as (n,). The mean of the pseudo-values estimates f without the
+    bias of first order in 1/k, and Student's interval of them is that of the jackknife
+    (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 1974, Biometrika 61, 1-15). For a
+    single row f of it.
+    """
+    k = len(values)
+    if k < 2:
+        return statistic(*values.T)
+    whole = values.mean(axis=0)
+    others = whole + (whole - values) / (k - 1)
+    return k * statistic(*whole[:, None]) - (k - 1) * statistic(*others.T)

@@ -80,7 +80,8 @@ class FigureFile:
         specs = [study.spec for study in self.studies.values()]
         sources = [
             path.read_text(encoding="utf-8")
-            for path in sorted(self.publication.folder.glob("*.py"))
+            for ending in ("*.py", "*.csv")
+            for path in sorted(self.publication.folder.glob(ending))
         ]
         inputs = [
             done,
