@@ -83,6 +83,7 @@ def figure2(studies: Studies) -> Figure:
                 ms=4.5,
                 mfc="none",
                 mec=line.get_color(),
+                clip_on=False,
             )
     first = figure.axes[0]
     first.plot([], [], "o", ms=4.5, mfc="none", mec="0.3", label="published")
