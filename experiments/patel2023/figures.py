@@ -30,31 +30,49 @@ from sweep.trial.world import TrialWorld
 
 from .flights import (  # noqa: F401 (for published.yaml)
     FRAMES_A_SECOND,
+    TOLERANCE,
+    WINDOW,
     Flight,
     Floats,
     Studies,
     Truths,
     border_as_run,
     flights,
+    flocks_as_intended,
     flocks_as_run,
     flocks_as_written,
-    in_limits_as_run,
-    in_limits_as_written,
     late_as_run,
     late_as_written,
+    long_as_intended,
+    long_as_run,
+    long_as_written,
     lower_as_run,
+    restored_as_run,
+    restored_as_written,
     rock_as_run,
+    settled_as_intended,
     settled_as_run,
     settled_as_written,
+    several_as_intended,
     several_as_run,
     several_as_written,
     spacing_as_run,
+    turns_as_intended,
     turns_as_run,
     turns_as_written,
+    unlimited_as_intended,
+    unlimited_as_run,
+    unlimited_as_written,
 )
-from .populations import SECONDS, equilibrium, potential, safety
+from .populations import SECONDS, detector, equilibrium, potential, safety
 
-ROVERS = (BLUE, VERMILION, GREEN, PURPLE, "0.15")
+ROVERS = (
+    *(BLUE, VERMILION, GREEN, PURPLE, "0.15"),
+    *("#8C510A", "#542788", "#01665E", "#C51B7D", "#7F7F00"),
+)
+"""One colour each."""
+ARROW = 0.4
+"""Seconds: a line from a rover is its way in that time."""
 ROCK = "#B2182B"
 CHOICES = {
     1: "the first as run with a rover in equilibrium at 15 s",
@@ -136,9 +154,13 @@ def _scene(axes: Axes, flight: Flight, frame: int) -> None:
     axes.plot([], [], color=ORANGE, label="previous positions")
     x, y, (vx, vy) = flight.x[frame], flight.y[frame], flight.moves[frame]
     for i in range(len(x)):
-        colour = ROVERS[i % 5]
+        colour = ROVERS[i]
         axes.plot(
-            [x[i], x[i] + vx[i]], [y[i], y[i] + vy[i]], color=colour, lw=1.2, zorder=3
+            [x[i], x[i] + ARROW * vx[i]],
+            [y[i], y[i] + ARROW * vy[i]],
+            color=colour,
+            lw=1.2,
+            zorder=3,
         )
         draw_flock(
             axes,
@@ -172,7 +194,7 @@ def _scene(axes: Axes, flight: Flight, frame: int) -> None:
         [],
         color="0.15",
         marker=(3, 0, -90),
-        label="rover, its velocity in m/s as a line",
+        label=f"rover, and its way in the next {ARROW:g} s",
     )
     axes.set(xlim=(-8, 108), ylim=(-8, 108))
 
@@ -182,7 +204,7 @@ def rovers(studies: Studies, number: int, first: int) -> Figure:
     say, velocities.
     """
     flight, about = _trial(studies, number)
-    chosen = slice(first - 1, first + 4)
+    chosen = range(first - 1, first + 4)
     columns = (("x", flight.x, flight.moves[:, 0]), ("y", flight.y, flight.moves[:, 1]))
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(8.2, 5.0))
@@ -191,7 +213,7 @@ def rovers(studies: Studies, number: int, first: int) -> Figure:
             for axes, values in zip(
                 panels[:, column], (position, velocity), strict=True
             ):
-                _lines(axes, values[:, chosen], flight.settled[:, chosen], first)
+                _lines(axes, values, flight.settled, chosen)
             panels[0, column].set_title(
                 f'{name} position: plotted as "{name.upper()} velocity"'
             )
@@ -208,9 +230,10 @@ def rovers(studies: Studies, number: int, first: int) -> Figure:
     return figure
 
 
-def _lines(axes: Axes, values: Floats, settled: Truths, first: int) -> None:
+def _lines(axes: Axes, values: Floats, settled: Truths, chosen: range) -> None:
     times = np.arange(len(values)) / FRAMES_A_SECOND
-    for i, colour in enumerate(ROVERS):
+    for i, style in zip(chosen, LINE_STYLES, strict=False):
+        colour = ROVERS[i]
         axes.plot(
             times,
             np.where(settled[:, i], values[:, i], np.nan),
@@ -222,9 +245,9 @@ def _lines(axes: Axes, values: Floats, settled: Truths, first: int) -> None:
             times,
             values[:, i],
             color=colour,
-            ls=LINE_STYLES[i],
+            ls=style,
             lw=1.1,
-            label=f"rover {first + i}",
+            label=f"rover {i + 1}",
         )
     axes.plot([], [], color="0.4", lw=5, alpha=0.3, label="in equilibrium")
     axes.margins(x=0)
@@ -236,7 +259,7 @@ def equilibrium_trial(studies: Studies) -> Figure:
     """
     flight, about = _trial(studies, 1)
     settled = np.zeros_like(flight.settled)
-    for lag in range(30):
+    for lag in range(round(WINDOW * FRAMES_A_SECOND)):
         settled[: len(settled) - lag] |= flight.settled[lag:]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(8.2, 3.8))
@@ -248,7 +271,7 @@ def equilibrium_trial(studies: Studies) -> Figure:
                 settled[:, i],
                 i,
                 BLUE,
-                "in step with all within 8 m for 3 s or more",
+                f"in step with all within 8 m: {WINDOW:g} s, {TOLERANCE:.0%}",
             )
             for acts, marker, colour, label in (
                 (flight.margin, "|", "0.1", "the border rule acts"),
@@ -312,8 +335,13 @@ FIGURES = {
     ),
     "equilibrium": Drawing(
         equilibrium,
-        ("presets", "detector"),
+        ("presets",),
         "How much of the time rovers are in equilibrium.",
+    ),
+    "detector": Drawing(
+        detector,
+        ("trials", "detector"),
+        "Rovers in equilibrium by what counts as one: tolerance, window and duration.",
     ),
     "safety": Drawing(
         safety, ("safety",), "Collisions with rocks and exits from the arena."

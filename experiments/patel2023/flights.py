@@ -5,7 +5,7 @@ Lengths are metres, ten pixels each, y upwards from the arena's lower border; ti
 seconds of FRAMES_A_SECOND.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -24,22 +24,34 @@ FRAMES_A_SECOND = 10
 speaks for it.
 """
 SECOND_HALF = slice(121, None)
+BORDERS = {"always": "as run", "in_margin": "as written", "never": "as intended"}
+TOLERANCE, WINDOW = 0.2, 1.0
+"""What makes an equilibrium: mean velocities over so many seconds agree to this part.
+Both are ours, as the document judges curves by eye; figure `detector` shows what other
+choices give.
+"""
+V_MAX = 10.0
+"""Table I, in px a frame."""
+LONG = 9.0
+"""Seconds: what an equilibrium of the document's trial 1 lasted."""
 
 
 class Flight(NamedTuple):
     """One trial: x and y (F, N) in metres, moves (F, 2, N) in m/s, and what is true of
     rovers (F, N) in each frame.
 
-    `company` says that another is within 80 px, `settled` that the rover is in
-    equilibrium as the metric of that name has it, `margin` and `rock` that a border or
-    a rock acts on it. `potential` (F, N) is that of Eq. (27), `nearest` (F, N) the
-    distance of the nearest other in metres, `flock` (F, N) the size of the flock,
-    `turn` (F, N) the change of heading in degrees. `rocks` (M, 2) are metres.
+    `near` (F, N, N) says who is within 80 px of whom, `company` that somebody is,
+    `settled` that the rover is in equilibrium, as `in_step` has it with TOLERANCE and
+    WINDOW, `margin` and `rock` that a border or a rock acts on it. `potential` (F, N)
+    is that of Eq. (27), `nearest` (F, N) the distance of the nearest other in metres,
+    `flock` (F, N) the size of the flock, `turn` (F, N) the change of heading in
+    degrees. `rocks` (M, 2) are metres.
     """
 
     x: Floats
     y: Floats
     moves: Floats
+    near: Truths
     company: Truths
     settled: Truths
     margin: Truths
@@ -69,7 +81,7 @@ def flights(study: StoredStudy, border: str) -> list[Flight]:
 
 @lru_cache(maxsize=2000)
 def _rocks(study: StoredStudy, replicate: int) -> Floats:
-    """The rocks (M, 2), in pixels, of a replicate: the same for both border rules."""
+    """The rocks (M, 2), in pixels, of a replicate: the same for all border rules."""
     trials = study.trials
     return study.world(
         trials["trial_id"][trials["replicate"] == replicate].iloc[0]
@@ -77,7 +89,7 @@ def _rocks(study: StoredStudy, replicate: int) -> Floats:
 
 
 def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
-    x, y, vx, vy = (np.stack(table[name].tolist()) for name in ("x", "y", "vx", "vy"))
+    x, y = (np.stack(table[name].tolist()) for name in ("x", "y"))
     distance = np.hypot(x[:, :, None] - x[:, None], y[:, :, None] - y[:, None])
     distance[:, np.arange(trial.n), np.arange(trial.n)] = np.inf
     near = distance < trial.flock_range
@@ -95,10 +107,9 @@ def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
         x=(x - 100) / 10,
         y=100 - (y - 100) / 10,
         moves=moves * FRAMES_A_SECOND / 10,
+        near=near,
         company=near.any(axis=2),
-        settled=_settled(
-            vx, vy, near, trial.equilibrium_tolerance, trial.equilibrium_steps
-        ),
+        settled=in_step(x, y, near, TOLERANCE, WINDOW),
         margin=(np.minimum(x, y) < low) | (np.maximum(x, y) > high),
         rock=to_rock < trial.obstacle_range,
         potential=_potential(distance, trial),
@@ -111,21 +122,22 @@ def _flight(trial: "pd.Series", table: pd.DataFrame, rocks: Floats) -> Flight:
     )
 
 
-def _settled(
-    vx: Floats, vy: Floats, near: Truths, tolerance: float, steps: int
+def in_step(
+    x: Floats, y: Floats, near: Truths, tolerance: float, window: float
 ) -> Truths:
-    """Who has had velocities within the tolerance of all neighbours', at least one, for
-    so many steps.
+    """Who has company, and a mean velocity over the last `window` seconds that agrees
+    with those of all neighbours: they differ by less than a part of the larger one.
+
+    Positions are (F, N). Nobody is in step before a window is over.
     """
+    frames = round(window * FRAMES_A_SECOND)
+    vx, vy = x[frames:] - x[:-frames], y[frames:] - y[:-frames]
     difference = np.hypot(vx[:, :, None] - vx[:, None], vy[:, :, None] - vy[:, None])
     speed = np.hypot(vx, vy)
     agrees = difference < tolerance * np.maximum(speed[:, :, None], speed[:, None])
-    in_step = near.any(axis=2) & (agrees | ~near).all(axis=2)
-    in_step[0] = False
-    lasted = np.zeros(in_step.shape, np.int64)
-    for frame in range(1, len(lasted)):
-        lasted[frame] = np.where(in_step[frame], lasted[frame - 1] + 1, 0)
-    return lasted >= steps
+    found = np.zeros(x.shape, np.bool_)
+    found[frames:] = near[frames:].any(axis=2) & (agrees | ~near[frames:]).all(axis=2)
+    return found
 
 
 def _flock_sizes(near: Truths) -> NDArray[np.int64]:
@@ -163,12 +175,11 @@ def _potential(distance: Floats, trial: "pd.Series") -> Floats:
     return pairs.sum(axis=2)
 
 
-def _both(measure: Callable[[Flight], float]) -> Sequence[Callable[[Studies], Floats]]:
-    """The values of `measure` in all trials as run, and in all as written."""
-    return [
-        partial(_measured, measure=measure, border=border)
-        for border in ("always", "in_margin")
-    ]
+def _presets(measure: Callable[[Flight], float]) -> list[Callable[[Studies], Floats]]:
+    """The values of `measure` in all trials as run, in those as written, and in those
+    as intended.
+    """
+    return [partial(_measured, measure=measure, border=border) for border in BORDERS]
 
 
 def _measured(
@@ -209,41 +220,69 @@ def _late(values: Floats, chosen: Truths) -> float:
     return _mean(values[-five:], chosen[-five:]) - _mean(values[:five], chosen[:five])
 
 
-def _speed(flight: Flight) -> Floats:
-    return np.hypot(flight.moves[1:, 0], flight.moves[1:, 1])
+def _keeps_step_in_y(flight: Flight) -> bool:
+    """Whether a rover keeps in step for LONG seconds, by Y alone."""
+    along_y = np.zeros_like(flight.x), flight.y
+    in_y = in_step(*along_y, flight.near, TOLERANCE, WINDOW)
+    frames = round(LONG * FRAMES_A_SECOND)
+    kept = np.cumsum(np.vstack([np.zeros_like(in_y[:1]), in_y]), axis=0)
+    return bool(np.any(kept[frames:] - kept[:-frames] == frames))
 
 
-in_limits_as_run, in_limits_as_written = _both(
-    lambda flight: (
-        100 * float(((_speed(flight) > 7 - 1e-9) & (_speed(flight) < 10 + 1e-9)).mean())
-    )
+def _restored(flight: Flight) -> float:
+    """How much the potential of a rover in company changes in the second after a border
+    or a rock has ceased to act on it, if none acts on it again before that second is
+    over.
+    """
+    second, last = FRAMES_A_SECOND, len(flight.x) - FRAMES_A_SECOND
+    acts = flight.margin | flight.rock
+    ended = np.roll(acts, 1, axis=0)[:last] & ~acts[:last]
+    ended[0] = False
+    spared = ~np.any([acts[k : last + k] for k in range(second + 1)], axis=0)
+    change = flight.potential[second:] - flight.potential[:last]
+    return _mean(change, ended & spared & flight.company[:last])
+
+
+def _unlimited(studies: Studies, border: str) -> Floats:
+    """How many powers of ten the mean speed is above V_max at the end of each trial
+    without that limit.
+    """
+    trials = studies["limits"].trials
+    chosen = (trials["border_adds_velocity"] == border) & (trials["status"] == "done")
+    return np.log10(trials.loc[chosen, "speed"].to_numpy(np.float64) / V_MAX)
+
+
+unlimited_as_run, unlimited_as_written, unlimited_as_intended = (
+    partial(_unlimited, border=border) for border in BORDERS
 )
-turns_as_run, turns_as_written = _both(
+turns_as_run, turns_as_written, turns_as_intended = _presets(
     lambda flight: (
         _mean(flight.turn[1:-1], flight.rock[1:-1])
         - _mean(flight.turn[1:-1], ~flight.rock[1:-1])
     )
 )
-flocks_as_run, flocks_as_written = _both(
+flocks_as_run, flocks_as_written, flocks_as_intended = _presets(
     lambda flight: 100.0 * (flocks(flight)[-1] >= 1)
 )
-several_as_run, several_as_written = _both(
+several_as_run, several_as_written, several_as_intended = _presets(
     lambda flight: 100.0 * (flocks(flight)[-1] >= 2)
 )
-settled_as_run, settled_as_written = _both(
+settled_as_run, settled_as_written, settled_as_intended = _presets(
     lambda flight: 100 * _mean(flight.settled[SECOND_HALF], flight.company[SECOND_HALF])
 )
-spacing_as_run, spacing_as_written = _both(
-    lambda flight: _mean(flight.nearest, flight.settled)
+long_as_run, long_as_written, long_as_intended = _presets(
+    lambda flight: 100.0 * _keeps_step_in_y(flight)
 )
-lower_as_run, lower_as_written = _both(
+spacing_as_run, *_ = _presets(lambda flight: _mean(flight.nearest, flight.settled))
+lower_as_run, *_ = _presets(
     lambda flight: (
         _mean(flight.potential, flight.settled)
         - _mean(flight.potential, flight.company & ~flight.settled)
     )
 )
-late_as_run, late_as_written = _both(
+late_as_run, late_as_written, _ = _presets(
     lambda flight: _late(flight.potential, flight.company)
 )
-border_as_run, border_as_written = _both(lambda flight: _lost(flight, flight.margin))
-rock_as_run, rock_as_written = _both(lambda flight: _lost(flight, flight.rock))
+restored_as_run, restored_as_written, _ = _presets(_restored)
+border_as_run, *_ = _presets(lambda flight: _lost(flight, flight.margin))
+rock_as_run, *_ = _presets(lambda flight: _lost(flight, flight.rock))

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import by_point, curves
+from sweep.analysis import by_point, curves, mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -22,9 +22,21 @@ from sweep.figures import (
 )
 from sweep.tables.stored_study import StoredStudy
 
-from .flights import FRAMES_A_SECOND, Studies, pair_potential
+from .flights import (
+    BORDERS,
+    FRAMES_A_SECOND,
+    SECOND_HALF,
+    TOLERANCE,
+    WINDOW,
+    Flight,
+    Floats,
+    Studies,
+    Truths,
+    flights,
+    in_step,
+    pair_potential,
+)
 
-PRESETS = {"always": "as run", "in_margin": "as written", "never": "as intended"}
 COLOURS = {"always": BLUE, "in_margin": VERMILION, "never": GREEN}
 RULES = {
     (0.1, 0.15): "all rules",
@@ -32,6 +44,10 @@ RULES = {
     (0.0, 0.0): "no flocking rule",
 }
 MARKERS = ("o", "s", "^")
+DIFFERENCE = "allowed difference of velocities (%)"
+TOLERANCES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6)
+WINDOWS = (0.1, 1.0, 2.0)
+"""Seconds; the first is a frame."""
 SECONDS = f"time (s, at {FRAMES_A_SECOND} frames/s)"
 
 
@@ -104,7 +120,7 @@ def _courses(axes: Axes, study: StoredStudy, trials: pd.DataFrame, metric: str) 
     interval.
     """
     table = curves(study.series, trials, "border_adds_velocity", metric)
-    for k, (border, name) in enumerate(PRESETS.items()):
+    for k, (border, name) in enumerate(BORDERS.items()):
         curve = table[table["border_adds_velocity"] == border]
         times = curve["frame"] / FRAMES_A_SECOND
         axes.plot(
@@ -123,26 +139,27 @@ def _count(trials: pd.DataFrame) -> str:
 
 
 def equilibrium(studies: Studies) -> Figure:
-    """Rovers in equilibrium: against time, over the second half, and by what one calls
-    an equilibrium.
+    """Rovers in equilibrium: against time, and over the second half with fewer
+    rules.
     """
     study = studies["presets"]
     trials = study.trials[study.trials["alignment_weight"] > 0]
+    asked = study.trials.iloc[0]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(10.2, 3.7))
-        course, rows, meaning = figure.subplots(1, 3)
+        figure = Figure(figsize=(8.2, 3.7))
+        course, rows = figure.subplots(1, 2)
         _courses(course, study, trials, "equilibrium")
         course.set(
             ylabel="rovers in equilibrium (%)", title="all rules", ylim=(0, None)
         )
         _shares(rows, study)
-        _meanings(meaning, studies["detector"])
         legend(figure, course, 3)
-        number = _count(studies["detector"].trials)
+        seconds = asked["equilibrium_steps"] / FRAMES_A_SECOND
         note(
             figure,
-            f"{study.name}: {_count(study.trials)} trials a mean (right: {number}), 95"
-            " % intervals, pointwise",
+            f"{study.name}: {_count(study.trials)} trials a mean, 95 % intervals,"
+            " pointwise; in every frame in step with all within 8 m, to"
+            f" {asked['equilibrium_tolerance']:.0%}, for {seconds:g} s",
         )
     return figure
 
@@ -173,8 +190,31 @@ def _shares(axes: Axes, study: StoredStudy) -> None:
     )
 
 
-def _meanings(axes: Axes, study: StoredStudy) -> None:
-    """The same by the tolerance and the duration that make an equilibrium, as run."""
+def detector(studies: Studies) -> Figure:
+    """Rovers in equilibrium as a curve over what counts as one: the allowed difference
+    of velocities, how long it lasts, and over what time velocities are averaged.
+    """
+    with matplotlib.style.context(STYLE):
+        figure = Figure(figsize=(10.2, 3.9))
+        lasting, *averaged = figure.subplots(1, 3, sharex=True)
+        _lasting(lasting, studies["detector"])
+        for axes, border in zip(averaged, ("always", "in_margin"), strict=True):
+            _averaged(axes, studies["trials"], border)
+        averaged[1].sharey(averaged[0])
+        numbers = (_count(studies[name].trials) for name in ("detector", "trials"))
+        note(
+            figure,
+            "left: {} trials a value, others: {}; mean with pointwise 95 % interval,"
+            " second half of a trial; circle: what the claims take; trials without"
+            " company are left out on the right".format(*numbers),
+        )
+    return figure
+
+
+def _lasting(axes: Axes, study: StoredStudy) -> None:
+    """Frame by frame, by the tolerance and the duration, as run: a share of all
+    rovers.
+    """
     names = [
         "border_adds_velocity",
         "alignment_weight",
@@ -186,27 +226,74 @@ def _meanings(axes: Axes, study: StoredStudy) -> None:
         (table["border_adds_velocity"] == "always") & (table["alignment_weight"] > 0)
     ]
     for k, (steps, one) in enumerate(table.groupby("equilibrium_steps")):
-        mean, tolerance = one["equilibrium_mean"], 100 * one["equilibrium_tolerance"]
-        axes.plot(
-            *(tolerance, mean),
-            color=("0.1", "0.4", "0.6")[k],
-            marker=MARKERS[k],
-            ls=LINE_STYLES[k],
-            label=f"{steps / FRAMES_A_SECOND:g} s",
-        )
-        axes.vlines(
-            tolerance,
-            one["equilibrium_mean_low"],
-            one["equilibrium_mean_high"],
-            color="0.3",
-        )
-    axes.axvline(10, color="0.8", lw=3, zorder=0)
-    axes.legend(title="lasting", fontsize=8)
+        rows = [one[f"equilibrium_mean{end}"] for end in ("", "_low", "_high")]
+        label = f"for {steps / FRAMES_A_SECOND:g} s"
+        _curve(axes, one["equilibrium_tolerance"], np.array(rows), k, label)
+    axes.legend(fontsize=8)
     axes.set(
-        xlabel="allowed difference of velocities (%)",
-        title="as run, by what counts as one",
-        ylim=(-0.2, None),
+        ylabel="rovers in equilibrium (%)",
+        xlabel=DIFFERENCE,
+        title="as run, frame by frame",
+        ylim=(0, None),
     )
+
+
+def _averaged(axes: Axes, study: StoredStudy, border: str) -> None:
+    """By the tolerance and the time over which velocities are averaged: a share of the
+    rovers in company.
+    """
+    found = [
+        (one, one.company[SECOND_HALF])
+        for one in flights(study, border)
+        if one.company[SECOND_HALF].any()
+    ]
+    for k, window in enumerate(WINDOWS):
+        rows = [
+            mean_interval(
+                np.array(
+                    [
+                        100.0 * _in_step(one, tolerance, window)[company].mean()
+                        for one, company in found
+                    ]
+                )
+            )[:3]
+            for tolerance in TOLERANCES
+        ]
+        label = f"means over {window:g} s"
+        _curve(axes, pd.Series(TOLERANCES), np.array(rows).T, k, label)
+        if window == WINDOW:
+            value = rows[TOLERANCES.index(TOLERANCE)][0]
+            axes.plot(100 * TOLERANCE, value, "o", ms=12, mfc="none", mec=VERMILION)
+    axes.axhline(50, color="0.5", ls=":", label="bound of the claim")
+    axes.legend(fontsize=8)
+    axes.set(
+        ylabel="of the rovers in company (%)",
+        xlabel=DIFFERENCE,
+        title=f"{BORDERS[border]}, by averages",
+        ylim=(0, None),
+    )
+
+
+def _in_step(flight: Flight, tolerance: float, window: float) -> Truths:
+    return in_step(flight.x, flight.y, flight.near, tolerance, window)[SECOND_HALF]
+
+
+def _curve(
+    axes: Axes, tolerances: "pd.Series[float]", rows: Floats, k: int, label: str
+) -> None:
+    """A curve of value, low and high, (3, T), against tolerance in per cent."""
+    value, low, high = rows
+    places, colour = 100 * tolerances, (BLUE, VERMILION, GREEN)[k]
+    axes.plot(
+        places,
+        value,
+        color=colour,
+        marker=MARKERS[k],
+        ls=LINE_STYLES[k],
+        ms=4,
+        label=label,
+    )
+    axes.vlines(places, low, high, color=colour)
 
 
 def safety(studies: Studies) -> Figure:
@@ -222,7 +309,7 @@ def safety(studies: Studies) -> Figure:
                 one = (
                     table[table["obstacle_weight"] == weight]
                     .set_index("border_adds_velocity")
-                    .loc[list(PRESETS)]
+                    .loc[list(BORDERS)]
                 )
                 columns = tuple(one[f"{metric}{end}"] for end in ("", "_low", "_high"))
                 label = ("with" if weight else "without") + " the rule against rocks"
@@ -234,7 +321,7 @@ def safety(studies: Studies) -> Figure:
                     MARKERS[k],
                     label,
                 )
-            name_rows(axes, list(PRESETS.values()))
+            name_rows(axes, list(BORDERS.values()))
             axes.axvline(0.05, color="0.5", ls=":", label="bound of the claim")
             axes.set(
                 xlabel=f"{title} in a trial of 10 rovers and 24 s", xlim=(-0.03, None)
