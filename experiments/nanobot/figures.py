@@ -59,6 +59,8 @@ NAMES = (
     "MinSpeed",
 )
 TERMS = dict(zip(DEFAULT, (*NAMES, "TurnFactor", "ScreenMargins"), strict=True))
+ROOM = 20.0
+"""Pixels about what is drawn."""
 LARGE = 0.8
 """Cohen's bound of a large effect, in standard deviations between trials: what we take
 "significantly" to mean.
@@ -93,8 +95,8 @@ def _effect(
     `step` brings to one of `metrics`.
 
     In standard deviations between trials at the default. Which metric changes most, and
-    with what sign, is decided by the trials with even replicates; the values returned
-    are those of the odd ones, so that the choice cannot flatter them.
+    with what sign, is decided for each half of the replicates, odd and even, by the
+    other half, so that the choice cannot flatter the values returned.
     """
     table = _table(studies["one_at_a_time"], list(DEFAULT))
     low, high = (
@@ -102,11 +104,13 @@ def _effect(
         for factor in (1.0 - step, 1.0 + step)
     )
     change = (high - low) / _at(table).std()
-    even = change.loc[change.index % 2 == 0, list(metrics)].mean()
-    strongest = even.abs().idxmax()
-    return (
-        np.sign(even[strongest]) * change[strongest][change.index % 2 == 1]
-    ).to_numpy()
+    odd = change.index % 2 == 1
+    halves = []
+    for choosing, measured in ((odd, ~odd), (~odd, odd)):
+        means = change.loc[choosing, list(metrics)].mean()
+        strongest = means.abs().idxmax()
+        halves.append(np.sign(means[strongest]) * change.loc[measured, strongest])
+    return np.concatenate(halves)
 
 
 protected_range_10 = partial(_effect, setting="separation_range", step=0.1)
@@ -145,12 +149,14 @@ def sensitivity(studies: Studies) -> Figure:
                 columns="separation_range",
                 values=f"{metric}_mean_high",
             )
-            _heat(figure, above, mean, "viridis")
-            _heat(figure, below, high - mean, "magma")
-            above.set_title(_words(study, metric), fontsize=9)
+            words = _words(study, metric)
+            _heat(figure, above, mean, "viridis", words)
+            _heat(figure, below, high - mean, "magma", f"half interval of\n{words}")
             below.set_xlabel("ProtectedRange (px)")
-        panels[0, 0].set_ylabel("mean\n\nCenteringFactor (1/step²)")
-        panels[1, 0].set_ylabel("half the 95 % interval\n\nCenteringFactor (1/step²)")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("CenteringFactor (1/step²)")
+        panels[0, 0].set_title("means", loc="left", fontsize=9)
+        panels[1, 0].set_title("half the 95 % interval", loc="left", fontsize=9)
         counts = sorted(
             set(study.trials[study.trials["status"] == "done"].groupby("point").size())
         )
@@ -163,7 +169,9 @@ def sensitivity(studies: Studies) -> Figure:
     return figure
 
 
-def _heat(figure: Figure, axes: Axes, table: pd.DataFrame, colours: str) -> None:
+def _heat(
+    figure: Figure, axes: Axes, table: pd.DataFrame, colours: str, label: str
+) -> None:
     x, y = table.columns.to_numpy(np.float64), np.log(table.index.to_numpy(np.float64))
     mesh = axes.pcolormesh(
         _edges(x), np.exp(_edges(y)), table.to_numpy(), cmap=colours, rasterized=True
@@ -179,7 +187,7 @@ def _heat(figure: Figure, axes: Axes, table: pd.DataFrame, colours: str) -> None
             ms=9,
             mew=width,
         )
-    figure.colorbar(mesh, ax=axes, fraction=0.06)
+    figure.colorbar(mesh, ax=axes, fraction=0.06).set_label(label, fontsize=8)
 
 
 def _edges(values: Floats) -> Floats:
@@ -267,8 +275,11 @@ def corners(studies: Studies) -> Figure:
         rows = trials["cohesion_weight"].nunique()
         figure = Figure(figsize=(9.6, 2.5 * rows + 0.8))
         panels = figure.subplots(rows, len(trials) // rows, sharex=True, sharey=True)
+        low, high = np.zeros(2), trials[["width", "height"]].iloc[0].to_numpy()
         for axes, trial in zip(panels.ravel(), trials.itertuples(), strict=True):
             _, flight = study.trajectory(trial.trial_id)
+            low = np.minimum(low, flight[-11:, :2].min(axis=(0, 2)))
+            high = np.maximum(high, flight[-11:, :2].max(axis=(0, 2)))
             draw_map(axes, study.world(trial.trial_id), "px")
             axes.plot(flight[-11:, 0], flight[-11:, 1], color=SKY, lw=0.7, zorder=1)
             draw_flock(axes, flight[-1], 14.0)
@@ -285,7 +296,6 @@ def corners(studies: Studies) -> Figure:
                         zorder=0,
                     )
                 )
-            axes.set(xlim=(-60, 700), ylim=(540, -60))
             axes.set_title(
                 f"ProtectedRange {trial.separation_range:g} px, CenteringFactor"
                 f" {trial.cohesion_weight:g}\npolarization {trial.polarization:.2f},"
@@ -293,6 +303,9 @@ def corners(studies: Studies) -> Figure:
                 fontsize=8,
             )
             axes.label_outer()
+        for axes in panels.ravel():  # all that is drawn, beyond the borders too
+            axes.set_xlim(low[0] - ROOM, high[0] + ROOM)
+            axes.set_ylim(high[1] + ROOM, low[1] - ROOM)
         note(
             figure,
             f"{study.name}: one trial each, same start, {trial.steps} steps; middle:"
@@ -310,10 +323,10 @@ def rules(studies: Studies) -> Figure:
         "polarization",
         "largest_flock_share",
         "nearest_neighbour_distance",
-        "boid_collisions",
+        "in_contact",
     )
     settings = ["separation_weight", "alignment_weight", "cohesion_weight"]
-    columns = [f"{metric}_mean" for metric in metrics[:3]] + ["boid_collisions"]
+    columns = [f"{metric}_mean" for metric in metrics]
     table = by_point(study.trials, settings, columns)
     names = [_missing(row) for row in table[settings].to_numpy()]
     with matplotlib.style.context(STYLE):
@@ -328,12 +341,15 @@ def rules(studies: Studies) -> Figure:
             )
             name_rows(axes, names)
             axes.set(xlabel=_words(study, metric), xlim=(0, None))
-        panels[3].set_xlabel("times a boid came nearer\nthan 5 px to others")
+        reach = study.trials["contact_distance"].iloc[0]
+        panels[3].set_xlabel(
+            f"time in contact, nearer than\n{reach:g} px to another (%)"
+        )
         number = len(study.trials) // len(table)
         note(
             figure,
-            f"{study.name}: {number} trials a value, mean over steps 300 to 600 (right:"
-            " count over all), 95 % interval",
+            f"{study.name}: {number} trials a value, mean over steps 300 to 600, 95 %"
+            " interval",
         )
     return figure
 

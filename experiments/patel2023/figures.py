@@ -271,7 +271,7 @@ def equilibrium_trial(studies: Studies) -> Figure:
                 settled[:, i],
                 i,
                 BLUE,
-                f"in step with all within 8 m: {WINDOW:g} s, {TOLERANCE:.0%}",
+                f"in step with all within 8 m: {WINDOW:g} s, {100 * TOLERANCE:g} %",
             )
             for acts, marker, colour, label in (
                 (flight.margin, "|", "0.1", "the border rule acts"),
