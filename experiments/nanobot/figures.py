@@ -11,7 +11,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
 from sweep.analysis import by_point, mean_interval
 from sweep.figures import (
@@ -29,8 +28,13 @@ from sweep.figures import (
 )
 from sweep.tables.stored_study import StoredStudy
 
-Studies = dict[str, StoredStudy]
-Floats = NDArray[np.float64]
+from .pseudocode import (  # noqa: F401 (for published.yaml)
+    DEFAULT,
+    TERMS,
+    Floats,
+    Studies,
+    off_the_pseudocode,
+)
 
 METRICS = (
     "polarization",
@@ -38,27 +42,6 @@ METRICS = (
     "largest_flock_share",
     "nearest_neighbour_distance",
 )
-DEFAULT = {
-    "separation_range": 8.0,
-    "perception_range": 40.0,
-    "cohesion_weight": 0.0005,
-    "separation_weight": 0.05,
-    "alignment_weight": 0.05,
-    "max_speed": 6.0,
-    "min_speed": 3.0,
-    "border_turn": 0.2,
-    "border_margin": 100.0,
-}
-NAMES = (
-    "ProtectedRange",
-    "VisualRange",
-    "CenteringFactor",
-    "AvoidFactor",
-    "MatchingFactor",
-    "MaxSpeed",
-    "MinSpeed",
-)
-TERMS = dict(zip(DEFAULT, (*NAMES, "TurnFactor", "ScreenMargins"), strict=True))
 ROOM = 20.0
 """Pixels about what is drawn."""
 LARGE = 0.8
