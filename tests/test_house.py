@@ -227,7 +227,9 @@ def test_a_package_says_what_each_of_its_modules_is_for(name: str) -> None:
     assert not lost
 
 
-TESTED_TOGETHER = {"attacks", "bench", "cluster", "examples", "faults", "naive"}
+TESTED_TOGETHER = {
+    *("attacks", "bench", "cluster", "examples", "experiments", "faults", "naive")
+}
 """Folders of tests that belong to no single package."""
 
 
