@@ -3,19 +3,26 @@ do.
 """
 
 import numpy as np
+import pandas as pd
 from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from sweep.analysis import by_point, mean_interval
 from sweep.figures import (
+    BLUE,
+    COLOURS,
+    LINE_STYLES,
     SKY,
     STYLE,
     VERMILION,
     Drawing,
     draw_flock,
     draw_map,
+    draw_values,
     effects_figure,
     metric_curves,
+    name_rows,
     note,
 )
 
@@ -30,6 +37,7 @@ from .measures import (  # noqa: F401 (for published.yaml)
     alignment_effect_on_flock_radius,
     alignment_effect_on_speed,
     alignment_effect_on_turn_rate,
+    energies,
     energy_equal_weights,
     energy_separation_double,
     energy_separation_half,
@@ -60,6 +68,11 @@ LATE_METRICS = {
     "dispersion_mean": "dispersion",
 }
 COHESION = {1.0: "all weights 1", 2.0: "cohesion weight 2"}
+RUN_INTO = {
+    "collisions": "obstacles entered in a trial",
+    "in_contact_mean": "boids in contact (%)",
+    "flock_count": "groups at the end",
+}
 TRAIL = 50
 """Steps."""
 
@@ -74,17 +87,17 @@ def figure2(studies: Studies) -> Figure:
     weights = np.unique(study.trials[setting])
     for axes, metric in zip(figure.axes, METRICS, strict=True):
         points = published_points(setting, metric)
-        for weight, line in zip(weights, axes.get_lines(), strict=True):
-            chosen = points[points["weight"] == weight]
-            axes.plot(
-                chosen["frame"],
-                chosen["published_value"],
-                "o",
-                ms=4.5,
-                mfc="none",
-                mec=line.get_color(),
-                clip_on=False,
-            )
+        lines = zip(weights, axes.get_lines(), strict=True)
+        colours = {weight: line.get_color() for weight, line in lines}
+        axes.scatter(
+            points["frame"],
+            points["published_value"],
+            s=22,
+            facecolors="none",
+            edgecolors=[colours[weight] for weight in points["weight"]],
+            clip_on=False,
+            zorder=3,
+        )
     first = figure.axes[0]
     first.plot([], [], "o", ms=4.5, mfc="none", mec="0.3", label="published")
     handles, labels = first.get_legend_handles_labels()
@@ -157,6 +170,71 @@ def to_the_program(studies: Studies) -> Figure:
     )
 
 
+def rules(studies: Studies) -> Figure:
+    """What boids run into and in how many groups they fly, with all rules and without
+    some.
+    """
+    study = studies["rules"]
+    table = by_point(study.trials, study.varied, list(RUN_INTO))
+    with style.context(STYLE):
+        figure = Figure(figsize=(9.6, 2.6))
+        panels = figure.subplots(1, len(RUN_INTO), sharey=True)
+        for axes, (column, words) in zip(panels, RUN_INTO.items(), strict=True):
+            rows = tuple(table[f"{column}{end}"] for end in ("", "_low", "_high"))
+            draw_values(axes, range(len(table)), rows, BLUE)
+            name_rows(axes, [_left_out(row) for _, row in table.iterrows()])
+            axes.set(xlabel=words, xlim=(0, None))
+        number = len(study.trials) // len(table)
+        note(
+            figure,
+            f"{study.name}: {number} trials of 200 boids a value, mean with 95 %"
+            " interval; contact: nearer than 5 px",
+        )
+    return figure
+
+
+def _left_out(weights: "pd.Series[float]") -> str:
+    off = [name for name in (*WEIGHTS, "obstacle") if weights[f"{name}_weight"] == 0]
+    if len(off) > 1:
+        return "no flocking rule"
+    if off:
+        return f"no {off[0]} rule"
+    cohesion = weights["cohesion_weight"]
+    return "all rules" if cohesion == 1 else f"all, cohesion weight {cohesion:g}"
+
+
+def energy(studies: Studies) -> Figure:
+    """The kinetic energy against time for three weights of separation."""
+    study = studies["motion"]
+    with style.context(STYLE):
+        figure = Figure(figsize=(7.2, 3.4))
+        axes = figure.subplots()
+        for k, weight in enumerate(np.unique(study.trials["separation_weight"])):
+            found = energies(studies, weight)
+            frames = found[0][0]
+            bounds = [mean_interval(at)[:3] for at in np.array([v for _, v in found]).T]
+            mean, low, high = np.array(bounds).T
+            axes.plot(
+                frames, mean, color=COLOURS[k], ls=LINE_STYLES[k], label=f"{weight:g}"
+            )
+            axes.fill_between(frames, low, high, color=COLOURS[k], alpha=0.2, lw=0)
+        axes.axvspan(HALF_TIME, END, color="0.95", zorder=0)
+        axes.set(
+            xlabel="frame (steps)",
+            ylabel="mean of v² (px²/step²)",
+            ylim=(0, None),
+            xlim=(0, END),
+        )
+        axes.legend(title="separation weight", fontsize=8)
+        number = int(study.trials.groupby("point").size().min())
+        note(
+            figure,
+            f"{study.name}: {number} trials a curve, mean with pointwise 95 % interval;"
+            " grey: the half that is judged",
+        )
+    return figure
+
+
 FIGURES = {
     "figure1": Drawing(
         figure1, ("snapshot",), "Figure 1: where the boids are and where they fly."
@@ -170,6 +248,10 @@ FIGURES = {
         )
         for weight in WEIGHTS
     },
+    "rules": Drawing(
+        rules, ("rules",), "What boids run into without each rule, and their groups."
+    ),
+    "energy": Drawing(energy, ("motion",), "Kinetic energy against iteration."),
     "ablation": Drawing(
         to_the_text,
         ("ablation",),

@@ -177,18 +177,30 @@ def _flights(studies: Studies, weight: float) -> list[tuple[Floats, Floats]]:
     return [study.trajectory(trial) for trial in trials["trial_id"]]
 
 
+def energies(studies: Studies, weight: float) -> list[tuple[Floats, Floats]]:
+    """Frames (F,) and the mean of v^2 over boids (F,), px^2/step^2, of each trial of
+    `motion` with this weight of separation.
+    """
+    return [
+        (frames, (bodies[:, 2] ** 2 + bodies[:, 3] ** 2).mean(axis=1))
+        for frames, bodies in _flights(studies, weight)
+    ]
+
+
 def _energy_change(studies: Studies, weight: float) -> Floats:
     """By how many per cent the kinetic energy changes from the third quarter of a trial
     to the last: that of means over all boids and trials.
     """
-    energies = []
-    for frames, bodies in _flights(studies, weight):
-        energy = (bodies[:, 2] ** 2 + bodies[:, 3] ** 2).mean(axis=1)
-        third = (frames >= HALF_TIME) & (frames < (HALF_TIME + END) / 2)
-        last = frames >= (HALF_TIME + END) / 2
-        energies.append([energy[third].mean(), energy[last].mean()])
+    middle = (HALF_TIME + END) / 2
+    means = [
+        (
+            energy[(frames >= HALF_TIME) & (frames < middle)].mean(),
+            energy[frames >= middle].mean(),
+        )
+        for frames, energy in energies(studies, weight)
+    ]
     return pseudo_values(
-        np.array(energies), lambda before, after: 100.0 * (after / before - 1.0)
+        np.array(means), lambda before, after: 100.0 * (after / before - 1.0)
     )
 
 
