@@ -64,7 +64,7 @@ from .flights import (  # noqa: F401 (for published.yaml)
     unlimited_as_run,
     unlimited_as_written,
 )
-from .populations import SECONDS, detector, equilibrium, potential, safety
+from .populations import SECONDS, detector, equilibrium, potential, safety, weights
 
 ROVERS = (
     *(BLUE, VERMILION, GREEN, PURPLE, "0.15"),
@@ -342,6 +342,11 @@ FIGURES = {
         detector,
         ("trials", "detector"),
         "Rovers in equilibrium by what counts as one: tolerance, window and duration.",
+    ),
+    "weights": Drawing(
+        weights,
+        ("weights", "limits"),
+        "Distances with twice the weight of a rule, and speeds without their limit.",
     ),
     "safety": Drawing(
         safety, ("safety",), "Collisions with rocks and exits from the arena."

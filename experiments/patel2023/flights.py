@@ -243,13 +243,17 @@ def _restored(flight: Flight) -> float:
     return _mean(change, ended & spared & flight.company[:last])
 
 
-def _unlimited(studies: Studies, border: str) -> Floats:
+def powers_above(study: StoredStudy, border: str) -> Floats:
     """How many powers of ten the mean speed is above V_max at the end of each trial
-    without that limit.
+    with one border rule.
     """
-    trials = studies["limits"].trials
+    trials = study.trials
     chosen = (trials["border_adds_velocity"] == border) & (trials["status"] == "done")
     return np.log10(trials.loc[chosen, "speed"].to_numpy(np.float64) / V_MAX)
+
+
+def _unlimited(studies: Studies, border: str) -> Floats:
+    return powers_above(studies["limits"], border)
 
 
 unlimited_as_run, unlimited_as_written, unlimited_as_intended = (

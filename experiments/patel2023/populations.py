@@ -35,6 +35,7 @@ from .flights import (
     flights,
     in_step,
     pair_potential,
+    powers_above,
 )
 
 COLOURS = {"always": BLUE, "in_margin": VERMILION, "never": GREEN}
@@ -44,6 +45,12 @@ RULES = {
     (0.0, 0.0): "no flocking rule",
 }
 MARKERS = ("o", "s", "^")
+RULE_WEIGHTS = ["cohesion_weight", "separation_weight"]
+DOUBLED = {
+    (0.005, 0.15): "the document's weights",
+    (0.01, 0.15): "twice the cohesion",
+    (0.005, 0.3): "twice the separation",
+}
 DIFFERENCE = "allowed difference of velocities (%)"
 TOLERANCES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6)
 WINDOWS = (0.1, 1.0, 2.0)
@@ -333,3 +340,55 @@ def safety(studies: Studies) -> Figure:
         )
         note(figure, f"{text}; rocks of 1 m radius, looked at once a frame")
     return figure
+
+
+def weights(studies: Studies) -> Figure:
+    """Distances of rovers with twice the weight of a rule, and speeds without their
+    limit.
+    """
+    study = studies["weights"]
+    names = ["border_adds_velocity", *RULE_WEIGHTS]
+    table = by_point(study.trials, names, ["nearest_neighbour_distance_mean"])
+    with matplotlib.style.context(STYLE):
+        figure = Figure(figsize=(9.0, 2.9))
+        near, fast = figure.subplots(1, 2)
+        for k, border in enumerate(("always", "in_margin")):
+            one = table[table["border_adds_velocity"] == border].set_index(RULE_WEIGHTS)
+            rows = one.loc[list(DOUBLED)]
+            columns = tuple(
+                rows[f"nearest_neighbour_distance_mean{end}"] / 10
+                for end in ("", "_low", "_high")
+            )
+            draw_values(
+                near,
+                np.arange(len(rows)) + 0.24 * (k - 0.5),
+                columns,
+                COLOURS[border],
+                MARKERS[k],
+                BORDERS[border],
+            )
+        name_rows(near, list(DOUBLED.values()))
+        near.set(xlabel="distance of the nearest other,\n12 to 24 s (m)")
+        _unlimited(fast, studies["limits"])
+        legend(figure, near, 2)
+        counts = [_count(studies[name].trials) for name in ("weights", "limits")]
+        note(
+            figure,
+            f"left: {study.name}, {counts[0]} trials a value; right:"
+            f" {studies['limits'].name}, {counts[1]} trials, powers of ten; mean with"
+            " 95 % interval",
+        )
+    return figure
+
+
+def _unlimited(axes: Axes, study: StoredStudy) -> None:
+    """The mean speed at the end of a trial without its upper limit."""
+    for k, (border, colour) in enumerate(COLOURS.items()):
+        found = np.array([mean_interval(powers_above(study, border))[:3]]).T
+        columns = (found[0], found[1], found[2])
+        draw_values(axes, [k], columns, colour, MARKERS[k])
+    axes.axvline(1.0, color="0.5", ls=":")
+    name_rows(axes, list(BORDERS.values()))
+    axes.set_xscale("symlog", linthresh=1.0)
+    axes.set_xticks([0, 1, 10, 100], ["0", "1", "10", "100"])
+    axes.set(xlabel="speed at 24 s without a limit\n(powers of ten above V_max)")
