@@ -60,16 +60,20 @@ def _disagreement(studies: Studies, weight: str, metric: str) -> Floats:
     )
     places = pd.MultiIndex.from_frame(points[["weight", "frame"]])
     ours = values.reindex(columns=places).dropna().to_numpy(np.float64)
-    between = points["sd_between_trials"].to_numpy(np.float64)
-    spread = np.where(np.isnan(between), ours.std(axis=0, ddof=1), between)
-    error = np.hypot(spread / PUBLISHED_TRIALS**0.5, points["reading_error"])
-    published = points["published_value"].to_numpy(np.float64)
+    between, reading, published = (
+        points[name].to_numpy(np.float64)
+        for name in ("sd_between_trials", "reading_error", "published_value")
+    )
 
     def distance(*means: Floats) -> Floats:
-        off = (np.stack(means, axis=1) - published) / error.to_numpy()
+        mean, square = np.split(np.stack(means, axis=1), 2, axis=1)
+        ours_between = np.sqrt(np.maximum(square - mean * mean, 0.0))
+        spread = np.where(np.isnan(between), ours_between, between)
+        error = np.hypot(spread / PUBLISHED_TRIALS**0.5, reading)
+        off = (mean - published) / error
         return np.sqrt((off * off).mean(axis=1))
 
-    return pseudo_values(ours, distance)
+    return pseudo_values(np.hstack([ours, ours * ours]), distance)
 
 
 (
