@@ -1,6 +1,6 @@
 """The pseudocode of the document, line by line, and how far our boids are from it.
 
-It was written from the document alone, without a kernel, and shares no code with one.
+It follows the document's own lines and names, and shares no code with the model.
 """
 
 from itertools import pairwise
