@@ -56,10 +56,10 @@ def failed(job, error):
 """
 
 
-@pytest.fixture(scope="module")
-def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the code in a folder of its own."""
-    folder = tmp_path_factory.mktemp("copy")
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of the code in a folder of its own, which the test may edit."""
+    folder = tmp_path / "copy"
     for package in ("kernels", "sweep"):
         shutil.copytree(
             ROOT / package,
