@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sweep.analysis import Distribution
 from sweep.spec.objectives import Constraint, Objective, Statistic
 
 MEAN = Statistic("mean")
@@ -21,6 +22,7 @@ class MadeUp:
 
     table: pd.DataFrame
     about: dict[str, Any]
+    distributions: dict[str, Distribution]
 
 
 def rows(
@@ -67,4 +69,5 @@ def searched(
         "repetitions": 0,
         "blocks": dict.fromkeys(table["run"].unique(), full),
     }
-    return MadeUp(table, known | about)
+    distributions = {one.column: one.distribution for one in objectives}
+    return MadeUp(table, known | about, distributions)

@@ -15,11 +15,11 @@ ground  what a metric is, and what it gets to see
 """
 
 from kernels.metrics import counted, energy, flocks, motion, places, shape
-from kernels.metrics.ground import Better, Ground, Metric
+from kernels.metrics.ground import Better, Distribution, Ground, Metric
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
-__all__ = ["METRICS", "Better", "Ground", "Metric"]
+__all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric"]
 
 _NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
 _RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
@@ -42,24 +42,28 @@ METRICS = Registry(
             unit="length",
             text="mean distance from the centre of mass",
             source=_NGUYEN,
+            distribution="skewed",
         ),
         "turn_rate": Metric(
             motion.turn_rate,
             unit="degrees",
             text="mean change of heading in a step, wrapped to [0, 180]",
             source=_NGUYEN,
+            distribution="skewed",
         ),
         "turn_rate_unwrapped": Metric(
             motion.turn_rate_unwrapped,
             unit="degrees",
             text="the same without wrapping, in [0, 360), as nguyen2024 ran it",
             source=_NGUYEN,
+            distribution="skewed",
         ),
         "dispersion": Metric(
             shape.dispersion,
             unit="length",
             text="standard deviation of distances from the centre of mass",
             source=_NGUYEN,
+            distribution="skewed",
         ),
         "polarization": Metric(
             motion.polarization,
@@ -87,6 +91,7 @@ METRICS = Registry(
             unit="",
             text="of the largest flock: 1 a column, 0 round, -1 a broad front",
             source=_RUSTAMANI,
+            distribution="skewed",
             pairwise=True,
         ),
         "neighbours_ahead": Metric(
@@ -94,6 +99,7 @@ METRICS = Registry(
             unit="%",
             text="share of neighbours within flock_range that are ahead",
             source=_RUSTAMANI,
+            distribution="percentage",
             pairwise=True,
         ),
         "flock_count": Metric(
@@ -101,6 +107,7 @@ METRICS = Registry(
             unit="",
             text="number of groups connected within flock_range",
             source=_PATEL,
+            distribution="skewed",
             pairwise=True,
         ),
         "largest_flock": Metric(
@@ -108,6 +115,7 @@ METRICS = Registry(
             unit="boids",
             text="size of the largest such group",
             source=_PATEL,
+            distribution="skewed",
             pairwise=True,
         ),
         "largest_flock_share": Metric(
@@ -115,6 +123,7 @@ METRICS = Registry(
             unit="%",
             text="the same, of all boids",
             source=_RUSTAMANI,
+            distribution="percentage",
             pairwise=True,
         ),
         "boids_lost": Metric(
@@ -122,6 +131,7 @@ METRICS = Registry(
             unit="boids",
             text="number of boids outside the largest such group",
             source=_RUSTAMANI,
+            distribution="count",
             better="low",
             pairwise=True,
         ),
@@ -130,6 +140,7 @@ METRICS = Registry(
             unit="length^2/time^2",
             text="mean potential energy of a boid",
             source="patel2023, Eq. (27)",
+            distribution="skewed",
             pairwise=True,
             potential=True,
         ),
@@ -138,6 +149,7 @@ METRICS = Registry(
             unit="length^2/time^2",
             text="mean potential energy of a flock of two or more",
             source="patel2023, Eq. (27)",
+            distribution="skewed",
             pairwise=True,
             potential=True,
         ),
@@ -146,18 +158,21 @@ METRICS = Registry(
             unit="length",
             text="mean distance from the nearest obstacle",
             source=_RUSTAMANI,
+            distribution="skewed",
         ),
         "least_clearance": Metric(
             places.least_clearance,
             unit="length",
             text="distance of the boid nearest to an obstacle",
             source=_RUSTAMANI,
+            distribution="skewed",
         ),
         "goal_distance": Metric(
             places.goal_distance,
             unit="length",
             text="mean distance from the goal",
             source=_RUSTAMANI,
+            distribution="skewed",
             better="low",
             demands=(_GOAL,),
         ),
@@ -201,6 +216,7 @@ METRICS = Registry(
             unit="",
             text="times a boid left the world",
             source="ours",
+            distribution="count",
             better="low",
             counts=True,
         ),
@@ -209,6 +225,7 @@ METRICS = Registry(
             unit="",
             text="times a boid entered an obstacle",
             source="ours",
+            distribution="count",
             better="low",
             counts=True,
         ),
@@ -217,6 +234,7 @@ METRICS = Registry(
             unit="",
             text="times a boid came into contact with another",
             source="ours",
+            distribution="count",
             better="low",
             pairs=True,
         ),
@@ -225,6 +243,7 @@ METRICS = Registry(
             unit="%",
             text="boids that have been at the goal",
             source=_RUSTAMANI,
+            distribution="percentage",
             counts=True,
             demands=(_GOAL,),
         ),
@@ -233,6 +252,7 @@ METRICS = Registry(
             unit="time",
             text="mean time of their first arrival",
             source=_RUSTAMANI,
+            distribution="skewed",
             better="low",
             counts=True,
             demands=(_GOAL,),
@@ -242,6 +262,7 @@ METRICS = Registry(
             unit="%",
             text="boids in a local equilibrium: long in step with all neighbours",
             source=_PATEL,
+            distribution="percentage",
             pairs=True,
         ),
         "dead_ends": Metric(
@@ -249,6 +270,7 @@ METRICS = Registry(
             unit="",
             text="times a boid found no free heading",
             source="rustamani2024, Alg. 7",
+            distribution="count",
             better="low",
             counts=True,
         ),

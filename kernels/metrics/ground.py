@@ -9,6 +9,7 @@ from kernels.settings import Demand, Observation, Unit
 from kernels.state import Floats, Kinds, World
 
 Better = Literal["high", "low"]
+Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
 
 
@@ -29,15 +30,18 @@ class Ground(NamedTuple):
 class Metric(NamedTuple):
     """A metric looks at the bodies, or at what was counted during the trial.
 
-    `better` says which values are, where nothing else is said. `pairwise` says that it
+    `better` says which values are, where nothing else is said. `distribution` says how
+    its values, one a trial, are distributed: about "normal"; "skewed", with a long
+    tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
+    to 100. Its mean then has the interval that holds for these. `pairwise` says that it
     compares boids with each other, which takes longer. `covers`, `counts` and `pairs`
     say that it needs, instead of the bodies: the visited pixels; escapes, collisions
     and arrivals; contacts between boids. `potential` says that it needs a model with a
     pair potential; `state` and `kinds`, that it needs one whose rows of state, and
     whose kinds of boids, begin with these, in this order. Row k of the state is
     `frames.bodies[f, FIRST_STATE + k]`, and `ground.kind[i]` is the index of the kind
-    of boid i. `demands` are conditions on the settings of whoever records it.
-    `short` is what the figure of visits calls it, which shows no metric without one.
+    of boid i. `demands` are conditions on the settings of whoever records it. `short`
+    is what the figure of visits calls it, which shows no metric without one.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -54,6 +58,7 @@ class Metric(NamedTuple):
     kinds: tuple[str, ...] = ()
     demands: tuple[Demand, ...] = ()
     short: str = ""
+    distribution: Distribution = "normal"
 
     @property
     def looks(self) -> bool:

@@ -3,9 +3,10 @@
 Every result says on how many values it rests; trials that are not done take no part and
 are counted.
 
+    mean_bounds   the interval of a mean for each distribution of values
     estimate      a number with its interval
     notation      the same as text
-    intervals     Student, Wilson, bootstrap
+    intervals     means and quantiles of tables, and the bootstrap
     resampling    bootstrap and jackknife
     pairing       values that share randomness
     contrasts     differences between groups
@@ -38,6 +39,7 @@ from sweep.analysis.estimate import (
     RankEstimate,
     Sample,
     mean_estimate,
+    paired_estimate,
     rank_estimate,
 )
 from sweep.analysis.intervals import (
@@ -49,7 +51,9 @@ from sweep.analysis.intervals import (
     mean_interval,
     quantile_interval,
     quantiles_by_point,
+    undefined_shares,
 )
+from sweep.analysis.mean_bounds import Distribution
 from sweep.analysis.order import (
     binder_cumulant,
     binder_values,
@@ -91,6 +95,7 @@ __all__ = [
     "Autocorrelation",
     "BurnIn",
     "Contrast",
+    "Distribution",
     "Drift",
     "EffectSize",
     "Equivalence",
@@ -134,6 +139,7 @@ __all__ = [
     "order_parameters",
     "order_samples",
     "paired_contrast",
+    "paired_estimate",
     "pseudo_values",
     "quantile_interval",
     "quantiles_by_point",
@@ -145,5 +151,6 @@ __all__ = [
     "superiority",
     "susceptibility",
     "susceptibility_values",
+    "undefined_shares",
     "units",
 ]

@@ -15,7 +15,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.estimate import CONFIDENCE, MeanEstimate, mean_estimate
+from sweep.analysis.estimate import (
+    CONFIDENCE,
+    MeanEstimate,
+    mean_estimate,
+    paired_estimate,
+)
+from sweep.analysis.intervals import NONE_DECLARED
+from sweep.analysis.mean_bounds import Distribution
 from sweep.analysis.pairing import Unit, Units, agrees, chosen, pairable, units
 from sweep.analysis.simultaneous import adjusted, max_t, simultaneous_confidence
 from sweep.text import unknown
@@ -36,6 +43,10 @@ class TrialTables(Protocol):
     @property
     def varied(self) -> list[str]:
         """Names of settings."""
+
+    @property
+    def distributions(self) -> Mapping[str, Distribution]:
+        """How the values of columns are distributed over trials."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +100,14 @@ class Contrast:
         if not self.paired or not self.estimate.testable:
             return np.nan
         unpaired = self.first.var(ddof=1) + self.second.var(ddof=1)
-        paired = self.estimate.samples[0].variance
+        change = self.first - self.second
+        paired = change.var(ddof=1) if np.ptp(change) > 0.0 else 0.0
         return float(unpaired / paired) if paired > 0.0 else np.inf
 
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
-        """The bounds of Student's interval of the mean of differences, of Welch's where
-        not paired; NaN if unknown.
+        """The bounds of the interval that the distribution of the values has, see
+        `MeanEstimate`: for normal ones Student's of the mean of differences, and
+        Welch's where not paired; NaN if unknown.
         """
         return (
             self.estimate.interval(confidence)
@@ -125,26 +138,37 @@ class Equivalence(NamedTuple):
     equivalent: bool
 
 
-def compare(one: Units, other: Units) -> Contrast:
+def compare(
+    one: Units, other: Units, distribution: Distribution = "normal"
+) -> Contrast:
     """`one` minus `other`: paired where each unit has its partner, else between
-    independent samples.
+    independent samples. The values have this `distribution`.
     """
     left_out = one.left_out + other.left_out
     if pairable(one, other):
-        return paired_contrast(one.values, other.values, left_out)
+        return paired_contrast(one.values, other.values, left_out, distribution)
     first, second = (
         values[~np.isnan(values)] for values in (one.array(), other.array())
     )
-    return independent_contrast(first, second, left_out)
+    return independent_contrast(first, second, left_out, distribution)
 
 
-def independent_contrast(first: Floats, second: Floats, left_out: int = 0) -> Contrast:
+def independent_contrast(
+    first: Floats,
+    second: Floats,
+    left_out: int = 0,
+    distribution: Distribution = "normal",
+) -> Contrast:
     """The difference of the means of two independent samples without NaN."""
-    return Contrast(mean_estimate(first, second), first, second, None, left_out)
+    estimate = mean_estimate(first, second, distribution=distribution)
+    return Contrast(estimate, first, second, None, left_out)
 
 
 def paired_contrast(
-    first: "pd.Series[float]", second: "pd.Series[float]", left_out: int = 0
+    first: "pd.Series[float]",
+    second: "pd.Series[float]",
+    left_out: int = 0,
+    distribution: Distribution = "normal",
 ) -> Contrast:
     """The mean of the differences of two columns whose index pairs them; a pair that
     lacks a side does not count.
@@ -158,7 +182,8 @@ def paired_contrast(
         )
     both = pd.concat([first, second], axis=1, join="inner").dropna().sort_index()
     one, other = both.to_numpy(np.float64).T
-    return Contrast(mean_estimate(one - other), one, other, both.index, left_out)
+    estimate = paired_estimate(one, other, distribution)
+    return Contrast(estimate, one, other, both.index, left_out)
 
 
 def contrast(
@@ -177,11 +202,11 @@ def contrast(
     {start: common}`) and both sides have the same; else the two samples are taken to be
     independent. Where several points are left, `unit` says what is independent:
     "trial", the means of a "point", or those of a "replicate", the right one for starts
-    in common. Student's interval is valid for a difference that is about normal. Raises
-    ValueError for names that do not exist, sides that are empty or overlap, and where
-    `unit` is missing.
+    in common. The interval is that of the distribution that a stored study knows of the
+    column; a table is taken to have normal values. Raises ValueError for names that do
+    not exist, sides that are empty or overlap, and where `unit` is missing.
     """
-    trials, varied = _table(source)
+    trials, varied, distributions = _table(source)
     for name in (metric, *first, *second):
         _check_column(trials, name)
     sides = [chosen(trials, settings) for settings in (first, second)]
@@ -194,7 +219,8 @@ def contrast(
             " a contrast needs two apart"
         )
     free = [name for name in varied if name not in {*first, *second}]
-    return compare(*(_units(side, metric, unit, free) for side in sides))
+    one, other = (_units(side, metric, unit, free) for side in sides)
+    return compare(one, other, distributions.get(metric, "normal"))
 
 
 def contrasts(
@@ -214,7 +240,7 @@ def contrasts(
     the reference), correlation, variance_reduction, left_out. The intervals hold
     together, as do the p-values, see `jointly`; `contrast` has pairs, units and errors.
     """
-    trials, _ = _table(source)
+    trials, *_ = _table(source)
     _check_column(trials, by)
     same = dict(settings or {})
     values = [
@@ -287,11 +313,11 @@ def equivalence(
     """Whether an estimate is shown to lie between the margins `low` and `high`, chosen
     before looking.
 
-    Two one-sided tests of Student (Schuirmann 1987, J. Pharmacokin. Biopharm. 15,
-    657-680): equivalent if both reject at `level`, which a true value on or beyond a
-    margin does with at most that chance, for means that are about normal. Not being
-    shown equivalent does not mean to differ. p and bounds are NaN where there are fewer
-    than two values. Raises ValueError for margins that are not in order.
+    Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680):
+    equivalent if both reject at `level`, which a true value on or beyond a margin does
+    with at most that chance, where the interval of the estimate holds. Not being shown
+    equivalent does not mean to differ. p and bounds are NaN where there are fewer than
+    two values. Raises ValueError for margins that are not in order.
     """
     if not low < high:
         raise ValueError(
@@ -318,10 +344,11 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
     for table in tables[1:]:
         common = common.intersection(table.index)
     chosen_pairs = [table.loc[common] for table in tables]
-    counts = [side.left_out for side in sides]
     return [
-        paired_contrast(table["first"], table["second"], n)
-        for table, n in zip(chosen_pairs, counts, strict=True)
+        paired_contrast(
+            table["first"], table["second"], side.left_out, side.estimate.distribution
+        )
+        for table, side in zip(chosen_pairs, sides, strict=True)
     ]
 
 
@@ -345,11 +372,13 @@ def _units(
     return found
 
 
-def _table(source: TrialTables | pd.DataFrame) -> tuple[pd.DataFrame, Sequence[str]]:
+def _table(
+    source: TrialTables | pd.DataFrame,
+) -> tuple[pd.DataFrame, Sequence[str], Mapping[str, Distribution]]:
     return (
-        (source, ())
+        (source, (), NONE_DECLARED)
         if isinstance(source, pd.DataFrame)
-        else (source.trials, source.varied)
+        else (source.trials, source.varied, source.distributions)
     )
 
 

@@ -3,6 +3,7 @@ rank correlations.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -11,28 +12,44 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from sweep.analysis.mean_bounds import EVENTS, Distribution, Samples, mean_bounds
+
+Floats = NDArray[np.float64]
+
 CONFIDENCE = 0.95
 
 
 class Sample(NamedTuple):
-    """Mean, sample variance and number of independent values."""
+    """Mean, variance (of n - 1) and number of independent values, their skewness
+    (adjusted, G1; 0 for fewer than three), the least and the largest.
+    """
 
     mean: float
     variance: float
     n: int
+    skewness: float = 0.0
+    least: float = -math.inf
+    largest: float = math.inf
 
 
 @dataclass(frozen=True)
 class MeanEstimate:
-    """The mean of one sample, or that of a first sample minus that of an independent
-    second one.
+    """The mean of one sample, or that of a first sample minus that of a second one.
 
-    Its intervals and tests are Student's and Welch's: for independent values whose mean
-    is about normal. They fail for few values of a skewed distribution, where
-    "bootstrap_t" of `mean_interval` does better.
+    The intervals and tests are those of the `distribution` of the values: see
+    `sweep.analysis.mean_bounds`. Those of "normal" values are Student's and Welch's,
+    which fail for few values of a skewed distribution, and for a skewed sample against
+    a narrow one. The difference of others has the interval of Zou and Donner (2008,
+    Stat. Med. 27, 1693-1702; of two proportions it is Newcombe's): the squares of what
+    either bound of either mean is away from it are added up. Its p is the chance at
+    which such an interval no longer has the true value.
+
+    `correlation` is that between both samples, 0 where they are independent.
     """
 
     samples: tuple[Sample, ...]
+    distribution: Distribution = "normal"
+    correlation: float = 0.0
 
     @property
     def value(self) -> float:
@@ -47,11 +64,14 @@ class MeanEstimate:
     def interval(
         self, confidence: float = CONFIDENCE, published: int | None = None
     ) -> tuple[float, float]:
-        """The bounds of Student's interval, of Welch's for two samples.
+        """The bounds of the interval that the distribution of the values has.
 
         With `published`, it is the interval of the difference from means of so many
-        published trials, whose variance is taken to be ours.
+        published trials, which are taken to vary as ours do.
         """
+        if self.distribution != "normal":
+            low, high = self._bounds(np.array((1.0 - confidence) / 2.0), published)
+            return float(low), float(high)
         error, freedom = self.error(published)
         half = student_quantile(0.5 + confidence / 2, freedom) * error
         return self.value - half, self.value + half
@@ -74,11 +94,19 @@ class MeanEstimate:
         return math.sqrt(sum(parts)), sum(parts) ** 2 / spread
 
     def tail(self, bound: float, *, above: bool) -> float:
-        """Student's one-sided p, of so large (`above`) or so small a value if the true
-        one were `bound`.
+        """The one-sided p of so large (`above`) or so small a value if the true one
+        were `bound`: Student's for normal values, for others at least LEAST_P.
         """
         from scipy.stats import t
 
+        if self.distribution != "normal":
+            side, sign = (0, 1.0) if above else (1, -1.0)
+            found = _crossing(lambda tails: sign * (self._bounds(tails)[side] - bound))
+            if found < 0.5:
+                return found
+            return 1.0 - _crossing(
+                lambda tails: sign * (bound - self._bounds(tails)[1 - side])
+            )
         error, freedom = self.error()
         distance = self.value - bound if above else bound - self.value
         return (
@@ -88,12 +116,59 @@ class MeanEstimate:
         )
 
     def p_value(self) -> float:
-        """Student's two-sided p, Welch's for two samples, that the true value is zero;
-        NaN where not testable.
+        """The two-sided p that the true value is zero: Student's, Welch's for two
+        samples, and for other distributions by their interval; NaN where not testable.
         """
         if not self.testable:
             return np.nan
         return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
+
+    def _bounds(self, tail: Floats, published: int | None = None) -> tuple[Floats, ...]:
+        """The two bounds that are missed with the chance `tail` each, same shape."""
+        arms = []
+        for sample in self.samples:
+            moments = Samples(*(np.array(one) for one in sample))
+            low, high = mean_bounds(self.distribution, moments, tail)
+            arms.append((sample.mean - low, high - sample.mean))
+        below, above = arms[0]
+        if len(arms) == 1 and published is None:
+            return self.value - below, self.value + above
+        squares = [below**2, above**2]
+        for down, up in arms[1:]:
+            squares[0] += up**2 - 2.0 * self.correlation * below * up
+            squares[1] += down**2 - 2.0 * self.correlation * above * down
+        if published is not None:
+            for place, (sample, (down, up)) in enumerate(
+                zip(self.samples, arms, strict=True)
+            ):
+                # A published mean that lies too high makes ours seem too low.
+                swapped = (up, down) if place == 0 else (down, up)
+                for side, arm in enumerate(swapped):
+                    squares[side] += arm**2 * sample.n / published
+        roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
+        return self.value - roots[0], self.value + roots[1]
+
+
+LEAST_P = 1e-15
+"""Smaller chances are told as this one, for values that are not normal."""
+TAILS = 64
+
+
+def _crossing(excess: Callable[[Floats], Floats]) -> float:
+    """The chance, from LEAST_P to 0.5, at which `excess`, which grows with it, turns
+    above zero; 0.5 where it does not.
+    """
+    low, high = LEAST_P, 0.5
+    for _ in range(3):
+        tails = np.geomspace(low, high, TAILS)
+        with np.errstate(invalid="ignore"):
+            beyond = np.flatnonzero(excess(tails) > 0.0)
+        if not len(beyond):
+            return high
+        if beyond[0] == 0:
+            return low
+        low, high = float(tails[beyond[0] - 1]), float(tails[beyond[0]])
+    return math.sqrt(low * high)
 
 
 @dataclass(frozen=True)
@@ -134,22 +209,55 @@ class RankEstimate:
 Estimate = MeanEstimate | RankEstimate
 
 
-def mean_estimate(*values: NDArray[np.float64]) -> MeanEstimate:
+def mean_estimate(
+    *values: NDArray[np.float64], distribution: Distribution = "normal"
+) -> MeanEstimate:
     """The estimate from one array of independent values, or from two for their
     difference; NaN does not count.
     """
-    return MeanEstimate(tuple(_sample(array[~np.isnan(array)]) for array in values))
+    samples = tuple(_sample(array[~np.isnan(array)]) for array in values)
+    return MeanEstimate(samples, distribution)
+
+
+def paired_estimate(
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    distribution: Distribution = "normal",
+) -> MeanEstimate:
+    """The mean of the differences of two arrays (n,) without NaN, whose values of equal
+    place are a pair.
+
+    The differences of events are taken apart into gains and losses. Both are events
+    again, so that pairs without any difference have an interval with a width.
+    """
+    change = first - second
+    if distribution not in EVENTS:
+        return MeanEstimate((_sample(change),), distribution)
+    gains, losses = np.maximum(change, 0.0), np.maximum(-change, 0.0)
+    varies = len(change) > 1 and np.ptp(gains) > 0.0 and np.ptp(losses) > 0.0
+    correlation = float(np.corrcoef(gains, losses)[0, 1]) if varies else 0.0
+    return MeanEstimate((_sample(gains), _sample(losses)), distribution, correlation)
 
 
 def _sample(values: NDArray[np.float64]) -> Sample:
     if len(values) < 2:
         return Sample(float(values[0]) if len(values) else np.nan, np.nan, len(values))
+    least, largest = float(values.min()), float(values.max())
     # The mean of equal values may be off by a rounding error, which would pass for a
     # variance.
-    if np.all(values == values[0]):
-        return Sample(float(values[0]), 0.0, len(values))
+    if least == largest:
+        return Sample(least, 0.0, len(values), 0.0, least, largest)
     with np.errstate(invalid="ignore"):
-        return Sample(float(values.mean()), float(values.var(ddof=1)), len(values))
+        mean, variance = float(values.mean()), float(values.var(ddof=1))
+    return Sample(mean, variance, len(values), _skewness(values), least, largest)
+
+
+def _skewness(values: NDArray[np.float64]) -> float:
+    from scipy.stats import skew
+
+    if len(values) < 3 or not np.isfinite(values).all():
+        return 0.0
+    return float(skew(values, bias=False))
 
 
 def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankEstimate:

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE, mean_estimate
+from sweep.analysis.mean_bounds import Distribution, Samples, mean_bounds
 from sweep.analysis.resampling import resampled_interval, studentised_interval
 from sweep.text import unknown
 
@@ -20,6 +21,7 @@ MeanKind = Literal["t", "bootstrap", "bootstrap_t"]
 QuantileKind = Literal["order", "bootstrap"]
 
 NONE_REPEATED: Mapping[str, float] = MappingProxyType({})
+NONE_DECLARED: Mapping[str, Distribution] = MappingProxyType({})
 
 
 class Interval(NamedTuple):
@@ -49,31 +51,36 @@ def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
 
 
 def mean_interval(
-    values: ArrayLike, confidence: float = CONFIDENCE, interval: MeanKind = "t"
+    values: ArrayLike,
+    confidence: float = CONFIDENCE,
+    interval: MeanKind | None = None,
+    distribution: Distribution = "normal",
 ) -> Interval:
     """The mean of `values` (n,), its interval, and the number of values that are not
     NaN.
 
-    The values must be independent. `interval` is one of
+    The values must be independent. Without `interval` it is the one that holds for
+    values of this `distribution`, see `sweep.analysis.mean_bounds`. Else it is one of
 
     - "t", Student's: for means that are about normal;
     - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): its two sides miss
       about equally often where the distribution is skewed, but it is too narrow for
       fewer than about 50 values;
     - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
-      section 12.5): wide on the side of the long tail, and for few skewed values the
-      one that covers best. Unbounded for two or three values.
+      section 12.5): wide on the side of the long tail. Unbounded for two or three
+      values.
 
-    Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order; 30: 93,
-    92 and 94 %; for 30 lognormal ones with sigma = 1: 88, 89 and 93 %. NaN bounds for
-    fewer than two values. Raises ValueError for another kind.
+    Measured for 95 % and 10 exponential values: 90, 88 and 93 % in this order, and 95 %
+    for "skewed"; 30: 93, 92 and 94 %; for 30 lognormal ones with sigma = 1: 88, 89 and
+    93 %. NaN bounds for fewer than two values. Raises ValueError for another kind.
     """
-    _check("interval", interval, get_args(MeanKind))
-    estimate = mean_estimate(np.asarray(values, np.float64))
+    _check_interval(interval)
+    of = "normal" if interval else distribution
+    estimate = mean_estimate(np.asarray(values, np.float64), distribution=of)
     n = estimate.samples[0].n
     if not estimate.testable:
         return Interval(estimate.value, np.nan, np.nan, n)
-    if interval == "t":
+    if interval in (None, "t"):
         return Interval(estimate.value, *estimate.interval(confidence), n)
     if interval == "bootstrap_t":
         return Interval(
@@ -133,36 +140,55 @@ def by_point(
     varied: Sequence[str],
     metrics: Sequence[str],
     confidence: float = CONFIDENCE,
-    interval: MeanKind = "t",
+    interval: MeanKind | None = None,
     repeated: Mapping[str, float] = NONE_REPEATED,
+    distributions: Mapping[str, Distribution] = NONE_DECLARED,
 ) -> pd.DataFrame:
     """Each metric's mean and interval over the replicates of each point, in the order
     of `trials`.
 
     Columns: the `varied` settings, then for each metric its mean under its own name,
-    `<metric>_low`, `<metric>_high` and `<metric>_n`, and `not_done`, the number of
-    trials without a result. Each interval is for its point alone;
+    `<metric>_low`, `<metric>_high`, `<metric>_n` and `<metric>_undefined`, the share of
+    the done trials that have no value of it and take no part, and `not_done`, the
+    number of trials without a result. Each interval is for its point alone;
     `simultaneous_confidence` gives the `confidence` at which all hold together.
 
+    Without `interval` it is that of the distribution of the metric, which
+    `distributions=study.distributions` has by name; "normal" where it is not named.
     Where a metric decided how many trials a point has, its interval must be the
-    repeated one, Student's at a higher confidence: `repeated=study.repeated` has that
-    by the name of the metric.
+    repeated one, at a higher confidence: `repeated=study.repeated` has that by the name
+    of the metric.
     """
-    _check("interval", interval, get_args(MeanKind))
+    _check_interval(interval)
     groups = trials.groupby("point", sort=False)
     columns: dict[str, Any] = {name: groups[name].first() for name in varied}
     for name in metrics:
         nominal = repeated.get(name)
-        kind: MeanKind = interval if nominal is None else "t"
         table = _group_means(
-            groups[name], confidence if nominal is None else nominal, kind
+            groups[name],
+            confidence if nominal is None else nominal,
+            interval if nominal is None else None,
+            distributions.get(name, "normal"),
         )
         columns |= {
             name: table["mean"],
             **{f"{name}_{end}": table[end] for end in ("low", "high", "n")},
+            f"{name}_undefined": undefined_shares(trials, name),
         }
     columns["not_done"] = _not_done(trials)
     return pd.DataFrame(columns).reset_index(drop=True)
+
+
+def undefined_shares(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
+    """The share of the done trials of each point that have no value of a metric, such
+    as the elongation of a flock where there is none; by the id of the point.
+
+    A mean is that of the others, under the condition that there is a value.
+    """
+    done = trials[trials["status"] == "done"]
+    groups = done[metric].isna().astype(np.float64).groupby(done["point"], sort=False)
+    points = pd.Index(trials["point"].unique(), name="point")
+    return groups.mean().reindex(points, fill_value=0.0).rename(metric)
 
 
 def quantiles_by_point(
@@ -198,32 +224,64 @@ def curves(
     by: str,
     metric: str,
     confidence: float = CONFIDENCE,
-    interval: MeanKind = "t",
+    interval: MeanKind | None = None,
+    distribution: Distribution = "normal",
 ) -> pd.DataFrame:
     """Mean of `metric` over trials, with its pointwise interval, at every frame and for
     every value of `by`.
 
     Columns: `by`, frame, mean, low, high, n. The interval is for each frame alone, not
-    for the whole curve.
+    for the whole curve. Without `interval` it is that of the `distribution`.
     """
-    _check("interval", interval, get_args(MeanKind))
+    _check_interval(interval)
     done = trials.loc[trials["status"] == "done", ["trial_id", by]]
     joined = series[["trial_id", "frame", metric]].merge(done, on="trial_id")
-    return _group_means(
-        joined.groupby([by, "frame"], sort=True)[metric], confidence, interval
-    ).reset_index()
+    groups = joined.groupby([by, "frame"], sort=True)[metric]
+    return _group_means(groups, confidence, interval, distribution).reset_index()
 
 
-def _group_means(groups: Any, confidence: float, interval: MeanKind) -> pd.DataFrame:
+def group_bounds(
+    groups: Any, confidence: float, distribution: Distribution
+) -> tuple[Floats, Floats]:
+    """The bounds of the mean of each of k groups of a column, (k,) each."""
+    least, largest, n = groups.min(), groups.max(), groups.count()
+    varies = least < largest
+    skewness = groups.skew() if distribution != "normal" else 0.0 * least
+    samples = Samples(
+        *(
+            one.to_numpy(np.float64)
+            for one in (
+                groups.mean(),
+                # The mean of equal values may be off by a rounding error, which would
+                # pass for a variance.
+                (groups.std() ** 2).where(varies, 0.0),
+                n,
+                skewness.where(varies & (n > 2), 0.0),
+                least,
+                largest,
+            )
+        )
+    )
+    return mean_bounds(distribution, samples, (1.0 - confidence) / 2.0)
+
+
+def _group_means(
+    groups: Any,
+    confidence: float,
+    interval: MeanKind | None,
+    distribution: Distribution,
+) -> pd.DataFrame:
     """mean, low, high and n of each group of a column, by the keys of the groups."""
-    if interval != "t":
+    if interval not in (None, "t"):
         found = [mean_interval(group, confidence, interval) for _, group in groups]
         return pd.DataFrame(
             found, columns=["mean", "low", "high", "n"], index=groups.count().index
         )
-    mean, n = groups.mean(), groups.count()
-    half = half_width(groups.std(), n, confidence)
-    return pd.DataFrame({"mean": mean, "low": mean - half, "high": mean + half, "n": n})
+    of = "normal" if interval else distribution
+    low, high = group_bounds(groups, confidence, of)
+    return pd.DataFrame(
+        {"mean": groups.mean(), "low": low, "high": high, "n": groups.count()}
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -250,6 +308,11 @@ def _not_done(trials: pd.DataFrame) -> "pd.Series[Any]":
 def _known(values: ArrayLike) -> Floats:
     array = np.asarray(values, np.float64)
     return array[~np.isnan(array)]
+
+
+def _check_interval(given: str | None) -> None:
+    if given is not None:
+        _check("interval", given, get_args(MeanKind))
 
 
 def _check(what: str, given: str, allowed: Sequence[str]) -> None:

@@ -58,6 +58,17 @@ def with_interval(value: float, low: float, high: float) -> str:
     return f"{text} ({bounds[0]} to {bounds[1]})"
 
 
+def percent(share: float) -> str:
+    """A share above 0 in per cent.
+
+    >>> percent(0.48), percent(0.002), percent(0.998)
+    ('48 %', '<1 %', '>99 %')
+    """
+    if share < 0.01:
+        return "<1 %"
+    return ">99 %" if 0.99 < share < 1.0 else f"{100.0 * share:.0f} %"
+
+
 def _size(value: float) -> float:
     return abs(value) if math.isfinite(value) else 0.0
 

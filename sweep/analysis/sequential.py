@@ -29,7 +29,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+
+from sweep.analysis.mean_bounds import Distribution
 
 if TYPE_CHECKING:
     from sweep.analysis.intervals import Interval
@@ -158,7 +161,10 @@ def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
 
 
 def repeated_interval(
-    values: ArrayLike, looks: Sequence[int], confidence: float = 0.95
+    values: ArrayLike,
+    looks: Sequence[int],
+    confidence: float = 0.95,
+    distribution: Distribution = "normal",
 ) -> "Interval":
     """The mean of `values` (n,) and its repeated confidence interval, where n is one of
     `looks`.
@@ -184,50 +190,36 @@ def repeated_interval(
             f"values: {len(array)} of them; allowed: as many as a look has,"
             f" {', '.join(map(str, looks))}"
         )
-    return mean_interval(array, nominal_confidence(tuple(looks), confidence))
+    nominal = nominal_confidence(tuple(looks), confidence)
+    return mean_interval(array, nominal, distribution=distribution)
 
 
-def look(until: Until, nominal: float, trials: Counts, values: ArrayLike) -> Look:
+def look(
+    until: Until,
+    nominal: float,
+    trials: Counts,
+    values: ArrayLike,
+    distribution: Distribution = "normal",
+) -> Look:
     """Look at P points with `trials` (P,) each, whose `values` follow one another,
-    point after point.
+    point after point, and have this `distribution`.
 
     What is not finite is no value. A point with fewer than two values is given up,
     whatever its number of trials: it might go on to `most` without ever having one.
-    Equal values have half width 0.
+    The half width is half of the distance of both bounds. Equal values have half width
+    0, unless they are counts or shares.
     """
-    counts, deviation = _spread(np.asarray(values, np.float64), trials)
-    half_width = _student(nominal, counts) * deviation / np.sqrt(np.maximum(counts, 1))
+    from sweep.analysis.intervals import group_bounds
+
+    array = np.asarray(values, np.float64)
+    known = pd.Series(np.where(np.isfinite(array), array, np.nan))
+    groups = known.groupby(np.repeat(np.arange(len(trials)), trials))
+    counts: Counts = np.asarray(groups.count(), np.int64)
+    low, high = group_bounds(groups, nominal, distribution)
+    half_width = (high - low) / 2.0
     numbers = np.asarray(until.looks)
     following = numbers[
         np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
     ]
     open_ = (counts > 1) & ~(half_width <= until.half_width)
     return Look(counts, half_width, np.where(open_, following, trials))
-
-
-def _spread(values: Floats, trials: Counts) -> tuple[Counts, Floats]:
-    """The number of finite values of each point, and their standard deviation, NaN for
-    fewer than two.
-    """
-    starts = np.cumsum(trials) - trials
-    known = np.isfinite(values)
-    counts = np.add.reduceat(known.astype(np.int64), starts)
-    totals = np.add.reduceat(np.where(known, values, 0.0), starts)
-    means = np.repeat(totals / np.maximum(counts, 1), trials)
-    squares = np.add.reduceat(np.where(known, values - means, 0.0) ** 2, starts)
-    # The mean of equal values may be off by a rounding error, which would pass for a
-    # variance.
-    lowest = np.minimum.reduceat(np.where(known, values, np.inf), starts)
-    highest = np.maximum.reduceat(np.where(known, values, -np.inf), starts)
-    deviation = np.where(
-        lowest == highest, 0.0, np.sqrt(squares / np.maximum(counts - 1, 1))
-    )
-    return counts, np.where(counts > 1, deviation, np.nan)
-
-
-def _student(nominal: float, counts: Counts) -> Floats:
-    """Student's quantile of a two-sided interval; NaN for fewer than two values."""
-    from scipy.special import stdtrit
-
-    freedom = np.where(counts > 1, counts - 1.0, np.nan)
-    return np.asarray(stdtrit(freedom, 0.5 + nominal / 2), np.float64)

@@ -31,6 +31,7 @@ class UntilStrategy:
     def __init__(self, study: Study, rule: sequential.Until) -> None:
         self.study, self.rule, self.design = study, rule, expand(study)
         self.looks_at = (rule.metric,)
+        self.distribution = study.distribution(rule.metric)
         points = self.design.n_points
         self.progress = Progress(points, points * study.trials_per_point, settled=0)
 
@@ -43,7 +44,9 @@ class UntilStrategy:
             new = _beyond(had, trials)
             yield self._round(Jobs(self.study, self.design, trials), new)
             values = _filled(new, look()[rule.metric].to_numpy(), values)
-            seen = sequential.look(rule, rule.nominal, trials, values)
+            seen = sequential.look(
+                rule, rule.nominal, trials, values, self.distribution
+            )
             had, trials = trials, seen.further
             self.progress.settled = int((trials == had).sum())
 

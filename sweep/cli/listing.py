@@ -12,7 +12,7 @@ from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
-from sweep.analysis.notation import plus_minus, with_interval
+from sweep.analysis.notation import percent, plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
 from sweep.design.plan import duration
@@ -25,7 +25,11 @@ from sweep.text import shortened, unknown
 from sweep.workers.failures import in_a_line
 
 MOST_ROWS = 200
-INTERVALS: dict[MeanKind, str] = {
+INTERVALS: dict[MeanKind | None, str] = {
+    None: (
+        "mean with the 95 % interval of its distribution (sweep metrics);"
+        " ±: half width of Student's"
+    ),
     "t": "mean ± half width of the 95 % interval",
     "bootstrap": "mean and 95 % interval by the BCa bootstrap",
     "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
@@ -78,11 +82,12 @@ def map_table() -> Table:
 
 
 def metric_table() -> Table:
-    """Metrics, their units and where they come from."""
-    table = Table("metric", "unit", "what it is", "source")
+    """Metrics, their units, how their values are distributed, and their sources."""
+    table = Table("metric", "unit", "distribution", "what it is", "source")
     for name, metric in METRICS.items():
         source = _source(METRICS, name, metric.source)
-        table.add_row(name, metric.unit, metric.text, source)
+        about = (metric.unit, metric.distribution, metric.text)
+        table.add_row(name, *about, source)
     return table
 
 
@@ -98,7 +103,11 @@ def refusals(registry: Registry[Any]) -> list[str]:
 
 
 def point_table(
-    study: StoredStudy, chosen: list[str], *, half: bool, interval: MeanKind = "t"
+    study: StoredStudy,
+    chosen: list[str],
+    *,
+    half: bool,
+    interval: MeanKind | None = None,
 ) -> tuple[pd.DataFrame, list[str]]:
     """The means of metrics with intervals, a row a point, and the names of their
     columns.
@@ -106,7 +115,7 @@ def point_table(
         study     the stored study
         chosen    names of metrics; [] for all that are recorded
         half      means over the last half of a trial, or the last frame
-        interval  which interval of a mean
+        interval  which interval of a mean; None for that of its distribution
 
     The settings of an axis that ablates a preset become one column, `detail`, which
     says what is changed. The last column, `view`, is the command that shows a trial of
@@ -124,7 +133,12 @@ def point_table(
     }
     trials = study.trials.assign(**details)
     rows = by_point(
-        trials, study.headings, names, interval=interval, repeated=study.repeated
+        trials,
+        study.headings,
+        names,
+        interval=interval,
+        repeated=study.repeated,
+        distributions=study.distributions,
     )
     return rows.assign(view=_views(study.name, trials)), names
 
@@ -150,14 +164,17 @@ def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
 
 
 def table_text(
-    study: StoredStudy, rows: pd.DataFrame, names: list[str], interval: MeanKind = "t"
+    study: StoredStudy,
+    rows: pd.DataFrame,
+    names: list[str],
+    interval: MeanKind | None = None,
 ) -> None:
     """Print `rows` of `point_table`.
 
     study     the stored study
     rows      a row a point
     names     the columns of the metrics
-    interval  which interval `rows` has; a half width is printed if it is Student's
+    interval  which interval `rows` has; a half width is printed where it is Student's
     """
     units = study.units
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
@@ -166,17 +183,7 @@ def table_text(
         *varied, *headings, "n", title=study.name, caption=_caption(study, interval)
     )
     for _, row in rows.head(MOST_ROWS).iterrows():
-        found = [
-            (name, row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names
-        ]
-        cells = [
-            (
-                plus_minus(mean, high - mean)
-                if interval == "t" or name in study.repeated
-                else with_interval(mean, low, high)
-            )
-            for name, mean, low, high in found
-        ]
+        cells = [_cell(study, row, name, interval) for name in names]
         table.add_row(
             *(brief(row[name]) for name in varied), *cells, _count(row, names)
         )
@@ -192,7 +199,19 @@ def table_text(
         )
 
 
-def _caption(study: StoredStudy, interval: MeanKind) -> str:
+def _cell(
+    study: StoredStudy, row: "pd.Series[Any]", name: str, interval: MeanKind | None
+) -> str:
+    """A mean with its interval, and the share of trials without a value."""
+    mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
+    own = interval is None or name in study.repeated
+    students = study.distributions[name] == "normal" if own else interval == "t"
+    text = plus_minus(mean, high - mean) if students else with_interval(mean, low, high)
+    undefined = row[f"{name}_undefined"]
+    return f"{text}\n{percent(undefined)} undefined" if undefined else text
+
+
+def _caption(study: StoredStudy, interval: MeanKind | None) -> str:
     """Which intervals a table shows. If `until` stopped at a narrow interval of one
     metric, only this metric has an interval that takes that into account.
     """
@@ -200,7 +219,7 @@ def _caption(study: StoredStudy, interval: MeanKind) -> str:
         return INTERVALS[interval]
     rule = study.rule
     return (
-        f"{rule['metric']}: mean ± half width of the repeated"
+        f"{rule['metric']}: mean with the repeated"
         f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
         f" each point was chosen\nother metrics: {INTERVALS[interval]},"
         " which takes that as given"

@@ -57,32 +57,34 @@ def table(
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
     interval: Annotated[
-        IntervalKind,
+        IntervalKind | None,
         typer.Option(
             help=(
-                "Student's; or a bootstrap: BCa,"
-                " or bootstrap-t for few and skewed values."
+                "Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed"
+                " values. By default that of the distribution of each metric."
             )
         ),
-    ] = IntervalKind.t,
+    ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
+    from sweep.analysis import MeanKind
     from sweep.cli.listing import point_table, table_text
     from sweep.tables.safe_csv import as_csv
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
+    chosen: MeanKind | None = interval.value if interval else None
     rows, names = point_table(
-        stored, metric or [], half=over is Over.half, interval=interval.value
+        stored, metric or [], half=over is Over.half, interval=chosen
     )
     if csv:
         print(as_csv(rows), end="")
     elif as_json:
         print(rows.to_json(orient="records", indent=2))
     else:
-        table_text(stored, rows, names, interval.value)
+        table_text(stored, rows, names, chosen)
 
 
 class Format(StrEnum):

@@ -297,8 +297,9 @@ def _against_text(found: Findings) -> str:
     half = (high - low) / 2
     means = [number(sample.mean, half) for sample in against.estimate.samples]
     unit = f" {unit}" if unit else ""
+    test = "Welch" if against.distribution == "normal" else against.distribution
     return (
-        f"{head}\n{said}\n    (95 %, Welch; means {means[0]} and {means[1]}{unit})"
+        f"{head}\n{said}\n    (95 %, {test}; means {means[0]} and {means[1]}{unit})"
         + "".join(missing)
     )
 

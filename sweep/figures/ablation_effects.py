@@ -10,7 +10,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import mean_interval, paired_contrast, simultaneous_confidence
+from sweep.analysis import paired_contrast, simultaneous_confidence
 from sweep.figures.drawing import draw_values, legend, name_rows, note, span, words
 from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
 from sweep.tables.stored_study import StoredStudy
@@ -52,10 +52,17 @@ def paired_effects(
     for (value, detail), group in after.groupby([by, "detail"], sort=False):
         changed = group.set_index(start)
         for metric in metrics:
-            pairs = paired_contrast(changed[metric], before[metric])
-            *found, n = mean_interval(
-                pairs.first - pairs.second, simultaneous_confidence(comparisons)
+            pairs = paired_contrast(
+                changed[metric],
+                before[metric],
+                # Logarithms are about normal.
+                distribution="normal" if factor else study.distributions[metric],
             )
+            found = (
+                pairs.value,
+                *pairs.interval(simultaneous_confidence(comparisons)),
+            )
+            n = len(pairs.first)
             rows.append(
                 (value, detail, metric, *(np.exp(found) if factor else found), n)
             )

@@ -178,7 +178,9 @@ def _said(selection: Selection, facet: Facet) -> list[str]:
     for metric, short in _named(selection).items():
         confidence = selection.study.repeated.get(metric, CONFIDENCE)
         value, low, high, _ = mean_interval(
-            trials[metric].to_numpy(np.float64), confidence
+            trials[metric].to_numpy(np.float64),
+            confidence,
+            distribution=selection.study.distributions[metric],
         )
         unit = selection.study.units.get(metric, "")
         lines.append(f"{short} {estimated(value, low, high)} {unit}".rstrip())

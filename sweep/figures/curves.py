@@ -183,6 +183,7 @@ def draw_curves(layout: Curves) -> Figure:
                 "{n} trials a curve",
                 counts,
                 f"mean with pointwise 95 % interval{given}",
+                shown=metrics,
             ),
         )
     return figure
@@ -194,7 +195,10 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
     trials = trials.assign(
         **{LINE: trials["point"].map(selection.points[by]) if by else ""}
     )
-    table = curves(selection.study.series, trials, LINE, metric)
+    distribution = selection.study.distributions[metric]
+    table = curves(
+        selection.study.series, trials, LINE, metric, distribution=distribution
+    )
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
     for number, value in enumerate(selection.values(by) if by else [""]):
         if value not in lines:

@@ -302,7 +302,7 @@ def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
     if layout.averages:
         half.ravel()[places] = half_width(groups.std(), count)
     else:
-        half.ravel()[keys] = known[f"{metric}_high"] - known[metric]
+        half.ravel()[keys] = (known[f"{metric}_high"] - known[f"{metric}_low"]) / 2.0
     return Cells(x, y, mean, half, points)
 
 
@@ -342,6 +342,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
         f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white:"
         " no point",
         trials,
+        shown=[layout.metric],
     )
 
 

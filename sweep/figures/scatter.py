@@ -261,7 +261,7 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         " Spearman's rank correlation over the points, with 95 % interval"
     )
     return selection.about(
-        text, table[f"{metric}_n"], drawn, [metric] if some else []
+        text, table[f"{metric}_n"], drawn, [metric] if some else [], [metric]
     ) + (said if correlated else "")
 
 

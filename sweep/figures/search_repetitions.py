@@ -11,7 +11,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import half_width, mean_interval
+from sweep.analysis import Distribution, half_width, mean_interval
 from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import SEARCH, objectives
 from sweep.campaigns.search.repetitions import (
@@ -51,7 +51,7 @@ def comparison_figure(study: StoredStudy) -> Figure:
         )
         for place, (kind, values, colour, label) in enumerate(sides):
             _band(left, _curves(asked, runs(asked, kind)), colour, label)
-            _strip(right, place, values, colour)
+            _strip(right, place, values, colour, found.distribution)
         left.set(
             xlim=(0, None),
             xlabel="trials spent",
@@ -157,7 +157,9 @@ def _band(axes: Axes, curves: pd.DataFrame, colour: str, label: str) -> None:
     )
 
 
-def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
+def _strip(
+    axes: Axes, place: int, values: Floats, colour: str, distribution: Distribution
+) -> None:
     """Draw the values of runs beside each other, and their mean with its interval."""
     spread = (
         np.linspace(-0.2, 0.2, len(values))
@@ -165,7 +167,7 @@ def _strip(axes: Axes, place: int, values: Floats, colour: str) -> None:
         else np.zeros(len(values))
     )
     axes.plot(place + spread, values, "o", color=colour, markersize=3, alpha=0.5)
-    mean, low, high, _ = mean_interval(values)
+    mean, low, high, _ = mean_interval(values, distribution=distribution)
     axes.vlines(place, low, high, color=colour, linewidth=1.6)
     axes.plot([place], [mean], "D", color=colour, markersize=5)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import by_point
+from sweep.analysis.notation import percent
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span
 from sweep.spec.recorded import Column
@@ -68,14 +69,18 @@ class Selection:
         return self.planned - int((self.trials["status"] == "done").sum())
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
-        """The settings of every point, by its id, and of each metric mean, _low, _high
-        and _n; `not_done`.
+        """The settings of every point, by its id, and of each metric mean, _low, _high,
+        _n and _undefined; `not_done`.
 
-        The interval of a metric that decided how many trials a point has is the
-        repeated one.
+        The interval is that of the distribution of the metric. The interval of a metric
+        that decided how many trials a point has is the repeated one.
         """
         means = by_point(
-            self.trials, ["point"], metrics, repeated=self.study.repeated
+            self.trials,
+            ["point"],
+            metrics,
+            repeated=self.study.repeated,
+            distributions=self.study.distributions,
         ).set_index("point")
         return self.points.join(means, how="left")
 
@@ -223,6 +228,7 @@ class Selection:
         counts: Iterable[int],
         interval: str = "",
         metrics: Sequence[str] = (),
+        shown: Sequence[str] = (),
     ) -> str:
         """The note of a figure: the study, what `where` has chosen, `text`, and how
         many trials are not done.
@@ -231,7 +237,8 @@ class Selection:
         `interval` says which interval is drawn; where no count is above one, the note
         says that there is none. `metrics` are those that have this interval. A metric
         that decided how many trials a point has is named, because its interval is
-        another.
+        another. The note says of `metrics` and of others `shown` which share of the
+        done trials has no value.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:
@@ -255,7 +262,18 @@ class Selection:
             if self.not_done
             else ""
         )
-        return f"{self.study.name}{place}: {text.format(n=span(known))}{missing}"
+        undefined = "".join(
+            f"; {metric} undefined in {percent(share)} of trials"
+            for metric in dict.fromkeys([*metrics, *shown])
+            if (share := self._undefined(metric))
+        )
+        said = f"{text.format(n=span(known))}{missing}{undefined}"
+        return f"{self.study.name}{place}: {said}"
+
+    def _undefined(self, metric: str) -> float:
+        """The share of the done trials that have no value of a metric."""
+        done = self.trials["status"] == "done"
+        return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
     def _groups(self, names: Sequence[str]) -> int:
         return int(self.points.groupby(list(names), sort=False).ngroups) if names else 1

@@ -13,7 +13,7 @@ from kernels.settings import About, Demand
 from kernels.starts import Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
-from sweep.own_code.entries import KINDS, Offered
+from sweep.own_code.entries import CHOICES, KINDS, Offered
 
 KIND = {kind.__name__: kind for kind in KINDS}
 POTENTIAL = "pair_potential"
@@ -117,6 +117,9 @@ def _metric(about: dict[str, Any]) -> Metric:
     demands = _demands(about.pop("demands", []))
     for read in ("state", "kinds"):
         about[read] = tuple(about[read])
+    for field, choices in CHOICES.items():
+        if field in about and about[field] not in get_args(choices):
+            raise ValueError(f"a metric has {field}={about[field]!r}")
     return Metric(_asleep, demands=demands, **about)
 
 

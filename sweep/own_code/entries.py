@@ -20,7 +20,7 @@ from typing import (
 )
 
 from kernels.identity import is_compiled, without_stamp
-from kernels.metrics import Better, Metric
+from kernels.metrics import Better, Distribution, Metric
 from kernels.model import Model, flaw
 from kernels.settings import UNITS, About
 from kernels.starts import Start
@@ -34,6 +34,8 @@ from sweep.spec.settings import GROUPS
 T = TypeVar("T")
 KINDS = (float, int, bool)
 MODEL = "MODEL"
+CHOICES = {"better": Better, "distribution": Distribution}
+"""The fields of a metric that are one of some words."""
 
 
 class Offered(NamedTuple):
@@ -77,11 +79,12 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         if sampler.blocks:
             raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
     for name, metric in found.metrics.items():
-        if metric.better not in get_args(Better):
-            raise CodeError(
-                f'{file}: metric "{name}" has better="{metric.better}"; allowed:'
-                f" {_listed(get_args(Better))}"
-            )
+        for field, choices in CHOICES.items():
+            if (given := getattr(metric, field)) not in get_args(choices):
+                raise CodeError(
+                    f'{file}: metric "{name}" has {field}="{given}"; allowed:'
+                    f" {_listed(get_args(choices))}"
+                )
         if metric.unit not in UNITS:
             raise CodeError(
                 f'{file}: metric "{name}" has the unit "{metric.unit}"; allowed:'

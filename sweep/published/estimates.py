@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import (
+    Distribution,
     Estimate,
     Units,
     chosen,
@@ -55,7 +56,9 @@ def measure(
     if isinstance(what, Mean):
         found = _units(studies[what.spec], what, set(what.settings))
         return Measured(
-            mean_estimate(found.array()), f"{found.trials:,}", found.left_out
+            mean_estimate(found.array(), distribution=_distribution(studies, what)),
+            f"{found.trials:,}",
+            found.left_out,
         )
     if isinstance(what, MeanDifference):
         return _difference(studies, what)
@@ -72,11 +75,18 @@ def _difference(studies: Studies, what: MeanDifference) -> Measured:
     one, other = (
         _units(studies[side.spec], side, named) for side in (what.first, what.second)
     )
-    found = compare(one, other)
+    found = compare(one, other, _distribution(studies, what.first))
     trials = f"{one.trials:,} and {other.trials:,}" + (
         ", paired" if found.paired else ""
     )
     return Measured(found.estimate, trials, found.left_out)
+
+
+def _distribution(studies: Studies, what: Mean) -> Distribution:
+    """How the values of a mean are distributed: as its metric declares it, whether they
+    are of trials or means of some.
+    """
+    return studies[what.spec].distributions[what.metric]
 
 
 def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:

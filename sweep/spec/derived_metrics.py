@@ -5,13 +5,15 @@ An expression may hold metrics, settings and other derived metrics. Its value in
 is that of the metrics in this frame.
 """
 
+import ast
 import keyword
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import cast, get_args
 
 from kernels.catalogue import Catalogue
-from kernels.metrics import Metric
+from kernels.metrics import Distribution, Metric
 from sweep.spec.axes import read_expression
 from sweep.spec.document import Entry
 from sweep.spec.evaluation import CONSTANTS, FUNCTIONS, ExpressionError
@@ -25,7 +27,7 @@ from sweep.spec.settings import Setting, spelled
 from sweep.spec.units import unit_of
 
 NAME = re.compile("[a-z][a-z0-9_]{0,59}")
-ENDINGS = ("_mean", "_low", "_high", "_n")
+ENDINGS = ("_mean", "_low", "_high", "_n", "_undefined")
 """Of the columns that tables have for a metric."""
 TAKEN = (
     *("trial_id", "point", "replicate", "seed", "seed_listed", "streams", "model"),
@@ -37,15 +39,23 @@ TAKEN = (
 """The other columns of tables."""
 
 
+SKEWED: Distribution = "skewed"
+
+
 @dataclass(frozen=True)
 class DerivedMetric:
     """A metric that is computed from others, frame by frame; `unit` is in the words of
     the model.
+
+    Its `distribution` is that of a count where it is a sum of counts, and "skewed"
+    else, as quotients and products are. The interval of skewed values holds for normal
+    ones too.
     """
 
     name: str
     expression: Expression
     unit: str
+    distribution: Distribution = SKEWED
 
 
 def derived_schema() -> Schema:
@@ -81,7 +91,10 @@ def read_derived(
             expressions[name] = read_expression(child, numbers, NUMBER)
     mistakes.check()
     metrics = KnownMetrics(model, known, tuple(entries))
-    found = []
+    found: list[DerivedMetric] = []
+    counts = {
+        name for name, metric in known.metrics.items() if metric.distribution == "count"
+    }
     for name, expression in in_order(entry, expressions).items():
         child = entries[name]
         _check_needs(child, expression, metrics)
@@ -90,8 +103,29 @@ def read_derived(
         except ExpressionError as error:
             raise child.error(f"{name}: {error}") from None
         numbers[name] = replace(numbers[name], unit=unit)
-        found.append(DerivedMetric(name, expression, unit))
+        if _is_sum(expression.tree, counts):
+            counts.add(name)
+        found.append(
+            DerivedMetric(name, expression, unit, "count" if name in counts else SKEWED)
+        )
     return tuple(found)
+
+
+def declared(stored: str) -> Distribution:
+    """The distribution that is stored of a derived metric; "skewed" for any other text,
+    as studies of before 0.5 have none.
+    """
+    for known in get_args(Distribution):
+        if stored == known:
+            return cast(Distribution, known)
+    return SKEWED
+
+
+def _is_sum(tree: ast.expr, names: Collection[str]) -> bool:
+    """Whether an expression only adds up some of these names."""
+    if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add):
+        return _is_sum(tree.left, names) and _is_sum(tree.right, names)
+    return isinstance(tree, ast.Name) and tree.id in names
 
 
 def needed(derived: Iterable[DerivedMetric]) -> list[str]:

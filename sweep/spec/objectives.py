@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.metrics import Distribution
 from sweep.spec.statistics import STATISTICS, USUAL, StatisticKind
 
 Floats = NDArray[np.float64]
@@ -68,11 +69,16 @@ class Statistic:
 
 @dataclass(frozen=True)
 class Objective:
-    """A column of trials whose statistic is to be as large, or as small, as can be."""
+    """A column of trials whose statistic is to be as large, or as small, as can be.
+
+    `distribution` is that of its metric. It decides which interval a mean has; it is
+    not stored, as the metric says it.
+    """
 
     column: str
     maximize: bool
     statistic: Statistic
+    distribution: Distribution = "normal"
 
     def value(self, values: Floats) -> float:
         """The statistic of the trials of a candidate: `values` (blocks, scenarios)."""

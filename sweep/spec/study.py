@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from kernels.catalogue import BUILT_IN, Catalogue
+from kernels.metrics import Distribution
 from kernels.model import Model
 from kernels.models import MODELS
 from sweep.analysis.sequential import Until
@@ -375,6 +376,14 @@ class Study:
         if self.until:
             return self.until.most
         return self.replicates if self.replicates is not None else len(self.seeds or ())
+
+    def distribution(self, column: str) -> Distribution:
+        """How the values of a column of its trials are distributed: as those of its
+        metric.
+        """
+        name = Column.read(column).metric
+        derived = {one.name: one.distribution for one in self.record.derive}
+        return derived.get(name) or self.known.metrics[name].distribution
 
     @property
     def expressions(self) -> tuple[Expression, ...]:

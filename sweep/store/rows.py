@@ -3,10 +3,11 @@ provenance in the file's.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import starmap
 from operator import itemgetter
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,8 +25,11 @@ from sweep.trial.result import Result
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[Any]
-EXPRESSION = b"expression"
-"""The key, in the metadata of a column, of what derives a metric from others."""
+EXPRESSION, DISTRIBUTION = b"expression", b"distribution"
+"""The keys, in the metadata of the column of a metric that is derived from others, of
+what derives it and of how its values are distributed.
+"""
+NOT_DERIVED: Mapping[bytes, str] = MappingProxyType({})
 BODIES, KINDS = pa.list_(pa.float64()), pa.list_(pa.int64())
 FLIGHT = ("x", "y", "vx", "vy")
 """The columns of trajectories that every model has."""
@@ -82,9 +86,9 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     columns += [
         _setting(setting) for setting in settings_of(study.model, study.known).values()
     ]
-    for name, (unit, text, expression) in _recorded(study).items():
+    for name, (unit, text, derived) in _recorded(study).items():
         columns.append(
-            _column(name, pa.float64(), unit, f"{text}, at the last frame", expression)
+            _column(name, pa.float64(), unit, f"{text}, at the last frame", derived)
         )
         mean = f"{text}, mean over the frames of the last half"
         columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
@@ -296,11 +300,13 @@ def _joined(arrays: Sequence[Numbers], kind: pa.DataType) -> pa.Array:
 
 
 class _Recorded(NamedTuple):
-    """What the columns of a metric say of it; `expression` derives it from others."""
+    """What the columns of a metric say of it; `derived` is what they say beside of one
+    that is derived from others.
+    """
 
     unit: str
     text: str
-    expression: str = ""
+    derived: Mapping[bytes, str] = NOT_DERIVED
 
 
 def _recorded(study: Study) -> dict[str, _Recorded]:
@@ -312,17 +318,26 @@ def _recorded(study: Study) -> dict[str, _Recorded]:
         for name, metric in metrics
     }
     return measured | {
-        one.name: _Recorded(one.unit, one.expression.text, one.expression.text)
+        one.name: _Recorded(
+            one.unit,
+            one.expression.text,
+            {EXPRESSION: one.expression.text, DISTRIBUTION: one.distribution},
+        )
         for one in study.record.derive
     }
 
 
 def _column(
-    name: str, kind: pa.DataType, unit: str, text: str, expression: str = ""
+    name: str,
+    kind: pa.DataType,
+    unit: str,
+    text: str,
+    derived: Mapping[bytes, str] = NOT_DERIVED,
 ) -> pa.Field:
-    derived = {EXPRESSION: expression.encode()} if expression else {}
-    said = {b"unit": unit.encode(), b"text": text.encode()}
-    return pa.field(name, kind, metadata=said | derived)
+    said = {b"unit": unit, b"text": text, **derived}
+    return pa.field(
+        name, kind, metadata={key: value.encode() for key, value in said.items()}
+    )
 
 
 def _setting(setting: Setting) -> pa.Field:

@@ -16,15 +16,20 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
+from kernels.metrics import Distribution
+from sweep.analysis import undefined_shares
 from sweep.analysis.sequential import from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
+from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
+from sweep.spec.recorded import columns_of
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.study_folder import PLAN, STUDY_NAME
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps
 from sweep.store.plan_about import AxisAbout, PlanAbout
+from sweep.store.rows import DISTRIBUTION
 from sweep.store.store import Store
 from sweep.store.stored_code import (
     known_with_code,
@@ -322,7 +327,8 @@ class StoredStudy:
         the order of the plan.
 
         Columns: point; n, the number of its trials, which is its last look; values, how
-        many of them have a value; the half_width of the repeated interval, in the unit
+        many of them have a value; undefined, the share of the done ones that have none;
+        the half_width of the repeated interval, in the unit
         of the metric; reached, whether that is narrow enough and final; and why no
         trials follow: "half width", "max" or "too few values", or "not yet" where some
         do. Raises ChoiceError for a study with a fixed number of trials.
@@ -349,6 +355,7 @@ class StoredStudy:
             rule["nominal_confidence"],
             trials,
             stored.reindex(ids).to_numpy(np.float64),
+            self.distributions[rule["metric"]],
         )
         open_ = (missing.to_numpy() > 0) | (seen.further > trials)
         narrow = seen.half_width <= until.half_width
@@ -361,6 +368,9 @@ class StoredStudy:
             "point": missing.index,
             "n": trials,
             "values": seen.values,
+            "undefined": undefined_shares(self.trials, rule["metric"])
+            .reindex(missing.index, fill_value=0.0)
+            .to_numpy(),
             "half_width": seen.half_width,
         }
         return pd.DataFrame(columns | {"reached": why == "half width", "why": why})
@@ -494,6 +504,29 @@ class StoredStudy:
             for field in self.read(name, first).schema
         ]
         return pd.DataFrame(rows, columns=["table", "column", "type", "unit", "text"])
+
+    @cached_property
+    def distributions(self) -> dict[str, Distribution]:
+        """How the values of each column of a metric are distributed over trials, as the
+        metric declares it; of derived ones as the launch has stored it.
+
+        `by_point` takes it. Before 0.5 nothing is stored: those are "skewed".
+        """
+        if self.chosen:
+            return self.whole.distributions
+        known = self.known.metrics
+        schema = self._table("trials").schema
+        stored = {
+            column.name: (column.metadata or {}).get(DISTRIBUTION, b"").decode()
+            for column in schema
+        }
+        return {
+            column: known[name].distribution
+            if name in known
+            else declared(stored.get(name, ""))
+            for name in self.metrics
+            for column in columns_of([name])
+        }
 
     def statuses(self) -> Counter[str]:
         """How many trials of the spec have which status; `missing` are not stored."""

@@ -1,6 +1,7 @@
 """Contrasts of small tables by hand, and of normal values whose truth is known."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ from scipy.stats import chi2, norm, t, ttest_rel
 
 from sweep.analysis import (
     Contrast,
+    Distribution,
     adjusted,
     contrast,
     contrasts,
@@ -33,6 +35,8 @@ class Tables:
     """What a contrast needs of a stored study: three weights, two sizes and twelve
     replicates, rows in any order.
     """
+
+    distributions: ClassVar[Mapping[str, Distribution]] = {}
 
     def __init__(self, streams: str = COMMON) -> None:
         rng = np.random.default_rng(1)

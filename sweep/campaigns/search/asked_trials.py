@@ -21,6 +21,7 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
+from sweep.analysis import Distribution
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.objectives import Objective
@@ -67,10 +68,12 @@ class AskedTrials:
     has them, "references", "budget", "sampler" and "options", "batch", "level",
     "scenarios", "repetitions", whether it is "finished", and by run "blocks" (the most
     that a candidate gets), "rejected" and "repeated" (how many of the proposals were).
+    `distributions` says how the values of each column are distributed.
     """
 
     table: pd.DataFrame
     about: dict[str, Any]
+    distributions: Mapping[str, Distribution]
 
 
 def read_asked(study: StoredStudy) -> AskedTrials:
@@ -95,7 +98,11 @@ def read_asked(study: StoredStudy) -> AskedTrials:
         .merge(planned, on="trial_id", how="left")
         .merge(known, on="trial_id", how="left")
     )
-    return AskedTrials(table.assign(status=table["status"].fillna("missing")), about)
+    return AskedTrials(
+        table.assign(status=table["status"].fillna("missing")),
+        about,
+        study.distributions,
+    )
 
 
 def asked_objectives(study: StoredStudy) -> list[Objective]:

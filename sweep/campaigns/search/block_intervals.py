@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from sweep.analysis import CONFIDENCE, Interval, mean_interval
+from sweep.analysis import CONFIDENCE, Interval, mean_estimate, paired_estimate
 from sweep.analysis.resampling import resampled_interval
 from sweep.spec.objectives import Floats, Objective
 
@@ -19,14 +19,15 @@ def block_interval(
     """The objective's statistic of `values` (blocks, scenarios), its interval over
     blocks, and their number.
 
-    A mean has Student's interval of the block means, a CVaR the BCa bootstrap's over
-    blocks, a quantile the percentile one. The latter two are too narrow where few
-    blocks are in the tail: measured for 95 % and normal values, a CVaR of 0.2 is
-    covered by 78 % with 20 blocks and by 90 % with 40, a quantile of 0.1 by 88 and 92
-    %. The worst of some values has no interval, NaN: how bad it can get is not known
-    from them, and a resample cannot be worse than they are (Bickel and Freedman 1981,
-    Ann. Stat. 9, 1196-1217, section 6). NaN also where there are fewer than two blocks,
-    or a result is missing.
+    A mean has the interval that the block means have by the distribution of their
+    metric, as a difference has, see `sweep.analysis.MeanEstimate`; a CVaR the BCa
+    bootstrap's over blocks, a quantile the percentile one. The latter two are too
+    narrow where few blocks are in the tail: measured for 95 % and normal values, a CVaR
+    of 0.2 is covered by 78 % with 20 blocks and by 90 % with 40, a quantile of 0.1 by
+    88 and 92 %. The worst of some values has no interval, NaN: how bad it can get is
+    not known from them, and a resample cannot be worse than they are (Bickel and
+    Freedman 1981, Ann. Stat. 9, 1196-1217, section 6). NaN also where there are fewer
+    than two blocks, or a result is missing.
     """
     return difference_interval(objective, values, None, confidence)
 
@@ -50,8 +51,13 @@ def difference_interval(
     if n < 2 or np.isnan(value) or about.extreme:
         return Interval(value, np.nan, np.nan, n)
     if about.averages:
-        means = (first if second is None else first - second).mean(axis=1)
-        return Interval(value, *mean_interval(means, confidence)[1:])
+        means, of = first.mean(axis=1), objective.distribution
+        estimate = (
+            mean_estimate(means, distribution=of)
+            if second is None
+            else paired_estimate(means, second.mean(axis=1), of)
+        )
+        return Interval(value, *estimate.interval(confidence), n)
     sides = np.stack([first] if second is None else [first, second])
     if np.all(sides == sides[:, :1]):
         return Interval(value, value, value, n)

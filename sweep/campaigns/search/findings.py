@@ -7,10 +7,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.notation import number
+from sweep.analysis.notation import number, percent
 from sweep.campaigns.search.asked_trials import AskedTrials
 from sweep.campaigns.search.held_out import differences, front, references, winners
-from sweep.campaigns.search.outcome import COMPLETE, SEARCH, candidates, objectives
+from sweep.campaigns.search.outcome import (
+    COMPLETE,
+    SEARCH,
+    candidates,
+    objectives,
+    undefined_shares,
+)
 from sweep.campaigns.search.repetitions import (
     RANDOM,
     REPETITION,
@@ -105,6 +111,11 @@ def warnings(found: Findings) -> list[str]:
         if about["finished"]
         else ["The search is not finished: the same command goes on with it."]
     )
+    said += [
+        f"{column} has no value in {percent(share)} of the done trials; a candidate of"
+        " such a trial has failed."
+        for column, share in undefined_shares(found.asked).items()
+    ]
     if best is None:
         return [
             *said,

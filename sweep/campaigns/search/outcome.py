@@ -1,6 +1,7 @@
 """What became of the candidates of a search, and which of them it chooses."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,8 @@ COMPLETE, RACED_OUT, CUT_SHORT, FAILED = "complete", "raced out", "cut short", "
 
 def objectives(asked: "AskedTrials") -> list[Objective]:
     """The objectives of a search, in the order of its spec."""
-    return [Objective.from_json(one) for one in asked.about["objectives"]]
+    found = [Objective.from_json(one) for one in asked.about["objectives"]]
+    return [replace(one, distribution=asked.distributions[one.column]) for one in found]
 
 
 def constraints(asked: "AskedTrials") -> list[Constraint]:
@@ -75,6 +77,18 @@ def candidates(asked: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     for objective in objectives(asked):
         table[objective.column] = _estimates(found, objective)
     return table
+
+
+def undefined_shares(asked: "AskedTrials") -> dict[str, float]:
+    """The share of the done trials of all runs that have no value, by the columns of
+    objectives and constraints of which some have none. Their candidates have failed.
+    """
+    wanted = [one.column for one in objectives(asked)]
+    wanted += [one.column for one in constraints(asked)]
+    trials = asked.table.drop_duplicates("trial_id")
+    done = trials[trials["status"] == "done"]
+    shares = {column: float(done[column].isna().mean()) for column in wanted}
+    return {column: share for column, share in shares.items() if share > 0.0}
 
 
 def chosen(

@@ -70,9 +70,10 @@ def plan_tables(
 
 
 def known_trials(
-    phase: AskedPhase, known: KnownValues, about: dict[str, Any]
+    study: Study, phase: AskedPhase, known: KnownValues, about: dict[str, Any]
 ) -> AskedTrials:
     """What `read_asked` would return of a phase whose trials are all stored."""
+    distributions = {name: study.distribution(name) for name in known.columns}
     parameters = about["parameters"]
     rows = []
     for *where, job in phase.rows():
@@ -82,7 +83,7 @@ def known_trials(
         cells = values or [None] * len(known.columns)
         rows.append([*where, job.trial_id, *settings, status, *cells])
     names = [*COLUMNS.names, *parameters, "status", *known.columns]
-    return AskedTrials(pd.DataFrame(rows, columns=names), about)
+    return AskedTrials(pd.DataFrame(rows, columns=names), about, distributions)
 
 
 def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:

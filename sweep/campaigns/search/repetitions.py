@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import MeanEstimate, mean_estimate
+from sweep.analysis import Distribution, MeanEstimate, mean_estimate
 from sweep.campaigns.search.fronts import hypervolume
 from sweep.campaigns.search.held_out import held_out_values, shown
 from sweep.campaigns.search.outcome import (
@@ -46,11 +46,14 @@ class AgainstRandom:
     search: Floats
     random: Floats
     without: tuple[int, int]
+    distribution: Distribution = "normal"
 
     @property
     def estimate(self) -> MeanEstimate:
-        """The search minus random search: the mean, Welch's interval and test."""
-        return mean_estimate(self.search, self.random)
+        """The search minus random search, with the interval and the test of the
+        distribution of the objective: Welch's where it is normal.
+        """
+        return mean_estimate(self.search, self.random, distribution=self.distribution)
 
 
 def runs(asked: "AskedTrials", kind: str) -> list[str]:
@@ -84,8 +87,14 @@ def against_random(asked: "AskedTrials") -> AgainstRandom:
     search, random = (values[~np.isnan(values)] for values in each)
     without = (len(each[0]) - len(search), len(each[1]) - len(random))
     quantity = HYPERVOLUME if several else wanted[0].column
+    single = len(wanted) == 1 and wanted[0].statistic.about.averages
     return AgainstRandom(
-        quantity, several or wanted[0].maximize, search, random, without
+        quantity,
+        several or wanted[0].maximize,
+        search,
+        random,
+        without,
+        wanted[0].distribution if single else "normal",
     )
 
 

@@ -102,7 +102,8 @@ class SearchStrategy:
         name, objectives = searched.run, self.section.objectives
         several = name == SEARCH or len(objectives) > 1
         most = self.section.held_out.candidates if several else 1
-        table = candidates(known_trials(searched, self.known, self.about), name)
+        known = known_trials(self.study, searched, self.known, self.about)
+        table = candidates(known, name)
         values = {one.number: one.candidate.values for one in searched.candidates}
         best = {
             number: Candidate(self.judging, values[number])

@@ -1,0 +1,261 @@
+"""The bounds of a mean: one entry in BOUNDS for each way in which values may be
+distributed over trials.
+
+A metric declares its distribution (`kernels.metrics.Metric`), and everything that shows
+a mean takes the bounds from here. All work on k samples at once, by their moments.
+
+The per cent of 95 % intervals that cover the mean, measured by
+`tests/analysis/coverage.py` (20,000 samples each, so that 95 stands for 94.7 to 95.3):
+
+COVERAGE
+
+They cover less than 93 % where a sample cannot know: a lognormal one with sigma 1 of 10
+values, whose long tail is not in it yet; and 3 to 10 counts that come in clusters, or
+proportions that are mostly 0 or 1 but not always, where often all values are equal.
+They cover more than 97 % where few numbers are possible (few and rare events), for
+counts that vary less than Poisson's, and for 3 values of most kinds.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Bounds = tuple[Floats, Floats]
+Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
+
+HALVINGS = 40
+ROUNDING = 1e-9
+
+
+class Samples(NamedTuple):
+    """What is known of k samples of independent values, (k,) each, or one number each:
+    the mean, variance (of n - 1), number, skewness (adjusted, G1), least and largest.
+    """
+
+    mean: Floats
+    variance: Floats
+    n: Floats
+    skewness: Floats
+    least: Floats
+    largest: Floats
+
+
+def mean_bounds(
+    distribution: Distribution, samples: Samples, tail: ArrayLike
+) -> Bounds:
+    """The two bounds of the mean of each sample, each of which is missed with the
+    chance `tail`, above 0 and at most 0.5: a number, or (k,).
+
+    NaN for samples of fewer than two values.
+    """
+    known = Samples(*(np.asarray(one, np.float64) for one in samples))
+    several = known._replace(n=np.where(known.n > 1, known.n, np.nan))
+    with np.errstate(all="ignore"):
+        return BOUNDS[distribution](several, np.asarray(tail, np.float64))
+
+
+def _student(samples: Samples, tail: Floats) -> Bounds:
+    """Student's: for means that are about normal."""
+    half = _quantile(samples, tail) * _error(samples)
+    return samples.mean - half, samples.mean + half
+
+
+def _skewed(samples: Samples, tail: Floats) -> Bounds:
+    """The wider of two: Student's t with its skewness taken out, and Student's interval
+    of the logarithm of the mean (by the delta method), where no value is below zero.
+
+    The first needs some ten values to know the skewness; the second holds before.
+    """
+    low, high = _without_skewness(samples, tail)
+    ratio = np.exp(_quantile(samples, tail) * _error(samples) / samples.mean)
+    positive = (samples.least >= 0.0) & (samples.mean > 0.0)
+    return (
+        np.where(positive, np.fmin(low, samples.mean / ratio), low),
+        np.where(positive, np.fmax(high, samples.mean * ratio), high),
+    )
+
+
+def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
+    """Hall's (1992, J. R. Stat. Soc. B 54, 221-228): a cubic function of Student's t
+    has no skewness, so its quantiles are taken back through that function.
+    """
+    root, quantile = np.sqrt(samples.n), _quantile(samples, tail)
+    slope = samples.skewness / (3.0 * root)
+
+    def back(corrected: Floats) -> Floats:
+        moved = corrected - slope / 2.0
+        return np.where(
+            np.abs(slope) > ROUNDING,
+            (np.cbrt(1.0 + 3.0 * slope * moved) - 1.0) / slope,
+            moved,
+        )
+
+    error = _error(samples)
+    return samples.mean - error * back(quantile), samples.mean - error * back(-quantile)
+
+
+def _count(samples: Samples, tail: Floats) -> Bounds:
+    """The mid-P interval of Poisson's distribution for all events together.
+
+    Where values vary more than Poisson's, there are effectively fewer trials: by the
+    variance over the mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and
+    by Student's quantile over the normal one, as that is estimated. Then it is the
+    wider of this and Hall's. It is never narrower than Poisson's, so that equal counts,
+    all zero too, have a width. Student's for values below zero, which are no counts.
+    """
+    widened = samples.variance * _widening(samples, tail)
+    size = samples.n * np.where(
+        widened > samples.mean, samples.mean / widened, np.ones_like(widened)
+    )
+    events = samples.mean * size
+    low, high = _poisson(events, tail, upper=False), _poisson(events, tail, upper=True)
+    hall = _without_skewness(samples, tail)
+    found = _wider(
+        (low / size, high / size),
+        (np.fmax(hall[0], 0.0), hall[1]),
+        samples.variance > samples.mean * (1.0 + ROUNDING),
+    )
+    return _where(samples.least >= 0.0, found, _student(samples, tail))
+
+
+def _share(samples: Samples, tail: Floats, whole: float) -> Bounds:
+    """The mid-P interval of the binomial distribution, for values from 0 to `whole`.
+
+    Values of 0 and `whole` alone are single draws. Others vary less, and there are
+    effectively more draws: by the largest variance that values of this mean may have
+    over their own, and by Student's quantile over the normal one (Korn and Graubard
+    1998, Survey Methodology 24, 193-201). Then it is the wider of this and Hall's.
+    Equal values say nothing of how they vary, so each is taken for one draw. Student's
+    for values outside.
+    """
+    mean = samples.mean / whole
+    largest = mean * (1.0 - mean)
+    variance = samples.variance / whole**2
+    widened = variance * _widening(samples, tail)
+    narrower = (widened > 0.0) & (widened < largest)
+    size = samples.n * np.where(narrower, largest / widened, np.ones_like(widened))
+    low = _binomial(mean * size, size, tail)
+    high = 1.0 - _binomial((1.0 - mean) * size, size, tail)
+    of_n = variance * (samples.n - 1.0) / samples.n
+    between = (variance > 0.0) & (of_n < largest * (1.0 - ROUNDING))
+    hall = _without_skewness(samples, tail)
+    found = _wider(
+        (whole * low, whole * high),
+        (np.fmax(hall[0], 0.0), np.fmin(hall[1], whole)),
+        between,
+    )
+    inside = (samples.least >= 0.0) & (samples.largest <= whole)
+    return _where(inside, found, _student(samples, tail))
+
+
+BOUNDS: Mapping[Distribution, Callable[[Samples, Floats], Bounds]] = MappingProxyType(
+    {
+        "normal": _student,
+        "skewed": _skewed,
+        "count": _count,
+        "proportion": partial(_share, whole=1.0),
+        "percentage": partial(_share, whole=100.0),
+    }
+)
+EVENTS: tuple[Distribution, ...] = ("count", "proportion", "percentage")
+"""Those whose variance follows from the mean, so that equal values have a width."""
+
+
+def _error(samples: Samples) -> Floats:
+    return np.asarray(np.sqrt(samples.variance / samples.n))
+
+
+def _quantile(samples: Samples, tail: Floats) -> Floats:
+    """Student's quantile that is exceeded with the chance `tail`."""
+    from scipy.special import stdtrit
+
+    return -np.asarray(stdtrit(samples.n - 1.0, tail), np.float64)
+
+
+def _widening(samples: Samples, tail: Floats) -> Floats:
+    """The square of Student's quantile over the normal one; 1 for the median."""
+    from scipy.special import ndtri
+
+    normal = -np.asarray(ndtri(tail), np.float64)
+    ratio = np.where(normal > 0.0, _quantile(samples, tail) / normal, 1.0)
+    return np.asarray(ratio * ratio)
+
+
+def _wider(one: Bounds, other: Bounds, where: NDArray[np.bool_]) -> Bounds:
+    both = np.fmin(one[0], other[0]), np.fmax(one[1], other[1])
+    return _where(where, both, one)
+
+
+def _where(where: NDArray[np.bool_], one: Bounds, other: Bounds) -> Bounds:
+    return np.where(where, one[0], other[0]), np.where(where, one[1], other[1])
+
+
+def _poisson(events: Floats, tail: Floats, *, upper: bool) -> Floats:
+    """The mean at which so few (`upper`) or so many `events` have the chance `tail`,
+    half of the chance of just so many taken (mid-P; Lancaster 1961, J. Am. Stat. Assoc.
+    56, 223-234).
+    """
+    from scipy.special import gammainc, gammaincc, gammainccinv, gammaincinv
+
+    some = events > 0.0
+    shape = np.where(some, events, 1.0)
+    if upper:
+        first = np.where(some, gammainccinv(shape, tail), 0.0)
+        return _halved(
+            lambda mean: (
+                gammaincc(events + 1.0, mean)
+                + np.where(some, gammaincc(shape, mean), 0.0)
+                < 2.0 * tail
+            ),
+            first,
+            gammainccinv(events + 1.0, tail),
+        )
+    found = _halved(
+        lambda mean: gammainc(events + 1.0, mean) + gammainc(shape, mean) > 2.0 * tail,
+        gammaincinv(shape, tail),
+        gammaincinv(events + 1.0, tail),
+    )
+    return np.where(some, found, np.where(np.isnan(events), np.nan, 0.0))
+
+
+def _binomial(events: Floats, draws: Floats, tail: Floats) -> Floats:
+    """The chance of one draw at which so many `events` of all `draws` have the chance
+    `tail`, half of the chance of just so many taken (mid-P).
+    """
+    from scipy.special import betainc, betaincinv
+
+    some, all_ = events > 0.0, events >= draws
+    least = np.where(some, events, 1.0)
+    most = np.where(all_, 1.0, draws - events)
+
+    def as_many(chance: Floats) -> Floats:
+        beyond = np.where(all_, 0.0, betainc(events + 1.0, most, chance))
+        return np.asarray(
+            betainc(least, np.where(all_, 0.0, draws - events) + 1.0, chance) + beyond
+        )
+
+    found = _halved(
+        lambda chance: as_many(chance) > 2.0 * tail,
+        betaincinv(least, np.where(all_, 0.0, draws - events) + 1.0, tail),
+        np.where(all_, 1.0, betaincinv(events + 1.0, most, tail)),
+    )
+    return np.where(some, found, np.where(np.isnan(events), np.nan, 0.0))
+
+
+def _halved(
+    beyond: Callable[[Floats], NDArray[np.bool_]], low: ArrayLike, high: ArrayLike
+) -> Floats:
+    """Where `beyond` turns true between two arrays, by halving."""
+    first, last = np.broadcast_arrays(
+        np.asarray(low, np.float64), np.asarray(high, np.float64)
+    )
+    for _ in range(HALVINGS):
+        middle = (first + last) / 2.0
+        far = beyond(middle)
+        first, last = np.where(far, first, middle), np.where(far, middle, last)
+    return np.asarray((first + last) / 2.0)
