@@ -54,6 +54,7 @@ class MadeUp(StoredStudy):
     """A study with this plan and these trials, stored nowhere."""
 
     units = {"speed": "px/step"}  # noqa: RUF012
+    distributions = {"speed": "normal"}  # noqa: RUF012
     known = BUILT_IN
 
     def __init__(self, plan: pa.Table, speed: np.ndarray) -> None:

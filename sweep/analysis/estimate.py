@@ -253,11 +253,9 @@ def _sample(values: NDArray[np.float64]) -> Sample:
 
 
 def _skewness(values: NDArray[np.float64]) -> float:
-    from scipy.stats import skew
-
     if len(values) < 3 or not np.isfinite(values).all():
         return 0.0
-    return float(skew(values, bias=False))
+    return float(pd.Series(values).skew())
 
 
 def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankEstimate:

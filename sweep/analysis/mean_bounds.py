@@ -66,12 +66,17 @@ def _student(samples: Samples, tail: Floats) -> Bounds:
 
 
 def _skewed(samples: Samples, tail: Floats) -> Bounds:
-    """The wider of two: Student's t with its skewness taken out, and Student's interval
-    of the logarithm of the mean (by the delta method), where no value is below zero.
+    """The widest of three: Student's, the same with the skewness taken out, and, where
+    no value is below zero, Student's of the logarithm of the mean (by the delta method).
 
-    The first needs some ten values to know the skewness; the second holds before.
+    The second needs some ten values to know the skewness; the third holds before. The
+    first is for differences of skewed values, which are about symmetric and whose
+    skewness is mostly noise.
     """
-    low, high = _without_skewness(samples, tail)
+    everywhere = np.ones(np.shape(samples.mean), np.bool_)
+    low, high = _wider(
+        _student(samples, tail), _without_skewness(samples, tail), everywhere
+    )
     ratio = np.exp(_quantile(samples, tail) * _error(samples) / samples.mean)
     positive = (samples.least >= 0.0) & (samples.mean > 0.0)
     return (
@@ -102,10 +107,10 @@ def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
 def _count(samples: Samples, tail: Floats) -> Bounds:
     """The mid-P interval of Poisson's distribution for all events together.
 
-    Where values vary more than Poisson's, there are effectively fewer trials: by the
-    variance over the mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and
-    by Student's quantile over the normal one, as that is estimated. Then it is the
-    wider of this and Hall's. It is never narrower than Poisson's, so that equal counts,
+    Where values vary more, there are effectively fewer trials: by the variance over the
+    mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and, as that is
+    estimated, by the square of Student's quantile over the normal one. Where the
+    variance alone is above the mean, it is the wider of this and Hall's. It is never narrower than Poisson's, so that equal counts,
     all zero too, have a width. Student's for values below zero, which are no counts.
     """
     widened = samples.variance * _widening(samples, tail)

@@ -10,7 +10,7 @@ import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from sweep.analysis.notation import number, plus_minus
+from sweep.analysis.notation import number, percent, plus_minus
 from sweep.cli.listing import MOST_ROWS, brief
 from sweep.cli.terminal import console
 from sweep.tables.comparison import Comparison
@@ -34,6 +34,10 @@ INTERVALS = {
         " resampled pairs)"
     ),
 }
+DISTRIBUTIONS = (
+    "each metric has the intervals and the test of its distribution (sweep metrics);"
+    " those of normal ones find too much where few skewed values meet narrow ones"
+)
 VERDICT = "B against A"
 EFFECT = "g: Hedges' g, B - A in standard deviations of a trial"
 REDUCTION = (
@@ -268,6 +272,8 @@ def _notes(comparison: Comparison) -> Iterable[str]:
     rows, method = comparison.rows, comparison.method
     together = _together(comparison)
     yield f"±: half the width of the {100 * method.confidence:g} % interval; {together}"
+    if method.together != "max_t":
+        yield DISTRIBUTIONS
     paired, streams = (
         int(rows["paired"].sum()),
         _listed(comparison.streams or ["one point"]),
@@ -298,6 +304,7 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             f"in {_number(int(short.sum()), 'row')} not all trials count: {number},"
             " others lack a value or a partner"
         )
+    yield from _undefined(rows)
     small = (
         (rows["p"] < 1.0 - method.confidence)
         & (rows["low"] <= 0.0)
@@ -313,6 +320,18 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             yield (
                 f"{letter} has as many trials as {until['metric']} asked for: p and"
                 " intervals are approximate"
+            )
+
+
+def _undefined(rows: pd.DataFrame) -> Iterable[str]:
+    """The metrics of which done trials have no value, and in what share of them."""
+    for metric, part in rows.groupby("metric", sort=False):
+        a, b = part["undefined_a"].mean(), part["undefined_b"].mean()
+        if a > 0.0 or b > 0.0:
+            of_a, of_b = (percent(one) if one else "0 %" for one in (a, b))
+            yield (
+                f"{metric} is undefined in {of_a} of the done trials of A and {of_b} of"
+                " B: means are of the others"
             )
 
 

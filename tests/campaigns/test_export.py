@@ -37,7 +37,11 @@ def _quiet() -> Iterator[None]:
 
 def stored(monkeypatch: pytest.MonkeyPatch, asked: MadeUp) -> Any:
     about = asked.about | {"parameters": list(RANGES), "ranges": RANGES}
-    monkeypatch.setattr(module, "read_asked", lambda _study: MadeUp(asked.table, about))
+    monkeypatch.setattr(
+        module,
+        "read_asked",
+        lambda _study: MadeUp(asked.table, about, asked.distributions),
+    )
     return SimpleNamespace(name="my/gains", spec="study: my/gains")
 
 

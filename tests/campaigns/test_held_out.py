@@ -341,5 +341,7 @@ def test_who_is_surely_better_in_one_objective_only_beats_nobody(
 
 def test_a_front_that_nobody_has_judged_is_empty() -> None:
     asked = fronted([(0.0, 0.0), (1.0, 1.0)], 1.0)
-    unjudged = MadeUp(asked.table[asked.table["phase"] == "search"], asked.about)
+    unjudged = MadeUp(
+        asked.table[asked.table["phase"] == "search"], asked.about, asked.distributions
+    )
     assert front(unjudged).empty

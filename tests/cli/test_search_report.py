@@ -56,7 +56,14 @@ def said(monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setattr(
             report,
             "read_asked",
-            lambda _study: MadeUp(asked.table.rename(columns=columns), about),
+            lambda _study: MadeUp(
+                asked.table.rename(columns=columns),
+                about,
+                {
+                    columns.get(name, name): one
+                    for name, one in asked.distributions.items()
+                },
+            ),
         )
         return report.text(study), json.loads(report.as_json(study))
 

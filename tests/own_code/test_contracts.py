@@ -133,6 +133,13 @@ WRONG = {
         '"a test", "+")',
         'metric "charge" has better="+"; allowed: "high", "low"',
     ),
+    "a metric is distributed somehow": (
+        "charge.py",
+        '"a test")',
+        '"a test", distribution="rare")',
+        'metric "charge" has distribution="rare"; allowed: "normal", "skewed", "count",'
+        ' "proportion", "percentage"',
+    ),
     "a map of another shape": (
         "wall.py",
         "9.0, 9.0, 0.0",

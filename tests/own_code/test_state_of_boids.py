@@ -81,6 +81,19 @@ def test_a_description_has_state_and_kinds_without_code() -> None:
         model.count_kinds(None, 3)
 
 
+def test_a_description_says_how_values_are_distributed() -> None:
+    """One that was stored before metrics said so has the default, and no other word."""
+    own = offering(MODEL)
+    own.metrics["order"] = ORDER._replace(distribution="count")
+    about = description(own)
+    assert described(json.dumps(about)).metrics["order"].distribution == "count"
+    del about["metrics"]["order"]["distribution"]
+    assert described(json.dumps(about)).metrics["order"].distribution == "normal"
+    about["metrics"]["order"]["distribution"] = "rare"
+    with pytest.raises(ValueError, match="distribution='rare'"):
+        described(json.dumps(about))
+
+
 def test_a_description_of_a_state_that_cannot_be_is_none() -> None:
     """It may be a stranger's."""
     bad = MODEL._replace(state={"vx": About("a column", "radians")})

@@ -67,6 +67,16 @@ def test_settings_and_the_words_of_the_model_are_known() -> None:
     assert [one.unit for one in study.record.derive] == ["s/m"]
 
 
+def test_sums_of_counts_are_counts_and_others_are_skewed() -> None:
+    read = record(
+        'derive: {all: "hits + escapes", hits: "collisions + boid_collisions",'
+        ' rate: "hits / 2", gain: "escapes + steps"}'
+    )
+    found = {one.name: one.distribution for one in read.derive}
+    wanted = {"all": "count", "hits": "count", "rate": "skewed", "gain": "skewed"}
+    assert found == wanted
+
+
 def test_an_expression_may_stand_on_several_lines() -> None:
     (gain,) = record("derive:\n  gain: >\n    polarization\n    / speed\n").derive
     assert gain.expression.text == "polarization / speed"

@@ -1,0 +1,300 @@
+"""How often intervals of means cover the mean, and how often comparisons find what is
+not there: `python -m tests.analysis.measured_coverage` prints the tables of
+`docs/decisions/intervals-of-few-values.md` and `looks-hold-together.md`.
+
+All values are drawn with fixed seeds, and asked for is 95 %.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sweep.analysis import Distribution, mean_estimate, paired_estimate
+from sweep.analysis.intervals import group_bounds
+from sweep.analysis.mean_bounds import Samples, mean_bounds
+from sweep.analysis.sequential import Until, look
+
+Floats = NDArray[np.float64]
+Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
+
+SIZES = (3, 10, 40, 200)
+FIRST_LOOKS = (3, 10, 30)
+HALF_WIDTHS = (1.0, 0.5, 0.25, 0.15)
+"""In standard deviations."""
+MOST = 400
+TAIL = 0.025
+SAMPLES, POINTS, PAIRS = 20_000, 500, 1_000
+SEED = 14
+
+
+class Values(NamedTuple):
+    """Values whose mean and standard deviation are known, and what their metric would
+    declare.
+    """
+
+    draw: Draw
+    mean: float
+    deviation: float
+    distribution: Distribution
+
+
+def bernoulli(chance: float) -> Values:
+    """0 or 1."""
+    return Values(
+        lambda rng, shape: (rng.random(shape) < chance).astype(np.float64),
+        chance,
+        (chance * (1.0 - chance)) ** 0.5,
+        "proportion",
+    )
+
+
+def of_fifty(chance: float) -> Values:
+    """The share of 50 boids, each for itself."""
+    return Values(
+        lambda rng, shape: rng.binomial(50, chance, shape) / 50.0,
+        chance,
+        (chance * (1.0 - chance) / 50.0) ** 0.5,
+        "proportion",
+    )
+
+
+def beta(mean: float, size: float) -> Values:
+    """Shares whose variance is that of a draw over 1 + `size`."""
+    return Values(
+        lambda rng, shape: rng.beta(mean * size, (1.0 - mean) * size, shape),
+        mean,
+        (mean * (1.0 - mean) / (1.0 + size)) ** 0.5,
+        "proportion",
+    )
+
+
+def poisson(mean: float) -> Values:
+    """Events that know nothing of each other."""
+    return Values(
+        lambda rng, shape: rng.poisson(mean, shape).astype(np.float64),
+        mean,
+        mean**0.5,
+        "count",
+    )
+
+
+def clustered(mean: float, shape: float) -> Values:
+    """Negative binomial: Poisson's, with a mean that varies as a gamma distribution of
+    this shape.
+    """
+    return Values(
+        lambda rng, size: rng.poisson(rng.gamma(shape, mean / shape, size)).astype(
+            np.float64
+        ),
+        mean,
+        (mean + mean * mean / shape) ** 0.5,
+        "count",
+    )
+
+
+def normal(distribution: Distribution) -> Values:
+    """About 10 with standard deviation 1."""
+    return Values(
+        lambda rng, shape: rng.normal(10.0, 1.0, shape), 10.0, 1.0, distribution
+    )
+
+
+def lognormal(sigma: float, distribution: Distribution = "skewed") -> Values:
+    """Whose logarithm is normal."""
+    mean = float(np.exp(sigma**2 / 2.0))
+    return Values(
+        lambda rng, shape: rng.lognormal(0.0, sigma, shape),
+        mean,
+        mean * float(np.expm1(sigma**2)) ** 0.5,
+        distribution,
+    )
+
+
+def exponential(distribution: Distribution = "skewed") -> Values:
+    """With mean 1."""
+    return Values(
+        lambda rng, shape: rng.exponential(1.0, shape), 1.0, 1.0, distribution
+    )
+
+
+FIXED: dict[str, Values] = {
+    "normal": normal("normal"),
+    "normal, declared skewed": normal("skewed"),
+    "exponential": exponential(),
+    "lognormal, sigma 0.5": lognormal(0.5),
+    "lognormal, sigma 1": lognormal(1.0),
+    **{f"Bernoulli {p}": bernoulli(p) for p in (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5)},
+    "share of 50 boids, 0.99": of_fifty(0.99),
+    "share of 50 boids, 0.5": of_fifty(0.5),
+    "beta 0.9, size 10": beta(0.9, 10.0),
+    "beta 0.9, size 1": beta(0.9, 1.0),
+    **{f"Poisson {mean}": poisson(mean) for mean in (0.02, 0.1, 0.3, 1, 3, 30)},
+    "clustered 0.3, shape 0.5": clustered(0.3, 0.5),
+    "clustered 1, shape 0.5": clustered(1.0, 0.5),
+    "clustered 5, shape 0.3": clustered(5.0, 0.3),
+    "clustered 50, shape 1": clustered(50.0, 1.0),
+}
+STOPPED = {
+    name: FIXED[name]
+    for name in (
+        *("normal", "exponential", "lognormal, sigma 1"),
+        *("Bernoulli 0.01", "Bernoulli 0.05", "Bernoulli 0.3"),
+        *("Poisson 0.1", "Poisson 3", "clustered 1, shape 0.5"),
+    )
+}
+NARROW = Values(lambda rng, shape: rng.normal(0.0, 0.1, shape), 0.0, 0.1, "skewed")
+COMPARED: dict[str, tuple[Values, Values]] = {
+    name: (FIXED[name], FIXED[name])
+    for name in (
+        *("normal", "normal, declared skewed", "lognormal, sigma 1"),
+        *("Bernoulli 0.05", "Bernoulli 0.3", "Poisson 0.1", "Poisson 3"),
+        "clustered 5, shape 0.3",
+    )
+} | {
+    "lognormal, sigma 1, against narrow": (FIXED["lognormal, sigma 1"], NARROW),
+    "exponential, against narrow": (FIXED["exponential"], NARROW),
+}
+"""Two kinds of values with one mean, to which the narrow ones are moved."""
+
+
+def covered(
+    values: Values, n: int, samples: int, distribution: Distribution | None = None
+) -> float:
+    """The per cent of `samples` samples of `n` values whose interval has the mean."""
+    rng = np.random.default_rng(SEED)
+    drawn = values.draw(rng, (samples, n))
+    least, largest = drawn.min(axis=1), drawn.max(axis=1)
+    varies = least < largest
+    mean = drawn.mean(axis=1, keepdims=True)
+    second, third = (((drawn - mean) ** power).mean(axis=1) for power in (2, 3))
+    skewness = np.divide(third, second**1.5, where=varies, out=np.zeros(samples)) * (
+        np.sqrt(n * (n - 1.0)) / (n - 2.0)
+    )
+    low, high = mean_bounds(
+        distribution or values.distribution,
+        Samples(
+            mean[:, 0],
+            np.where(varies, drawn.var(axis=1, ddof=1), 0.0),
+            np.full(samples, n),
+            skewness,
+            least,
+            largest,
+        ),
+        TAIL,
+    )
+    slack = 1e-12 * abs(values.mean)
+    inside = (low <= values.mean + slack) & (values.mean <= high + slack)
+    return 100.0 * float(inside.mean())
+
+
+def covered_at_stopping(
+    values: Values,
+    least: int,
+    half_width: float,
+    points: int,
+    distribution: Distribution | None = None,
+) -> float:
+    """The per cent of `points` points whose interval has the mean when they stop, by
+    the look at which `until` stops them.
+
+    `half_width` is in standard deviations of a value.
+    """
+    declared = distribution or values.distribution
+    until = Until("x", half_width * values.deviation, 0.95, least, MOST)
+    drawn = values.draw(np.random.default_rng(SEED), (points, MOST))
+    trials, open_ = np.full(points, least), True
+    while open_:
+        had = np.concatenate([row[:n] for row, n in zip(drawn, trials, strict=True)])
+        seen = look(until, until.nominal, trials, had, declared)
+        open_, trials = bool((seen.further > trials).any()), seen.further
+    groups = pd.Series(had).groupby(np.repeat(np.arange(points), trials))
+    low, high = group_bounds(groups, until.nominal, declared)
+    return 100.0 * float(np.mean((low <= values.mean) & (values.mean <= high)))
+
+
+def false_alarms(
+    sides: tuple[Values, Values],
+    n: int,
+    repeats: int,
+    *,
+    paired: bool,
+    distribution: Distribution | None = None,
+) -> float:
+    """The per cent of `repeats` differences of two samples of `n` values with one mean
+    whose interval has not the zero.
+    """
+    rng, (one, other) = np.random.default_rng(SEED), sides
+    declared = distribution or one.distribution
+    missed = 0
+    for _ in range(repeats):
+        first, second = one.draw(rng, (n,)), other.draw(rng, (n,))
+        second = second + (one.mean - other.mean)
+        estimate = (
+            paired_estimate(first, second, declared)
+            if paired
+            else mean_estimate(first, second, distribution=declared)
+        )
+        low, high = estimate.interval()
+        missed += not low <= 0.0 <= high
+    return 100.0 * missed / repeats
+
+
+def _row(name: str, *cells: float | str) -> str:
+    written = [one if isinstance(one, str) else f"{one:.1f}" for one in cells]
+    return f"| {' | '.join([name, *written])} |"
+
+
+def fixed_table() -> Iterator[str]:
+    """Coverage by the number of values, by Student's interval and by its own."""
+    for name, values in FIXED.items():
+        yield _row(
+            name,
+            values.distribution,
+            *(covered(values, n, SAMPLES, "normal") for n in SIZES),
+            *(covered(values, n, SAMPLES) for n in SIZES),
+        )
+
+
+def stopped_table() -> Iterator[str]:
+    """The lowest coverage of all half widths, by the first look."""
+    for name, values in STOPPED.items():
+        yield _row(
+            name,
+            values.distribution,
+            *(
+                min(
+                    covered_at_stopping(values, least, half, POINTS, declared)
+                    for half in HALF_WIDTHS
+                )
+                for declared in ("normal", values.distribution)
+                for least in FIRST_LOOKS
+            ),
+        )
+
+
+def compared_table() -> Iterator[str]:
+    """False alarms of independent samples by Welch, of these, and of pairs."""
+    for name, sides in COMPARED.items():
+        yield _row(
+            name,
+            sides[0].distribution,
+            *(
+                false_alarms(sides, n, PAIRS, paired=paired, distribution=declared)
+                for declared, paired in (
+                    ("normal", False),
+                    (sides[0].distribution, False),
+                    (sides[0].distribution, True),
+                )
+                for n in SIZES[:3]
+            ),
+        )
+
+
+if __name__ == "__main__":
+    for table in (fixed_table, stopped_table, compared_table):
+        for row in table():
+            print(row, flush=True)
+        print()
