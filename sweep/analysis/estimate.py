@@ -44,12 +44,14 @@ class MeanEstimate:
     either bound of either mean is away from it are added up. Its p is the chance at
     which such an interval no longer has the true value.
 
-    `correlation` is that between both samples, 0 where they are independent.
+    `correlation` is that between both samples, None where they are independent. Of
+    correlated ones it is the wider of this and Student's of the differences: pairs that
+    are few and all alike in sign say little.
     """
 
     samples: tuple[Sample, ...]
     distribution: Distribution = "normal"
-    correlation: float = 0.0
+    correlation: float | None = None
 
     @property
     def value(self) -> float:
@@ -133,10 +135,14 @@ class MeanEstimate:
         below, above = arms[0]
         if len(arms) == 1 and published is None:
             return self.value - below, self.value + above
+        correlation = self.correlation or 0.0
         squares = [below**2, above**2]
         for down, up in arms[1:]:
-            squares[0] += up**2 - 2.0 * self.correlation * below * up
-            squares[1] += down**2 - 2.0 * self.correlation * above * down
+            squares[0] += up**2 - 2.0 * correlation * below * up
+            squares[1] += down**2 - 2.0 * correlation * above * down
+        if self.correlation is not None:
+            least = self._students_half(tail) ** 2
+            squares = [np.maximum(one, least) for one in squares]
         if published is not None:
             for place, (sample, (down, up)) in enumerate(
                 zip(self.samples, arms, strict=True)
@@ -147,6 +153,16 @@ class MeanEstimate:
                     squares[side] += arm**2 * sample.n / published
         roots = [np.sqrt(np.maximum(one, 0.0)) for one in squares]
         return self.value - roots[0], self.value + roots[1]
+
+    def _students_half(self, tail: Floats) -> Floats:
+        """Half the width of Student's interval of the differences of both samples."""
+        first, second = self.samples
+        spreads = math.sqrt(first.variance), math.sqrt(second.variance)
+        variance = first.variance + second.variance
+        variance -= 2.0 * (self.correlation or 0.0) * spreads[0] * spreads[1]
+        change = Sample(0.0, max(variance, 0.0), first.n)
+        moments = Samples(*(np.array(one) for one in change))
+        return mean_bounds("normal", moments, tail)[1]
 
 
 LEAST_P = 1e-15

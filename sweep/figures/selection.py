@@ -265,7 +265,7 @@ class Selection:
         undefined = "".join(
             f"; {metric} undefined in {percent(share)} of trials"
             for metric in dict.fromkeys([*metrics, *shown])
-            if (share := self._undefined(metric))
+            if metric in self.trials and (share := self._undefined(metric))
         )
         said = f"{text.format(n=span(known))}{missing}{undefined}"
         return f"{self.study.name}{place}: {said}"

@@ -234,6 +234,12 @@ def test_what_is_documented_keeps_the_promise() -> None:
 
 LESS = {
     ("lognormal, sigma 1", 10),
+    ("beta 0.9, size 1", 3),
+    ("beta 0.9, size 1", 10),
+    ("clustered 0.3, shape 0.5", 10),
+    ("clustered 1, shape 0.5", 3),
+    ("clustered 1, shape 0.5", 10),
+    ("clustered 5, shape 0.3", 3),
 }
 
 

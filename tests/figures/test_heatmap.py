@@ -43,7 +43,7 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
         ["speed"],
     )
     torus = table[table["borders"] == "torus"].assign(
-        half=lambda rows: rows["speed_high"] - rows["speed"]
+        half=lambda rows: (rows["speed_high"] - rows["speed_low"]) / 2
     )
     means, _, halves, _ = values(figure)
     for found, column in ((means, "speed"), (halves, "half")):

@@ -1,13 +1,13 @@
 """Measures of small tables against answers by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.analysis import mean_estimate
+from sweep.analysis import Distribution, mean_estimate, paired_estimate
 from sweep.published.estimates import Measured, MeasureError, measure
 from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
 
@@ -17,11 +17,15 @@ WEIGHTS, SEEDS = (0.5, 1.0, 2.0), (27, 729, 4913)
 class Tables:
     """What a measure needs of a stored study: three weights and three seeds."""
 
+    distributions: Mapping[str, Distribution]
+
     def __init__(
         self,
         speeds: Sequence[float],
         streams: str = "start=common world=common noise=independent",
+        distribution: Distribution = "normal",
     ) -> None:
+        self.distributions = {"speed": distribution}
         rows = [
             (weight, seed, replicate)
             for weight in WEIGHTS
@@ -64,6 +68,16 @@ def assert_same(one: Measured, *values: Sequence[float]) -> None:
     expected = mean_estimate(*(np.array(array, np.float64) for array in values))
     assert one.estimate.value == pytest.approx(expected.value)
     assert one.estimate.interval() == pytest.approx(expected.interval())
+
+
+def test_intervals_are_those_of_the_distribution_of_the_metric() -> None:
+    counts = Tables((0, 0, 0, 0, 3, 1, 0, 2, 0), distribution="count")
+    nothing = found(mean(weight=0.5), counts).estimate
+    assert nothing.interval() == pytest.approx((0.0, -np.log(0.05) / 3))
+    change = MeanDifference(mean(weight=1.0), mean(weight=2.0))
+    sides = np.array([0.0, 3.0, 1.0]), np.array([0.0, 2.0, 0.0])
+    wanted = paired_estimate(*sides, "count").interval()
+    assert found(change, counts).estimate.interval() == pytest.approx(wanted)
 
 
 def test_a_mean_is_over_the_chosen_trials() -> None:

@@ -1,0 +1,143 @@
+"""Rare events and undefined values in stored studies: what tables, figures, comparisons
+and the rule `until` make of them.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sweep.analysis import by_point, contrast, mean_interval, undefined_shares
+from sweep.cli.comparison_text import comparison_text
+from sweep.cli.listing import metric_table, point_table, table_text
+from sweep.figures.selection import select
+from sweep.tables.comparison import compare_sides
+from sweep.tables.comparison_sides import read_side
+from sweep.tables.stored_study import StoredStudy
+from tests.studies import SMALL, launched
+
+METRICS = """record:
+  metrics: [speed, escapes, flock_radius]
+  derive: {hits: "collisions + escapes", gain: "escapes / speed"}
+"""
+RARE = SMALL.replace("record: {series: [speed], every: 2}\n", METRICS).replace(
+    "study: small", "study: rare"
+)
+UNTIL = RARE.replace(
+    "replicates: 3",
+    "replicates: {until: {metric: escapes, half_width: 0.2}, min: 3, max: 40}",
+).replace("study: rare", "study: until")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("rare")
+    launched(RARE, folder)
+    return folder
+
+
+@pytest.fixture
+def half_known(results: Path) -> StoredStudy:
+    """The study, of which the first trial of the first point has no radius."""
+    study = StoredStudy("rare", results)
+    study.trials.loc[0, "flock_radius"] = np.nan
+    return study
+
+
+def test_columns_have_the_distribution_of_their_metric(results: Path) -> None:
+    found = StoredStudy("rare", results).distributions
+    assert (found["speed"], found["speed_mean"]) == ("normal", "normal")
+    assert (found["escapes"], found["escapes_mean"]) == ("count", "count")
+    assert (found["hits"], found["gain_mean"]) == ("count", "skewed")
+    assert (
+        StoredStudy("rare", results).where(separation_weight=1).distributions == found
+    )
+
+
+def test_the_table_of_metrics_says_it() -> None:
+    columns = {column.header: list(column.cells) for column in metric_table().columns}
+    said = dict(zip(columns["metric"], columns["distribution"], strict=True))
+    assert (said["escapes"], said["speed"]) == ("count", "normal")
+    assert (said["share_arrived"], said["potential"]) == ("percentage", "skewed")
+
+
+def test_a_table_has_no_zero_width_for_a_rare_event(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = StoredStudy("rare", results)
+    assert (study.trials["escapes"] == 0).all()
+    rows, names = point_table(study, ["speed", "escapes", "hits"], half=False)
+    table_text(study, rows, names)
+    printed = capsys.readouterr().out
+    assert "(0.00 to 1.00)" in printed
+    assert "0 ± 0" not in printed
+    assert "±" in printed
+    rows, _ = point_table(study, ["escapes"], half=False, interval="t")
+    assert (rows["escapes_high"] == 0.0).all()
+
+
+def test_a_difference_of_rare_events_has_a_width(results: Path) -> None:
+    study = StoredStudy("rare", results)
+    sides = {"separation_weight": 1}, {"separation_weight": 0.5}
+    low, high = contrast(study, "escapes", *sides).interval()
+    assert low < -0.5
+    assert high > 0.5
+    compared = compare_sides(
+        read_side("rare:separation_weight=1", results),
+        read_side("rare:separation_weight=0.5", results),
+        ["escapes"],
+    )
+    assert (compared.rows["high"] > 0.5).all()
+    assert list(compared.rows["verdict"]) == ["no difference shown"]
+
+
+def test_undefined_values_are_told_beside_a_mean(
+    half_known: StoredStudy, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shares = undefined_shares(half_known.trials, "flock_radius")
+    assert list(shares) == pytest.approx([1 / 3, 0.0])
+    rows, names = point_table(half_known, ["flock_radius"], half=False)
+    assert list(rows["flock_radius_undefined"]) == pytest.approx([1 / 3, 0.0])
+    assert list(rows["flock_radius_n"]) == [2, 3]
+    table_text(half_known, rows, names)
+    assert capsys.readouterr().out.count("33 % undefined") == 1
+    note = select(half_known).about("{n} trials", [2, 3], "", ["flock_radius"])
+    assert note.endswith("; flock_radius undefined in 17 % of trials")
+    assert "undefined" not in select(half_known).about("{n} trials", [3], "", ["speed"])
+
+
+def test_a_comparison_tells_undefined_values(
+    results: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    sides = [read_side(f"rare:separation_weight={w}", results) for w in (0.5, 1)]
+    sides[0].trials.loc[sides[0].trials.index[0], "flock_radius"] = np.nan
+    compared = compare_sides(*sides, ["flock_radius"])
+    row = compared.rows.iloc[0]
+    assert (row["undefined_a"], row["undefined_b"]) == pytest.approx((1 / 3, 0.0))
+    comparison_text(compared)
+    said = "flock_radius is undefined in 33 % of the done trials of A and 0 % of B"
+    assert said in capsys.readouterr().out
+
+
+def test_until_does_not_stop_because_nothing_was_seen(tmp_path: Path) -> None:
+    """No boid escapes: a half width of 0.2 takes 12 trials and more, by Poisson."""
+    study = launched(UNTIL, tmp_path)
+    stopping = study.stopping
+    assert (study.trials["escapes"] == 0).all()
+    assert (stopping["n"] >= 12).all()
+    assert (stopping["why"] == "half width").all()
+    assert (stopping["undefined"] == 0.0).all()
+    assert ((stopping["half_width"] > 0.1) & (stopping["half_width"] <= 0.2)).all()
+    rows = by_point(
+        study.trials,
+        study.varied,
+        ["escapes"],
+        repeated=study.repeated,
+        distributions=study.distributions,
+    )
+    nominal = study.repeated["escapes"]
+    wanted = mean_interval(
+        np.zeros(stopping["n"].iloc[0]), nominal, distribution="count"
+    )
+    assert rows["escapes_high"].iloc[0] == pytest.approx(wanted.high)
