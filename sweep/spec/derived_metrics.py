@@ -113,7 +113,7 @@ def read_derived(
 
 def declared(stored: str) -> Distribution:
     """The distribution that is stored of a derived metric; "skewed" for any other text,
-    as studies of before 0.5 have none.
+    as studies of up to 0.8 have none.
     """
     for known in get_args(Distribution):
         if stored == known:

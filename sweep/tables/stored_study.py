@@ -510,7 +510,7 @@ class StoredStudy:
         """How the values of each column of a metric are distributed over trials, as the
         metric declares it; of derived ones as the launch has stored it.
 
-        `by_point` takes it. Before 0.5 nothing is stored: those are "skewed".
+        `by_point` takes it. Up to 0.8 nothing was stored: those are "skewed".
         """
         if self.chosen:
             return self.whole.distributions

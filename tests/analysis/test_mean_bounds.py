@@ -197,7 +197,7 @@ def test_a_rare_count_does_not_stop_because_nothing_was_seen() -> None:
     assert look(rule, 0.99, trials, values, "normal").further[0] == 10
 
 
-QUICK = 3_000
+QUICK = 1_500
 IN_ALL = (
     "lognormal, sigma 1",
     "Bernoulli 0.05",
