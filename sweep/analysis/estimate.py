@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -271,7 +271,8 @@ def _sample(values: NDArray[np.float64]) -> Sample:
 def _skewness(values: NDArray[np.float64]) -> float:
     if len(values) < 3 or not np.isfinite(values).all():
         return 0.0
-    return float(pd.Series(values).skew())
+    skewness: Any = pd.Series(values).skew()
+    return float(skewness)
 
 
 def rank_estimate(one: NDArray[np.float64], other: NDArray[np.float64]) -> RankEstimate:

@@ -10,12 +10,12 @@ whatever made it stop.
 
 Each look takes the interval that holds for the distribution of the values, at one
 common, higher confidence, the nominal one. That is Student's for normal values, and
-those of others come to it with many trials. For independent normal values the sequence of t statistics depends neither on their mean
-nor on their variance, so that confidence is found by a simulation once for all. It is
-the price of looking: with a first look at 10, where the known standard deviation would
-ask for 31 trials, a point takes 2.2 times as many on average with `max` 200 and 2.4
-times with 1000; where for 123, 2.3 times with 1000. With a first look at 3 these are
-2.4, 2.6 and 2.5.
+those of others come to it with many trials. For independent normal values the sequence
+of t statistics depends neither on their mean nor on their variance, so that confidence
+is found by a simulation once for all. It is the price of looking: with a first look at
+10, where the known standard deviation would ask for 31 trials, a point takes 2.2 times
+as many on average with `max` 200 and 2.4 times with 1000; where for 123, 2.3 times with
+1000. With a first look at 3 these are 2.4, 2.6 and 2.5.
 
 It buys more than is seen at the end: of the intervals at which normal points stop, 99 %
 cover the mean (min 3: 98.7 %), as most of what could go wrong at other looks did not.
@@ -171,10 +171,10 @@ def repeated_interval(
     `looks`.
 
     It is the interval that values of this `distribution` have, see
-    `sweep.analysis.mean_bounds`, at the nominal confidence. Valid for independent values
-    whichever look it is and why ever that one was chosen. NaN does not count among the
-    values, and is taken to be missing whatever the value would have been. Raises
-    ValueError where n is none of the looks.
+    `sweep.analysis.mean_bounds`, at the nominal confidence. Valid for independent
+    values whichever look it is and why ever that one was chosen. NaN does not count
+    among the values, and is taken to be missing whatever the value would have been.
+    Raises ValueError where n is none of the looks.
 
     Per cent of 95 % intervals that cover the mean where points stop, the lowest of four
     half widths from 1 to 0.15 standard deviations, at most 400 trials, by the number of
@@ -193,8 +193,8 @@ def repeated_interval(
         clustered 1, shape 0.5         97     97     99
 
     Most are above 97 %, as most of what could go wrong at other looks did not. Skewed
-    values that are declared "normal" are covered with 89 % at worst, and 0 or 1 with the
-    chance 0.01 with 4 %.
+    values that are declared "normal" are covered with 89 % at worst, and 0 or 1 with
+    the chance 0.01 with 4 %.
     """
     from sweep.analysis.intervals import mean_interval
 

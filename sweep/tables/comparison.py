@@ -120,9 +120,10 @@ def compare_sides(
     of the distribution that the metric declares, see `sweep.analysis.MeanEstimate`, but
     for "max_t", which resamples. Measured chance, in per cent, of a difference between
     two samples with equal means of which one is lognormal with sigma 1 and the other
-    normal with a standard deviation of 0.1, at level 5: 5, 7 and 6 for 3, 10 and 40 values each
-    where the metric is declared "skewed", and 9, 8 and 6 where they are paired and have
-    nothing in common; 15, 15 and 10 by Welch's test where it is "normal". Equivalence is by two one-sided tests, whose p-values are adjusted for
+    normal with a standard deviation of 0.1, at level 5: 5, 7 and 6 for 3, 10 and 40
+    values each where the metric is declared "skewed", and 9, 8 and 6 where they are
+    paired and have nothing in common; 15, 15 and 10 by Welch's test where it is
+    "normal". Equivalence is by two one-sided tests, whose p-values are adjusted for
     each other (by Holm for "max_t"). So with "holm" the chance of a wrong word is at
     most 1 - `confidence` for differences and for equivalence each, and with
     "bonferroni" for both. Raises ChoiceError for what cannot be compared.
