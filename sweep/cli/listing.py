@@ -27,8 +27,8 @@ from sweep.workers.failures import in_a_line
 MOST_ROWS = 200
 INTERVALS: dict[MeanKind | None, str] = {
     None: (
-        "mean with the 95 % interval of its distribution (sweep metrics);"
-        " ±: half width of Student's"
+        "mean with the 95 % interval of its distribution (sweep metrics), ± half width"
+        " of Student's"
     ),
     "t": "mean ± half width of the 95 % interval",
     "bootstrap": "mean and 95 % interval by the BCa bootstrap",
@@ -218,8 +218,9 @@ def _caption(study: StoredStudy, interval: MeanKind | None) -> str:
     if not study.repeated:
         return INTERVALS[interval]
     rule = study.rule
+    normal = study.distributions[rule["metric"]] == "normal"
     return (
-        f"{rule['metric']}: mean with the repeated"
+        f"{rule['metric']}: mean {'± half width of' if normal else 'with'} the repeated"
         f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
         f" each point was chosen\nother metrics: {INTERVALS[interval]},"
         " which takes that as given"

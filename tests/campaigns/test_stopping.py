@@ -243,9 +243,16 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     whole: StoredStudy, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows, names = point_table(whole, ["speed", "flock_radius"], half=False)
-    expected = by_point(whole.trials, whole.varied, names, repeated=whole.repeated)
+    declared = whole.distributions
+    expected = by_point(
+        whole.trials,
+        whole.varied,
+        names,
+        repeated=whole.repeated,
+        distributions=declared,
+    )
     pd.testing.assert_frame_equal(rows.drop(columns="view"), expected)
-    usual = by_point(whole.trials, whole.varied, names)
+    usual = by_point(whole.trials, whole.varied, names, distributions=declared)
     assert (rows["speed_high"] - rows["speed"]).to_numpy() == pytest.approx(
         whole.stopping["half_width"].to_numpy()
     )
@@ -264,8 +271,8 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
         " trials" in text
     )
     assert (
-        "other metrics: mean ± half width of the 95 % interval, which takes that as"
-        " given" in text
+        "other metrics: mean with the 95 % interval of its distribution (sweep"
+        " metrics), ± half width of Student's, which takes that as given" in text
     )
 
 

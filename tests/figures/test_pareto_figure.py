@@ -74,7 +74,12 @@ def test_the_front_is_what_no_point_beats(signs: str) -> None:
 
 def test_both_intervals_are_drawn() -> None:
     figure = pareto_figure(study("grid"), "speed", "dispersion")
-    table = by_point(study("grid").trials, [], ["speed", "dispersion"])
+    table = by_point(
+        study("grid").trials,
+        [],
+        ["speed", "dispersion"],
+        distributions=study("grid").distributions,
+    )
     across, up = figure.axes[0].collections
     np.testing.assert_array_equal(
         [part[:, 0] for part in across.get_segments()],
