@@ -2,6 +2,8 @@
 and intervals hold.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -48,6 +50,16 @@ def made_up(
         again = np.array(truths)[order, None] + noise * rng.normal(size=(judged, fresh))
         parts.append(gains("held_out", order, again))
     return searched(*parts, full=blocks)
+
+
+def test_counts_that_were_never_seen_have_a_width() -> None:
+    rare, nothing = replace(LOSS, distribution="count"), np.zeros((20, 1))
+    found = block_interval(rare, nothing)
+    assert (found.low, found.high) == pytest.approx((0.0, -np.log(0.05) / 20))
+    change = difference_interval(rare, nothing, nothing)
+    assert change.low < -0.1
+    assert change.high > 0.1
+    assert block_interval(LOSS, nothing).high == 0.0
 
 
 def gains(phase: str, candidates: np.ndarray, values: np.ndarray) -> pd.DataFrame:

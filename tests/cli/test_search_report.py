@@ -57,12 +57,7 @@ def said(monkeypatch: pytest.MonkeyPatch):
             report,
             "read_asked",
             lambda _study: MadeUp(
-                asked.table.rename(columns=columns),
-                about,
-                {
-                    columns.get(name, name): one
-                    for name, one in asked.distributions.items()
-                },
+                asked.table.rename(columns=columns), about, asked.distributions
             ),
         )
         return report.text(study), json.loads(report.as_json(study))
@@ -97,6 +92,18 @@ def candidate(
 def reference(gain: float, fresh: int = 12) -> pd.DataFrame:
     values = gain + 0.1 * np.random.default_rng(99).normal(size=(fresh, 1))
     return rows("references", "held_out", 0, {"gain": values, "weight": 0.3})
+
+
+def test_it_says_in_how_many_trials_an_objective_is_undefined(said) -> None:
+    gains = np.array([[5.0], [np.nan], [5.1], [4.9]])
+    unknown = rows("search", "search", 1, {"gain": gains, "weight": 0.2})
+    text, _ = said(searched(candidate(0, 5.0), unknown))
+    told = (
+        "note        gain has no value in 5 % of the done trials; a candidate of such"
+    )
+    assert told in text
+    text, _ = said(searched(candidate(0, 5.0)))
+    assert "has no value" not in text
 
 
 def test_it_says_what_was_searched_and_what_became_of_candidates(said) -> None:
