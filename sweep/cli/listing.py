@@ -12,7 +12,7 @@ from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
-from sweep.analysis.notation import percent, plus_minus, with_interval
+from sweep.analysis.notation import number, percent, plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.jobs import TRIAL_ID
 from sweep.design.plan import duration
@@ -202,11 +202,20 @@ def table_text(
 def _cell(
     study: StoredStudy, row: "pd.Series[Any]", name: str, interval: MeanKind | None
 ) -> str:
-    """A mean with its interval, and the share of trials without a value."""
+    """A mean with its interval, and the share of trials without a value.
+
+    Equal values of a metric that is no event have an interval without a width: so much
+    is said in its place.
+    """
     mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
     own = interval is None or name in study.repeated
     students = study.distributions[name] == "normal" if own else interval == "t"
-    text = plus_minus(mean, high - mean) if students else with_interval(mean, low, high)
+    if low == high:
+        text = f"{number(mean)} (all equal)"
+    elif students:
+        text = plus_minus(mean, high - mean)
+    else:
+        text = with_interval(mean, low, high)
     undefined = row[f"{name}_undefined"]
     return f"{text}\n{percent(undefined)} undefined" if undefined else text
 

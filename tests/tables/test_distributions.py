@@ -70,10 +70,12 @@ def test_a_table_has_no_zero_width_for_a_rare_event(
     table_text(study, rows, names)
     printed = capsys.readouterr().out
     assert "(0.00 to 1.00)" in printed
-    assert "0 ± 0" not in printed
+    assert "± 0 " not in printed
     assert "±" in printed
-    rows, _ = point_table(study, ["escapes"], half=False, interval="t")
+    rows, names = point_table(study, ["escapes"], half=False, interval="t")
     assert (rows["escapes_high"] == 0.0).all()
+    table_text(study, rows, names, "t")
+    assert "0 (all equal)" in capsys.readouterr().out
 
 
 def test_a_difference_of_rare_events_has_a_width(results: Path) -> None:
