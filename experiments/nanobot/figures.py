@@ -117,24 +117,29 @@ def sensitivity(studies: Studies) -> Figure:
     """
     study = studies["sensitivity"]
     columns = [f"{metric}_mean" for metric in METRICS]
-    table = by_point(study.trials, ["separation_range", "cohesion_weight"], columns)
+    table = by_point(
+        study.trials,
+        ["separation_range", "cohesion_weight"],
+        columns,
+        distributions=study.distributions,
+    )
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(11.0, 5.3))
         panels = figure.subplots(2, len(METRICS), sharex=True, sharey=True)
         for (above, below), metric in zip(panels.T, METRICS, strict=True):
-            mean = table.pivot(
-                index="cohesion_weight",
-                columns="separation_range",
-                values=f"{metric}_mean",
-            )
-            high = table.pivot(
-                index="cohesion_weight",
-                columns="separation_range",
-                values=f"{metric}_mean_high",
+            mean, low, high = (
+                table.pivot(
+                    index="cohesion_weight",
+                    columns="separation_range",
+                    values=f"{metric}_mean{end}",
+                )
+                for end in ("", "_low", "_high")
             )
             words = _words(study, metric)
             _heat(figure, above, mean, "viridis", words)
-            _heat(figure, below, high - mean, "magma", f"half interval of\n{words}")
+            _heat(
+                figure, below, (high - low) / 2.0, "magma", f"half interval of\n{words}"
+            )
             below.set_xlabel("ProtectedRange (px)")
         for axes in panels[:, 0]:
             axes.set_ylabel("CenteringFactor (1/step²)")
@@ -310,7 +315,7 @@ def rules(studies: Studies) -> Figure:
     )
     settings = ["separation_weight", "alignment_weight", "cohesion_weight"]
     columns = [f"{metric}_mean" for metric in metrics]
-    table = by_point(study.trials, settings, columns)
+    table = by_point(study.trials, settings, columns, distributions=study.distributions)
     names = [_missing(row) for row in table[settings].to_numpy()]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(11.0, 2.6))

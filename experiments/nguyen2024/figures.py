@@ -175,7 +175,9 @@ def rules(studies: Studies) -> Figure:
     some.
     """
     study = studies["rules"]
-    table = by_point(study.trials, study.varied, list(RUN_INTO))
+    table = by_point(
+        study.trials, study.varied, list(RUN_INTO), distributions=study.distributions
+    )
     with style.context(STYLE):
         figure = Figure(figsize=(9.6, 2.6))
         panels = figure.subplots(1, len(RUN_INTO), sharey=True)

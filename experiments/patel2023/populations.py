@@ -126,7 +126,13 @@ def _courses(axes: Axes, study: StoredStudy, trials: pd.DataFrame, metric: str) 
     """The mean of a metric against time for each border rule, with its pointwise
     interval.
     """
-    table = curves(study.series, trials, "border_adds_velocity", metric)
+    table = curves(
+        study.series,
+        trials,
+        "border_adds_velocity",
+        metric,
+        distribution=study.distributions[metric],
+    )
     for k, (border, name) in enumerate(BORDERS.items()):
         curve = table[table["border_adds_velocity"] == border]
         times = curve["frame"] / FRAMES_A_SECOND
@@ -176,7 +182,10 @@ def _shares(axes: Axes, study: StoredStudy) -> None:
     rule.
     """
     table = by_point(
-        study.trials, ["border_adds_velocity", *study.varied], ["equilibrium_mean"]
+        study.trials,
+        ["border_adds_velocity", *study.varied],
+        ["equilibrium_mean"],
+        distributions=study.distributions,
     )
     table = table.loc[:, ~table.columns.duplicated()]
     for k, (border, colour) in enumerate(COLOURS.items()):
@@ -228,7 +237,9 @@ def _lasting(axes: Axes, study: StoredStudy) -> None:
         "equilibrium_tolerance",
         "equilibrium_steps",
     ]
-    table = by_point(study.trials, names, ["equilibrium_mean"])
+    table = by_point(
+        study.trials, names, ["equilibrium_mean"], distributions=study.distributions
+    )
     table = table[
         (table["border_adds_velocity"] == "always") & (table["alignment_weight"] > 0)
     ]
@@ -306,7 +317,12 @@ def _curve(
 def safety(studies: Studies) -> Figure:
     """Rocks touched and arena left, with the rule against rocks and without it."""
     study = studies["safety"]
-    table = by_point(study.trials, study.varied, ["collisions", "escapes"])
+    table = by_point(
+        study.trials,
+        study.varied,
+        ["collisions", "escapes"],
+        distributions=study.distributions,
+    )
     titles = {"collisions": "touches of a rock", "escapes": "exits from the arena"}
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(8.2, 2.9))
@@ -348,7 +364,12 @@ def weights(studies: Studies) -> Figure:
     """
     study = studies["weights"]
     names = ["border_adds_velocity", *RULE_WEIGHTS]
-    table = by_point(study.trials, names, ["nearest_neighbour_distance_mean"])
+    table = by_point(
+        study.trials,
+        names,
+        ["nearest_neighbour_distance_mean"],
+        distributions=study.distributions,
+    )
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(9.0, 2.9))
         near, fast = figure.subplots(1, 2)
