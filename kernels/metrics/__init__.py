@@ -265,10 +265,10 @@ METRICS = Registry(
             distribution="percentage",
             pairs=True,
         ),
-        "dead_ends": Metric(
-            counted.dead_ends,
-            unit="",
-            text="times a boid found no free heading",
+        "dead_end_time": Metric(
+            counted.dead_end_time,
+            unit="time",
+            text="time without a free heading, a sum over boids",
             source="rustamani2024, Alg. 7",
             distribution="count",
             better="low",

@@ -151,13 +151,15 @@ def equilibrium(
 
 
 @jit
-def dead_ends(
+def dead_end_time(
     frames: Frames,
     filled: int,
-    _ground: Ground,
+    ground: Ground,
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often a boid looked for a free heading and found none, since the start."""
+    """How long boids looked for a free heading and found none, since the start: a sum
+    over boids, each step counted as dt.
+    """
     for f in range(filled):
-        values[f] = frames.counts[f, FIRST_EVENT + DEAD_ENDS]
+        values[f] = ground.dt * frames.counts[f, FIRST_EVENT + DEAD_ENDS]

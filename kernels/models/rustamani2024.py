@@ -158,12 +158,12 @@ class Params(NamedTuple):
 
 
 AS_WRITTEN = COMMON | {
-    "obstacle_weight": 6.6,
-    "separation_weight": 1.8,
-    "arrival_weight": 1.5,
-    "seek_weight": 0.4,
-    "alignment_weight": 1.4,
-    "cohesion_weight": 0.5,
+    "obstacle_weight": 1.0,
+    "separation_weight": 1.0,
+    "arrival_weight": 1.0,
+    "seek_weight": 1.0,
+    "alignment_weight": 1.0,
+    "cohesion_weight": 1.0,
     "priority": "safety_first",
     "alignment_gain": 1.0,
     "navigation_gain": 0.8,
@@ -206,20 +206,40 @@ AS_WRITTEN = COMMON | {
 """The document has one tolerance for stopping and slowing and gives no value: here that
 of the program's stop.
 
-Nor does it give weights, whose values are the program's too, or say how robots start:
-uniform in the arena with half the speed is our choice. Every robot is a process of its
-own that reacts to the last published state of the others, so the update is synchronous.
+Nor does it give weights: here all are 1, and nobody ran that. What the algorithms do
+together depends on the weights, so this preset says what each of them does alone. How
+robots start is not said: uniform in the arena with half the speed is our choice. Every
+robot is a process of its own that reacts to the last published state of the others, so
+the update is synchronous.
 """
 AS_RUN = AS_WRITTEN | {
+    "obstacle_weight": 6.6,
+    "separation_weight": 1.8,
+    "arrival_weight": 1.5,
+    "seek_weight": 0.4,
+    "alignment_weight": 1.4,
+    "cohesion_weight": 0.5,
     "alignment_gain": 3.0,
     "arrival_gain": 0.3,
     "arrival_limited": False,
     "slow_distance": 1.0,
     "leader_share": 0.5,
+    "perception_range": 1.2,
+    "flock_range": 1.2,
     "separation_range": 0.35,
     "acceleration_pool": 6.65,
     "component_limits": True,
 }
+"""The authors' program at its last state."""
+AS_REPORTED = AS_RUN | {
+    "obstacle_weight": 6.3,
+    "separation_weight": 1.5,
+    "seek_weight": 0.5,
+    "leader_share": 0.3,
+    "fov": 360.0 / 1.4,
+    "acceleration_pool": 6.5,
+}
+"""The authors' program as it stood when the document was written."""
 
 
 def sight(params: Params) -> Sight:
@@ -417,7 +437,11 @@ MODEL = Model(
         " Stage using Reynolds' rules"
     ),
     params=Params,
-    presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
+    presets={
+        "as_written": AS_WRITTEN,
+        "as_run": AS_RUN,
+        "as_reported": AS_REPORTED,
+    },
     metrics=(
         "speed",
         "polarization",
@@ -430,7 +454,7 @@ MODEL = Model(
         "time_to_goal",
         "collisions",
         "boid_collisions",
-        "dead_ends",
+        "dead_end_time",
     ),
     sight=sight,
     advance=advance,

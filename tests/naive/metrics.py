@@ -197,7 +197,7 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
         counts[7] * ground.dt / counts[6] if counts[6] else math.nan
     ),
     "equilibrium": lambda _, counts, ground, _seen: 100 * counts[8] / ground.boids,
-    "dead_ends": lambda _, counts, *_rest: counts[9],
+    "dead_end_time": lambda _, counts, ground, _seen: counts[9] * ground.dt,
     "largest_flock_share": lambda bodies, _counts, _ground, seen: (
         100 * max(flock_sizes(bodies, seen.flock_range)) / bodies.shape[1]
     ),
