@@ -21,22 +21,28 @@ from sweep.figures import (
     Drawing,
     draw_map,
     draw_values,
+    legend,
     name_rows,
     note,
 )
 from sweep.tables.stored_study import StoredStudy
 
 from .flights import (  # noqa: F401 (for published.yaml)
-    ALONE,
+    ALGORITHMS,
+    ALIGNMENT,
     ARRIVAL,
     BOTH,
     CLOSE,
+    COHESION,
     FAR,
     PRESETS,
     SEEK,
+    SEPARATION,
     Floats,
     Studies,
     accelerations,
+    alone_in_the_arena,
+    alone_in_the_field,
     approach,
     arrival_against_seek,
     arrival_against_seek_as_written,
@@ -47,8 +53,11 @@ from .flights import (  # noqa: F401 (for published.yaml)
     both_slowing,
     both_slowing_as_written,
     chosen,
+    divergence_at_walls,
+    divergence_at_walls_as_reported,
     first_flight,
     flights_of,
+    only,
     opposite,
     opposite_as_written,
     seek_speed,
@@ -56,12 +65,12 @@ from .flights import (  # noqa: F401 (for published.yaml)
     velocity_spread,
     velocity_spread_as_written,
 )
-from .trails import draw_trails, draw_trial, mazes, priorities
+from .trails import BEYOND, draw_trails, draw_trial, events, mazes, priorities
 
 RULES = {
-    "separation": (ALONE["separation"], GREEN),
-    "alignment": (ALONE["alignment"], ORANGE),
-    "cohesion": (ALONE["cohesion"], BLUE),
+    "separation": (SEPARATION, GREEN),
+    "alignment": (ALIGNMENT, ORANGE),
+    "cohesion": (COHESION, BLUE),
 }
 SITUATIONS = {"arena": "without a goal", "field": "to a goal"}
 LOOKS = ((BLUE, "o"), (VERMILION, "s"), (SKY, "D"), (ORANGE, "^"))
@@ -92,10 +101,10 @@ def rules(studies: Studies) -> Figure:
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.2, 5.2))
         panels = figure.subplots(2, 3)
-        for (above, below), (rule, (settings, colour)) in zip(
+        for (above, below), (rule, (rules, colour)) in zip(
             panels.T, RULES.items(), strict=True
         ):
-            trial, flight = first_flight(study, **settings)
+            trial, flight = first_flight(study, **only(study, rules))
             acceleration = accelerations(flight[:2], trial["dt"])[0]
             for axes, reach in ((above, 4.0), (below, 0.9)):
                 draw_map(axes, study.world(trial["trial_id"]), "m", downwards=False)
@@ -120,17 +129,17 @@ def navigation(studies: Studies) -> Figure:
     """
     study = studies["navigation"]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(7.4, 3.1))
+        figure = Figure(figsize=(7.4, 3.4))
         left, middle, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.15))
-        for axes, settings in ((left, SEEK), (middle, ARRIVAL)):
-            draw_trial(axes, study, **settings)
-        trial, flight = first_flight(study, **SEEK)
+        for axes, rules in ((left, SEEK), (middle, ARRIVAL)):
+            draw_trial(axes, study, **only(study, rules))
+        trial, flight = first_flight(study, **only(study, SEEK))
         acceleration = accelerations(flight[:2], 2 * trial["dt"])[0]
         most = float(np.hypot(*acceleration).max())
         _draw_arrows(left, flight[0, :2], acceleration, "0.15", most / 1.5)
         left.set_title(f"seek; acceleration up to {most:.1f} m/s²", fontsize=8.5)
         middle.plot(
-            *first_flight(study, **ARRIVAL)[1][::25, :2]
+            *first_flight(study, **only(study, ARRIVAL))[1][::25, :2]
             .reshape(-1, 2, trial["n"])
             .swapaxes(0, 1),
             "k.",
@@ -138,7 +147,8 @@ def navigation(studies: Studies) -> Figure:
         )
         middle.set_title("arrival; a dot every 5 s", fontsize=8.5)
         _draw_speeds(right, studies)
-        trials = len(flights_of(study, SEEK))
+        legend(figure, right, columns=3)
+        trials = len(flights_of(study, only(study, SEEK)))
         about = (
             f"{study.name}: the first trial of each, goal in red; right: {trials}"
             " trials each, mean speed of boids that"
@@ -156,17 +166,17 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
     and both, and both presets.
     """
     edges = np.linspace(CLOSE, 6.0, 24)
-    for ending, line in (("", "-"), ("_as_written", ":")):
+    for (ending, preset), line in zip(ALGORITHMS.items(), "-:", strict=True):
         study = studies["navigation" + ending]
         kinds = (
             (SEEK, BLUE, "seek"),
             (ARRIVAL, VERMILION, "arrival"),
             (BOTH, GREEN, "both"),
         )
-        for settings, colour, name in kinds:
+        for rules, colour, name in kinds:
             trials = [
                 _speed_by_distance(study, flight, edges)
-                for flight in flights_of(study, settings)
+                for flight in flights_of(study, only(study, rules))
             ]
             table = np.array([mean_interval(values) for values in np.transpose(trials)])
             centres = 0.5 * (edges[1:] + edges[:-1])
@@ -175,7 +185,7 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
                 table[:, 0],
                 line,
                 color=colour,
-                label=f"{name}, {PRESETS[ending]}",
+                label=f"{name}, {preset}",
             )
             axes.fill_between(
                 centres, table[:, 1], table[:, 2], color=colour, alpha=0.2, lw=0
@@ -184,10 +194,7 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
         xlabel="distance from the goal (m)",
         ylabel="speed (m/s)",
         xlim=(0, 6),
-        ylim=(0, 1.45),
-    )
-    axes.legend(
-        fontsize=6.5, ncols=2, loc="upper center", handlelength=1.6, columnspacing=1
+        ylim=(0, None),
     )
 
 
@@ -206,7 +213,8 @@ def avoidance(studies: Studies) -> Figure:
     """Figure 3: accelerations beside a disc without any other rule, and a swarm that
     passes both obstacles.
     """
-    alone, paths = studies["avoidance_alone"], studies["avoidance_paths"]
+    names = ("avoidance_alone", "avoidance_paths", "avoidance")
+    alone, paths, many = (studies[name] for name in names)
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(7.2, 3.9))
         left, right = figure.subplots(1, 2)
@@ -223,12 +231,15 @@ def avoidance(studies: Studies) -> Figure:
                     VERMILION,
                     6.6 / 0.5,
                 )
-        left.set_title("avoidance alone, first ten trials")
         draw_trial(right, paths)
         right.set_title("all rules, five of ten know the goal")
+        left.set_title("avoidance alone, first ten trials")
+        one = events(paths, "collisions")
         about = (
             "left: accelerations near the disc, 0.5 m for 6.6 m/s²; right: first trial,"
-            " goal in red, blue boids know it"
+            f" goal in red, blue boids know it; entries into obstacles: {one} there,"
+            f" {events(many, 'collisions')} a trial on average of"
+            f" {len(chosen(many, {}))}; escapes: {events(many, 'escapes')}"
         )
         note(figure, f"{alone.name} and {paths.name}\n{about}")
     return figure
@@ -253,13 +264,10 @@ def perception(studies: Studies) -> Figure:
 
 
 def field_of_view(studies: Studies) -> Figure:
-    """Figure 5: trails by field of view, boids that left the flock, its elongation, the
-    share of neighbours ahead.
-    """
+    """Figure 5: trails by field of view, boids that left the flock, its elongation."""
     values = (
-        ("boids_lost_mean", "boids outside the\nlargest flock"),
-        ("elongation_mean", "elongation (1 column,\n0 round, -1 front)"),
-        ("neighbours_ahead_mean", "neighbours ahead (%)"),
+        ("boids_lost_mean", "boids outside the largest flock"),
+        ("elongation_mean", "elongation (1 column, 0 round, -1 front)"),
     )
     names = ["π/2.2", "π/1.4", "π"]
     figure, below = _compare(
@@ -280,19 +288,19 @@ def _compare(
     """Trails in both situations for each level of `setting`, and below them means with
     intervals of `values`.
     """
-    paths = studies[f"{spec}_paths"]
+    paths, study = studies[f"{spec}_paths"], studies[spec]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(7.4, 6.9))
-        top, middle, bottom = figure.subfigures(3, 1, height_ratios=(2.4, 1.3, 2.3))
-        for part, situation in ((top, "arena"), (middle, "field")):
-            for axes, level, name in zip(
-                part.subplots(1, 3, squeeze=False)[0], levels, names, strict=True
-            ):
+        figure = Figure(figsize=(7.4, 9.2))
+        top, bottom = figure.subfigures(2, 1, height_ratios=(6.6, 2.4))
+        pictures = top.subplots(
+            len(levels), len(SITUATIONS), squeeze=False, width_ratios=(12, 32)
+        )
+        for row, level, name in zip(pictures, levels, names, strict=True):
+            for axes, (situation, words) in zip(row, SITUATIONS.items(), strict=True):
                 draw_trial(axes, paths, map=situation, **{setting: level})
-                axes.set_title(name)
-            part.suptitle(
-                f"{SITUATIONS[situation]}, as run, by {COMPARED[setting]}", fontsize=9
-            )
+                axes.set_title(f"{name}, {words}")
+                axes.label_outer()
+        top.suptitle(f"as run, by {COMPARED[setting]}", fontsize=9)
         panels = list(bottom.subplots(1, len(values), squeeze=False)[0])
         for axes, (metric, label) in zip(panels, values, strict=True):
             _draw_levels(axes, studies, spec, setting, levels, metric)
@@ -300,11 +308,16 @@ def _compare(
             axes.set_xlabel(label)
         handles, labels = panels[0].get_legend_handles_labels()
         bottom.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=8)
-        trials = len(chosen(studies[spec], {"map": "arena", setting: levels[0]}))
+        trials = len(chosen(study, {"map": "arena", setting: levels[0]}))
+        left = " and ".join(
+            f"{events(study, 'escapes', map=situation)} {words}"
+            for situation, words in SITUATIONS.items()
+        )
         note(
             figure,
-            f"{paths.name}: the first trials; below {trials} trials each, mean of their"
-            " last halves, 95 % intervals",
+            f"{paths.name}: the first trials, with what lies {BEYOND:g} m behind the"
+            f" borders; below {trials} trials each, mean of their last halves, 95 %"
+            f" intervals; times a trial that boids leave the world: {left}",
         )
     return figure, panels
 
@@ -337,7 +350,7 @@ def _draw_levels(
 
 
 _COMPARED = {
-    spec: (spec, f"{spec}_as_written", f"{spec}_paths")
+    spec: (spec, f"{spec}_as_reported", f"{spec}_paths")
     for spec in ("perception", "field_of_view")
 }
 FIGURES = {
@@ -351,7 +364,7 @@ FIGURES = {
     ),
     "figure3_avoidance": Drawing(
         avoidance,
-        ("avoidance_alone", "avoidance_paths"),
+        ("avoidance_alone", "avoidance_paths", "avoidance"),
         "Figure 3: steering round obstacles, alone and with all rules.",
     ),
     "figure4_perception": Drawing(
@@ -371,7 +384,7 @@ FIGURES = {
     ),
     "figures6_7_measures": Drawing(
         priorities,
-        ("priorities", "priorities_as_written"),
+        ("priorities", "priorities_as_reported"),
         "What is read from figures 6 and 7, measured.",
     ),
 }

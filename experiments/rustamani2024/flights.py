@@ -5,7 +5,7 @@ exact as long as the speed is not at its limit. A flight is x, y, vx and vy of t
 of one trial in its recorded frames, (F, 4, N).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -19,20 +19,20 @@ Studies = dict[str, StoredStudy]
 Floats = NDArray[np.float64]
 Settings = Mapping[str, Any]
 
-ALONE = {
-    "separation": {"separation_weight": 1.8},
-    "alignment": {"alignment_weight": 1.4},
-    "cohesion": {"cohesion_weight": 0.5},
-}
-SEEK, ARRIVAL, BOTH = (
-    {"seek_weight": seek, "arrival_weight": arrival}
-    for seek, arrival in ((0.4, 0), (0, 1.5), (0.4, 1.5))
-)
+SEPARATION, ALIGNMENT, COHESION = ("separation",), ("alignment",), ("cohesion",)
+SEEK, ARRIVAL, BOTH = ("seek",), ("arrival",), ("seek", "arrival")
 FAR, CLOSE = 2.0, 0.25
 """Distances from the goal beyond which a boid is on its way, and at which it has come
 close, m.
 """
-PRESETS = {"": "as run", "_as_written": "as written"}
+AS_WRITTEN, AS_REPORTED = "_as_written", "_as_reported"
+ALGORITHMS = {"": "as run", AS_WRITTEN: "as written"}
+PRESETS = {"": "as run", AS_REPORTED: "as reported"}
+"""What the names of specs end in, and their presets: of those that fly single rules,
+and of those that fly all.
+"""
+WAY = (30, 120)
+"""The steps in which boids are on their way through the maze: 3 to 12 s."""
 
 
 def first_flight(
@@ -47,6 +47,18 @@ def chosen(study: StoredStudy, settings: Settings) -> pd.DataFrame:
     """The trials with these settings that are done, in the order of the spec."""
     trials = study.where(**settings).trials
     return trials[trials["status"] == "done"]
+
+
+def only(study: StoredStudy, rules: Collection[str]) -> Settings:
+    """The settings of the trials in which, of the rules that the study varies, just
+    these have a weight.
+    """
+    ending = "_weight"
+    return {
+        name: study.trials[name].max() if name.removesuffix(ending) in rules else 0.0
+        for name in study.varied
+        if name.endswith(ending)
+    }
 
 
 @lru_cache(maxsize=8)
@@ -74,7 +86,7 @@ def _opposite(study: StoredStudy) -> Floats:
     boids that both move.
     """
     pairs = zip(
-        *(flights_of(study, ALONE[rule]) for rule in ("separation", "cohesion")),
+        *(flights_of(study, only(study, rule)) for rule in (SEPARATION, COHESION)),
         strict=True,
     )
     values = []
@@ -94,7 +106,7 @@ def _velocity_spread(study: StoredStudy) -> Floats:
     """What is left at the end of the standard deviation of velocities at the start,
     with alignment alone.
     """
-    flights = flights_of(study, ALONE["alignment"])
+    flights = flights_of(study, only(study, ALIGNMENT))
     spread = [
         np.sqrt(flight[[0, -1], 2:].var(axis=2).sum(axis=1)) for flight in flights
     ]
@@ -116,20 +128,20 @@ def _seek_speed(study: StoredStudy) -> Floats:
     than FAR from the goal, m/s.
     """
     values = []
-    for flight in flights_of(study, SEEK):
+    for flight in flights_of(study, only(study, SEEK)):
         speed, distance, times = approach(study, flight)
         values.append(speed[(distance > FAR) & (times[:, None] >= 2.0)].mean())
     return np.array(values)
 
 
-def _slowing(study: StoredStudy, settings: Settings) -> Floats:
-    """The speed at which boids first come CLOSE to the goal over their mean speed
-    before, from 2 s on, beyond FAR.
+def _slowing(study: StoredStudy, rules: Collection[str]) -> Floats:
+    """With just these rules: the speed at which boids first come CLOSE to the goal over
+    their mean speed before, from 2 s on, beyond FAR.
 
     NaN for a trial of which no boid comes close.
     """
     values = []
-    for flight in flights_of(study, settings):
+    for flight in flights_of(study, only(study, rules)):
         speed, distance, times = approach(study, flight)
         near = distance < CLOSE
         first, before = near.argmax(axis=0), np.cumsum(near, axis=0) == 0
@@ -191,24 +203,70 @@ def avoidance_angle(studies: Studies) -> Floats:
     return np.array(values)
 
 
-def _for_both(
-    spec: str, value: Callable[..., Floats], *settings: Settings
-) -> tuple[Callable[[Studies], Floats], Callable[[Studies], Floats]]:
-    """A measure in the trials of `spec`, and in those of the same spec with the preset
-    as_written.
+def _alone(studies: Studies, situation: str) -> Floats:
+    """At the smallest perception range, boids that have nobody within it at some time
+    of the second half of the trial, in per cent.
     """
-    as_run, as_written = (
-        lambda studies, name=spec + ending: value(studies[name], *settings)
-        for ending in PRESETS
+    study = studies["perception_paths"]
+    reach = study.trials["perception_range"].min()
+    values = []
+    for flight in flights_of(study, {"map": situation, "perception_range": reach}):
+        places = flight[len(flight) // 2 :, :2]
+        apart = np.hypot(*np.moveaxis(places[..., None] - places[:, :, None], 1, 0))
+        apart[:, range(apart.shape[1]), range(apart.shape[1])] = np.inf
+        values.append(100.0 * (apart.min(axis=2) >= reach).any(axis=0).mean())
+    return np.array(values)
+
+
+def alone_in_the_arena(studies: Studies) -> Floats:
+    return _alone(studies, "arena")
+
+
+def alone_in_the_field(studies: Studies) -> Floats:
+    return _alone(studies, "field")
+
+
+def _divergence_at_walls(study: StoredStudy) -> Floats:
+    """With safety first, the flock radius in the half of WAY in which a wall is nearer
+    minus that in the other half.
+    """
+    series = study.series
+    way = series[series["frame"].between(*WAY)].set_index("trial_id")
+    values = []
+    for trial in chosen(study, {"priority": "safety_first"})["trial_id"]:
+        radius = way.loc[trial].sort_values("least_clearance")["flock_radius"]
+        half = len(radius) // 2
+        values.append(radius[:half].mean() - radius[-half:].mean())
+    return np.array(values)
+
+
+def _for_both(
+    spec: str, other: str, value: Callable[..., Floats], *arguments: Collection[str]
+) -> tuple[Callable[[Studies], Floats], Callable[[Studies], Floats]]:
+    """A measure in the trials of `spec`, and in those of the same spec with the `other`
+    preset.
+    """
+    as_run, changed = (
+        lambda studies, name=spec + ending: value(studies[name], *arguments)
+        for ending in ("", other)
     )
-    return as_run, as_written
+    return as_run, changed
 
 
-opposite, opposite_as_written = _for_both("rules", _opposite)
-velocity_spread, velocity_spread_as_written = _for_both("rules", _velocity_spread)
-seek_speed, seek_speed_as_written = _for_both("navigation", _seek_speed)
-arrival_slowing, arrival_slowing_as_written = _for_both("navigation", _slowing, ARRIVAL)
-both_slowing, both_slowing_as_written = _for_both("navigation", _slowing, BOTH)
+opposite, opposite_as_written = _for_both("rules", AS_WRITTEN, _opposite)
+velocity_spread, velocity_spread_as_written = _for_both(
+    "rules", AS_WRITTEN, _velocity_spread
+)
+seek_speed, seek_speed_as_written = _for_both("navigation", AS_WRITTEN, _seek_speed)
+arrival_slowing, arrival_slowing_as_written = _for_both(
+    "navigation", AS_WRITTEN, _slowing, ARRIVAL
+)
+both_slowing, both_slowing_as_written = _for_both(
+    "navigation", AS_WRITTEN, _slowing, BOTH
+)
 arrival_against_seek, arrival_against_seek_as_written = _for_both(
-    "navigation", _arrival_against_seek
+    "navigation", AS_WRITTEN, _arrival_against_seek
+)
+divergence_at_walls, divergence_at_walls_as_reported = _for_both(
+    "priorities", AS_REPORTED, _divergence_at_walls
 )

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from sweep.analysis import mean_interval
 from sweep.figures import (
@@ -26,6 +27,7 @@ from sweep.tables.stored_study import StoredStudy
 
 from .flights import (
     PRESETS,
+    WAY,
     Floats,
     Studies,
     chosen,
@@ -33,6 +35,8 @@ from .flights import (
 )
 
 LEADER, FOLLOWER = BLUE, ORANGE
+BEYOND = 1.0
+"""How far behind the border of the world pictures show boids, m."""
 
 
 def draw_trails(axes: Axes, flight: Floats, colours: Sequence[str]) -> None:
@@ -65,12 +69,29 @@ def draw_trails(axes: Axes, flight: Floats, colours: Sequence[str]) -> None:
         )
 
 
+def _show_beyond(axes: Axes, width: float, height: float) -> None:
+    """Draw the border, which boids may leave, and show BEYOND behind it."""
+    axes.add_patch(
+        Rectangle((0.0, 0.0), width, height, fill=False, edgecolor="0.3", linewidth=0.8)
+    )
+    axes.set(xlim=(-BEYOND, width + BEYOND), ylim=(-BEYOND, height + BEYOND))
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+
+
+def events(study: StoredStudy, metric: str, **settings: Any) -> str:
+    """How often something happens in a trial with these settings, in words."""
+    return f"{chosen(study, settings)[metric].mean():.2g}"
+
+
 def draw_trial(axes: Axes, study: StoredStudy, **settings: Any) -> None:
     """The map of the first trial with these settings, its boids' trails and, where some
     boid knows it, the goal.
     """
     trial, flight = first_flight(study, **settings)
-    draw_map(axes, study.world(trial["trial_id"]), "m", downwards=False)
+    world = study.world(trial["trial_id"])
+    draw_map(axes, world, "m", downwards=False)
+    _show_beyond(axes, world.width, world.height)
     leaders = int(np.floor(trial["leader_share"] * trial["n"] + 0.5))
     colours = [LEADER] * leaders + [FOLLOWER] * (trial["n"] - leaders)
     draw_trails(axes, flight, colours)
@@ -85,12 +106,10 @@ SCENARIOS = {
     "safety_first": "scenario 1, safety first",
     "flocking_first": "scenario 2, flocking first",
 }
-WAY = (30, 120)
-"""The steps in which boids are on their way through the maze: 3 to 12 s."""
 MEASURES = {
     "collisions": "entries into walls",
     "boid_collisions": "contacts of boids",
-    "dead_ends": "dead ends",
+    "dead_end_time": "time without a free\nheading (s)",
     "share_arrived": "arrived (%)",
     "time_to_goal": "time to the goal (s)",
     "least_clearance": "least distance\nfrom a wall (m) *",
@@ -99,6 +118,9 @@ MEASURES = {
     "flock_radius": "flock radius (m) *",
     "flock_radius_mean": "flock radius from\n15 s on (m)",
 }
+
+MOST = {"share_arrived": 102.0, "polarization": 1.02}
+"""Where axes end that have a largest value; all begin at zero."""
 
 
 def mazes(studies: Studies) -> Figure:
@@ -115,8 +137,9 @@ def mazes(studies: Studies) -> Figure:
             axes.set_title(title)
         note(
             figure,
-            f"{study.name}: the first trial, the same start; goal in red, blue boids"
-            " know it, orange ones do not",
+            f"{study.name}: the first trial, the same start, with what lies"
+            f" {BEYOND:g} m behind the borders; goal in red, blue boids know it,"
+            " orange ones do not",
         )
     return figure
 
@@ -165,6 +188,9 @@ def priorities(studies: Studies) -> Figure:
                 panels[number], ["", ""] if number % 5 else list(PRESETS.values())
             )
             panels[number].set_xlabel(label, fontsize=8)
+            panels[number].set_xlim(
+                min(0.0, panels[number].get_xlim()[0]), MOST.get(metric)
+            )
         figure.legend(
             *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2
         )
@@ -173,6 +199,6 @@ def priorities(studies: Studies) -> Figure:
         note(
             figure,
             f"{study.name}: {trials} trials each, mean with 95 % interval; * from 3 to"
-            " 12 s",
+            f" 12 s; boids leave the maze {events(study, 'escapes')} times a trial",
         )
     return figure
