@@ -203,27 +203,19 @@ def avoidance_angle(studies: Studies) -> Floats:
     return np.array(values)
 
 
-def _alone(studies: Studies, situation: str) -> Floats:
+def alone(studies: Studies, map: str) -> Floats:
     """At the smallest perception range, boids that have nobody within it at some time
     of the second half of the trial, in per cent.
     """
     study = studies["perception_paths"]
     reach = study.trials["perception_range"].min()
     values = []
-    for flight in flights_of(study, {"map": situation, "perception_range": reach}):
+    for flight in flights_of(study, {"map": map, "perception_range": reach}):
         places = flight[len(flight) // 2 :, :2]
         apart = np.hypot(*np.moveaxis(places[..., None] - places[:, :, None], 1, 0))
         apart[:, range(apart.shape[1]), range(apart.shape[1])] = np.inf
         values.append(100.0 * (apart.min(axis=2) >= reach).any(axis=0).mean())
     return np.array(values)
-
-
-def alone_in_the_arena(studies: Studies) -> Floats:
-    return _alone(studies, "arena")
-
-
-def alone_in_the_field(studies: Studies) -> Floats:
-    return _alone(studies, "field")
 
 
 def _divergence_at_walls(study: StoredStudy) -> Floats:

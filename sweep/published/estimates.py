@@ -128,7 +128,7 @@ def _called(
     studies: Studies, what: Call, functions: Mapping[str, Callable[..., Any]]
 ) -> Measured:
     try:
-        found = functions[what.function](studies)
+        found = functions[what.function](studies, **what.settings)
         samples = [
             np.asarray(values, np.float64)
             for values in (found if isinstance(found, tuple) else (found,))

@@ -6,7 +6,7 @@ values that no point has, metrics and frames that are not recorded.
 """
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast, get_args
 
 import numpy as np
@@ -63,10 +63,11 @@ class RankCorrelation:
 @dataclass(frozen=True)
 class Call:
     """The independent values that a function of figures.py returns, or two arrays of
-    them for a difference.
+    them for a difference. It gets the studies, and `settings` by their names.
     """
 
     function: str
+    settings: Mapping[str, Value] = field(default_factory=dict)
 
 
 Measure = Mean | MeanDifference | RankCorrelation | Call
@@ -109,8 +110,14 @@ class MeasureReader:
             return MeanDifference(self._side(first, spec), self._side(second, spec))
         if kinds == ["rank_correlation"]:
             return self._rank_correlation(entry, spec)
-        entry.keys(["call"])
-        return Call(kind.one_of("function of figures.py", self.functions))
+        return self._call(entry, spec)
+
+    def _call(self, entry: Entry, spec: str) -> Call:
+        entry.keys(["call", "for"])
+        study, design = self.designs[spec]
+        settings = _settings(entry.get("for"), study, _chooser(design))
+        function = entry.child("call").one_of("function of figures.py", self.functions)
+        return Call(function, settings)
 
     def _two(self, entry: Entry) -> list[Entry]:
         children = entry.entries()

@@ -55,6 +55,10 @@ def test_a_publication_is_read(tmp_path: Path) -> None:
         ),
         ("{call: constant}", Call("constant")),
         (
+            "{call: constant, for: {separation_weight: 1}}",
+            Call("constant", {"separation_weight": 1.0}),
+        ),
+        (
             (
                 "{difference: [{mean: speed, spec: small, for: {separation_weight: 1}},"
                 " {mean: speed, unit: trial}]}"

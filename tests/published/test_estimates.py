@@ -172,6 +172,10 @@ def test_functions_give_one_or_two_samples() -> None:
     assert_same(
         found(Call("f"), f=lambda studies: studies["s"].trials["speed"]), SPEEDS
     )
+    heavy = found(
+        Call("f", {"weight": 2.0}), f=lambda _studies, weight: weight * np.arange(3.0)
+    )
+    assert_same(heavy, [0, 2, 4])
     two = found(Call("f"), f=lambda _: (np.arange(4.0), np.array([1.0, np.nan, 3.0])))
     assert_same(two, [0, 1, 2, 3], [1, 3])
     assert (two.trials, two.left_out) == ("4 and 2", 1)
