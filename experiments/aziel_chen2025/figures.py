@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
+    GREEN,
     LINE_STYLES,
     ORANGE,
     STYLE,
@@ -27,19 +28,35 @@ from sweep.figures import (
 )
 from sweep.tables.stored_study import StoredStudy
 
+from .authors import (  # noqa: F401 (for published.yaml)
+    SEEDS,
+    both,
+    heatmaps,
+    rows_bias,
+    rows_rank,
+    rows_square,
+    searched,
+)
 from .search import (  # noqa: F401 (for published.yaml)
     GAINS,
     SIZES,
     Studies,
     Values,
+    better_than_published,
+    cohesion_outweighed,
     done,
-    gain_spread_dense_cafeteria,
-    gain_spread_narrow_corridor,
-    loss_to_alignment_beyond_and_before,
-    loss_to_alignment_of_50_less_that_of_100,
-    near_maximal_in_the_empty_map,
-    seed_spread_dense_cafeteria,
-    seed_spread_narrow_corridor,
+    doubling,
+    doubling_among_obstacles,
+    gain_spread,
+    loss_beyond_and_before,
+    loss_of_50_less_that_of_100,
+    moderate_cohesion,
+    moderate_separation,
+    near_maximal,
+    periphery,
+    seed_spread,
+    seed_spread_of_50_less_that_of_100,
+    separation_outweighed,
 )
 
 MAPS = {
@@ -73,9 +90,15 @@ COLUMNS = {
     "coverage_cv": "CV of the visits",
 }
 OURS = {
-    "fitted_steps": ("ours, steps fitted to their wall clock", BLUE, "o", -0.14),
-    "equal_steps": ("ours, 3600 steps each", VERMILION, "s", 0.14),
+    "fitted_steps": ("ours, steps fitted to their coverage", BLUE, "o", -0.24),
+    "equal_steps": ("ours, 3600 steps each", VERMILION, "s", 0.24),
+    "visit_steps": ("ours, steps from their mean visits", GREEN, "D", 0.0),
 }
+DRAWN_ANEW = {"dense_cafeteria": "dense_cafeteria_heatmap"}
+"""The map of the heatmaps, where it is another one than that of the search."""
+NOT_BY_VISITS = "narrow_corridor"
+"""Boids leave it, so that mean visits do not give the steps."""
+SECONDS, MOST_VISITS, BINS = 60.0, 60.0, 20
 
 
 def figure3(studies: Studies) -> Figure:
@@ -119,37 +142,42 @@ def figure3(studies: Studies) -> Figure:
 
 
 def figure4(studies: Studies) -> Figure:
-    """Coverage against each gain in the cafeteria with 100 boids."""
+    """Coverage against each gain in the cafeteria with 100 boids, theirs above ours."""
     study = studies["gains"]
-    points = _points(study, dict(BEST))
+    ours = _points(study, dict(BEST))
+    theirs = _published_points("cafeteria", 100)
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 2.75))
-        for axes, (gain, symbol) in zip(
-            figure.subplots(1, 3, sharey=True), GAINS.items(), strict=True
-        ):
-            axes.scatter(
-                points[gain],
-                points["coverage_total"],
-                s=5,
-                color=BLUE,
-                alpha=0.45,
-                linewidths=0,
-            )
-            axes.set_xlabel(f"{gain.replace('_', ' ')} {symbol}")
-            axes.set_title(f"rank correlation {_rank(points, gain)}", fontsize=8)
-            axes.set(xlim=(0, None), ylim=(0, 100))
-            axes.set_ylabel(COLUMNS["coverage_total"])
-            axes.label_outer()
+        figure = Figure(figsize=(7.2, 4.6))
+        panels = figure.subplots(2, len(GAINS), sharex="col", sharey=True)
+        rows = (("published", theirs), ("ours, 3600 steps", ours))
+        for row, (whose, points) in zip(panels, rows, strict=True):
+            for axes, (gain, symbol) in zip(row, GAINS.items(), strict=True):
+                axes.hexbin(
+                    points[gain],
+                    points["coverage_total"],
+                    gridsize=(28, 20),
+                    extent=(0.0, 0.1 if gain == "alignment_weight" else 0.5, 0, 100),
+                    mincnt=1,
+                    cmap="YlGnBu",
+                    linewidths=0,
+                )
+                axes.set_xlabel(f"{gain.replace('_', ' ')} {symbol}")
+                axes.set_title(
+                    f"{whose}: rank correlation {_rank(points, gain)}", fontsize=7.5
+                )
+                axes.set(ylim=(0, 100), ylabel=COLUMNS["coverage_total"])
+                axes.grid(visible=False)
+                axes.label_outer()
         note(
             figure,
-            f"{study.name}: cafeteria, 100 boids, {len(points):,} points, each the mean"
-            " of 3 seeds",
+            f"{study.name}: cafeteria, 100 boids, {len(theirs):,} points above,"
+            f" {len(ours):,} below, each the mean of 3 seeds; darker: more points",
         )
     return figure
 
 
 def figure4_everywhere(studies: Studies) -> Figure:
-    """Coverage against each gain in every map, for both sizes."""
+    """Coverage against each gain in every map, for both sizes, theirs and ours."""
     study = studies["gains"]
     with style.context(STYLE):
         figure = Figure(figsize=(7.2, 8.2))
@@ -160,15 +188,13 @@ def figure4_everywhere(studies: Studies) -> Figure:
                 axes.set_xlabel(f"{gain.replace('_', ' ')} {symbol}")
                 axes.set_ylabel(f"{words}\ncoverage (% of all pixels)")
                 axes.label_outer()
-        handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(
-            handles, labels, loc="outside upper center", ncols=2, markerscale=3
-        )
+        legend(figure, panels[0, 0])
         number = len(_points(study, {"map": "empty", "n": 100}))
         note(
             figure,
             f"{study.name}: {number:,} points a panel and size, each the mean of 3"
-            " seeds; titles: rank correlations",
+            f" seeds at 3600 steps; medians and the middle 80 % in {BINS} classes of a"
+            " gain; published: 2,000 points, medians; titles: our rank correlations",
         )
     return figure
 
@@ -177,18 +203,26 @@ def _both_sizes(axes: Axes, study: StoredStudy, name: str, gain: str) -> None:
     correlations = []
     for n, colour in zip(SIZES, (ORANGE, BLUE), strict=True):
         points = _points(study, {"map": name, "n": n})
-        axes.scatter(
-            points[gain],
-            points["coverage_total"],
-            s=3,
-            color=colour,
-            alpha=0.35,
-            linewidths=0,
-            label=f"{n} boids",
-        )
+        places, (low, middle, high) = _classes(points, gain)
+        axes.fill_between(places, low, high, color=colour, alpha=0.2, linewidth=0)
+        axes.plot(places, middle, color=colour, label=f"{n} boids")
+        places, (_, middle, _) = _classes(_published_points(name, n), gain)
+        axes.plot(places, middle, ":", color=colour, label=f"{n} boids, published")
         correlations.append(f"{_rank(points, gain)} ({n})")
     axes.set_title(", ".join(correlations), fontsize=8)
     axes.set(xlim=(0, None), ylim=(0, 100))
+
+
+def _classes(points: pd.DataFrame, gain: str) -> tuple[Values, Values]:
+    """The middles of BINS classes of a gain, and the quantiles 0.1, 0.5 and 0.9 of the
+    coverage of their points, (3, classes with points).
+    """
+    most = 0.1 if gain == "alignment_weight" else 0.5
+    edges = np.linspace(0.0, most, BINS + 1)
+    classes = points.groupby(np.digitize(points[gain], edges))["coverage_total"]
+    table = classes.quantile([0.1, 0.5, 0.9]).unstack().sort_index()
+    places = (table.index.to_numpy(np.float64) - 0.5) * most / BINS
+    return places, table.to_numpy(np.float64).T
 
 
 def figure5(studies: Studies) -> Figure:
@@ -208,19 +242,24 @@ def figure5(studies: Studies) -> Figure:
         ):
             curve = series[series["trial_id"] == trial]
             axes.plot(
-                curve["frame"],
+                curve["frame"] * (SECONDS / curve["frame"].max()),
                 curve["coverage_total"],
                 linestyle=dashes,
                 label=f"seed {seed}",
             )
+        steps = trials["steps"].iloc[0]
         axes.set(
-            xlabel="frame (steps)",
+            xlabel=f"wall clock (s): {SECONDS:g} s are {steps:,} steps",
             ylabel=COLUMNS["coverage_total"],
-            xlim=(0, None),
+            xlim=(0, SECONDS),
             ylim=(0, 100),
         )
         axes.legend(loc="lower right")
-        note(figure, f"{study.name}: cafeteria, 100 boids, one trial a line")
+        note(
+            figure,
+            f"{study.name}: cafeteria, 100 boids, one trial a line; the steps follow"
+            " from the mean visits of the published heatmaps",
+        )
     return figure
 
 
@@ -229,18 +268,22 @@ def figure6(studies: Studies) -> Figure:
     study = studies["wall_clock"]
     trials = done(study, **dict(BEST))
     visits = study.heatmaps.set_index("trial_id")["visits"]
-    most = max(
-        float(np.quantile(visits[trial][visits[trial] > 0], 0.99))
-        for trial in trials["trial_id"]
-    )
+    published = heatmaps("cafeteria", 100)
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 2.45))
+        figure = Figure(figsize=(7.2, 2.6))
         panels = figure.subplots(1, len(trials), sharey=True, squeeze=False)[0]
         for axes, trial in zip(panels, trials.itertuples(), strict=True):
             image = draw_visits(
-                axes, visits[trial.trial_id], study.world(trial.trial_id), most
+                axes, visits[trial.trial_id], study.world(trial.trial_id), MOST_VISITS
             )
-            axes.set_title(f"seed {trial.seed}: CV {trial.coverage_cv:.3f}")
+            counts = np.asarray(visits[trial.trial_id])
+            theirs = published.loc[trial.seed]
+            axes.set_title(
+                f"seed {trial.seed}: mean {counts[counts >= 0].mean():.1f}, CV"
+                f" {trial.coverage_cv:.3f}\npublished: {theirs['mean_visits']:.1f},"
+                f" {theirs['coverage_cv']:.3f}",
+                fontsize=7.5,
+            )
             axes.set_xticks([0, 400, 800])
             axes.label_outer()
         figure.colorbar(
@@ -254,48 +297,77 @@ def figure6(studies: Studies) -> Figure:
         steps = int(trials["steps"].iloc[0])
         note(
             figure,
-            f"{study.name}: cafeteria, 100 boids, {steps} steps; white: never visited;"
-            " blue: obstacles",
+            f"{study.name}: cafeteria, 100 boids, {steps:,} steps; white: never"
+            " visited; blue: obstacles; the scale ends where the published one does",
         )
     return figure
 
 
 def table1(studies: Studies) -> Figure:
-    """Table 1, ours at the fitted numbers of steps and at an equal one."""
+    """Table 1 with its seeds, and ours at three numbers of steps."""
     names = [f"{MAPS[name]}, {n}" for name, n in TABLE_1]
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 3.6))
+        figure = Figure(figsize=(7.2, 4.4))
         panels = figure.subplots(1, 2, sharey=True)
         for axes, (column, words) in zip(panels, COLUMNS.items(), strict=True):
-            axes.plot(
-                [getattr(row, column) for row in TABLE_1.values()],
-                range(len(names)),
-                linestyle="none",
-                marker="|",
-                markersize=17,
-                markeredgewidth=1.6,
-                color="0.1",
-                label="published",
-            )
+            for place, ((name, n), row) in enumerate(TABLE_1.items()):
+                seeds = _published_seeds(name, n, column)
+                axes.plot(
+                    *(seeds, [place] * len(seeds), "|"),
+                    markersize=7,
+                    color="0.55",
+                    label="published, by seed" if place == 0 else None,
+                )
+                axes.plot(
+                    *(getattr(row, column), place, "|"),
+                    markersize=17,
+                    markeredgewidth=1.6,
+                    color="0.1",
+                    label="published, mean" if place == 0 else None,
+                )
             for spec, (label, colour, marker, shift) in OURS.items():
+                places = [i for i, (name, _) in enumerate(TABLE_1) if _has(spec, name)]
                 found = [
-                    _interval(studies[spec], {"map": name, "n": n}, column)
-                    for name, n in TABLE_1
+                    _interval(studies[spec], _where(spec, *list(TABLE_1)[i]), column)
+                    for i in places
                 ]
                 table = tuple(np.array(found, np.float64)[:, :3].T)
                 draw_values(
-                    axes, np.arange(len(names)) + shift, table, colour, marker, label
+                    axes, np.array(places) + shift, table, colour, marker, label
                 )
             axes.set_xlabel(words)
         for axes in panels:
             name_rows(axes, names)
-        legend(figure, panels[0])
+        legend(figure, panels[0], columns=3)
         note(
             figure,
             f"map and number of boids; ours: {_trials(studies['fitted_steps'])} trials"
-            " a row, mean with 95 % interval",
+            " a row, mean with 95 % interval; the steps were fitted to the coverage; in"
+            " the corridor, which boids leave, mean visits give none",
         )
     return figure
+
+
+def _has(spec: str, name: str) -> bool:
+    return spec != "visit_steps" or name != NOT_BY_VISITS
+
+
+def _where(spec: str, name: str, n: int) -> dict[str, object]:
+    """The settings of a row of Table 1 in a spec."""
+    drawn = DRAWN_ANEW.get(name, name) if spec == "visit_steps" else name
+    return {"map": drawn, "n": n}
+
+
+def _published_seeds(name: str, n: int, column: str) -> Values:
+    """A column of Table 1 by seed: the coverage of the best gains of their search, or
+    the CV of their heatmaps.
+    """
+    if column == "coverage_cv":
+        values = heatmaps(DRAWN_ANEW.get(name, name), n)[column]
+    else:
+        coverage = searched(name, n)[list(SEEDS)]
+        values = coverage.loc[coverage.mean(axis=1).idxmax()]
+    return values.to_numpy(np.float64)
 
 
 def swarm_size(studies: Studies) -> Figure:
@@ -304,7 +376,7 @@ def swarm_size(studies: Studies) -> Figure:
     """
     names = list(MAPS.values())
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 2.5))
+        figure = Figure(figsize=(7.2, 3.0))
         panels = figure.subplots(1, 2, sharey=True)
         for axes, (column, words) in zip(panels, COLUMNS.items(), strict=True):
             axes.axvline(0.0, color="0.5", linewidth=0.8)
@@ -323,13 +395,17 @@ def swarm_size(studies: Studies) -> Figure:
                 label="published",
             )
             for spec, (label, colour, marker, shift) in OURS.items():
-                found = [
-                    mean_interval(_doubling(studies[spec], name, column))
-                    for name in MAPS
+                chosen = [i for i, name in enumerate(MAPS) if _has(spec, name)]
+                changes = [
+                    doubling(
+                        studies[spec], column, map=_where(spec, list(MAPS)[i], 0)["map"]
+                    )
+                    for i in chosen
                 ]
+                found = [mean_interval(change) for change in changes]
                 draw_values(
                     axes,
-                    places + shift,
+                    places[chosen] + shift,
                     tuple(np.array(found, np.float64)[:, :3].T),
                     colour,
                     marker,
@@ -339,12 +415,41 @@ def swarm_size(studies: Studies) -> Figure:
             axes.locator_params(axis="x", nbins=6)
         for axes in panels:
             name_rows(axes, names)
-        legend(figure, panels[0])
+        legend(figure, panels[0], columns=2)
         pairs = f"{_trials(studies['fitted_steps'])} pairs of trials a row"
         note(
             figure,
             f"below zero: less coverage, but more even visits; ours: {pairs}, mean with"
             " 95 % interval",
+        )
+    return figure
+
+
+def authors_rows(studies: Studies) -> Figure:
+    """Ours against theirs, row by row, for the hundred rows of each of their tables."""
+    study = studies["authors_rows"]
+    with style.context(STYLE):
+        figure = Figure(figsize=(7.2, 4.2))
+        panels = figure.subplots(len(SIZES), len(MAPS), sharex=True, sharey=True)
+        for row, n in zip(panels, SIZES, strict=True):
+            for axes, (name, words) in zip(row, MAPS.items(), strict=True):
+                rows = both(studies, map=name, n=n)
+                axes.plot([0, 100], [0, 100], color="0.6", linewidth=0.8)
+                axes.plot(rows["theirs"], rows["ours"], ".", markersize=3, color=BLUE)
+                off = rows["ours"] - rows["theirs"]
+                rank = rows["ours"].rank().corr(rows["theirs"].rank())
+                axes.set_title(
+                    f"{words}, {n}\nrms {np.sqrt((off**2).mean()):.2f}, mean"
+                    f" {off.mean():+.2f}, rank {rank:.3f}",
+                    fontsize=7.5,
+                )
+                axes.set(xlim=(0, 100), ylim=(0, 100), aspect="equal")
+                axes.set(xlabel="theirs (% of all pixels)", ylabel="ours")
+                axes.label_outer()
+        note(
+            figure,
+            f"{study.name}: random rows of the authors' search, coverage as a mean over"
+            " the seeds 27, 729 and 4913; titles: ours less theirs in points",
         )
     return figure
 
@@ -369,7 +474,7 @@ FIGURES = {
     "figure4": Drawing(
         figure4,
         ("gains",),
-        "Figure 4: coverage against each gain, cafeteria, 100 boids.",
+        "Figure 4: coverage against each gain, cafeteria, 100 boids, theirs and ours.",
     ),
     "figure4_everywhere": Drawing(
         figure4_everywhere, ("gains",), "As figure 4, for all maps and both sizes."
@@ -380,11 +485,10 @@ FIGURES = {
     "figure6": Drawing(
         figure6, ("wall_clock",), "Figure 6: visits for the three seeds."
     ),
-    "table1": Drawing(
-        table1, ("fitted_steps", "equal_steps"), "Table 1, published and ours."
-    ),
-    "swarm_size": Drawing(
-        swarm_size, ("fitted_steps", "equal_steps"), "What 100 boids do better than 50."
+    "table1": Drawing(table1, tuple(OURS), "Table 1, published and ours."),
+    "swarm_size": Drawing(swarm_size, tuple(OURS), "What 100 boids do better than 50."),
+    "authors_rows": Drawing(
+        authors_rows, ("authors_rows",), "Rows of the authors' tables, flown again."
     ),
     "ablation": Drawing(
         ablation, ("ablation",), "From the program to the text, one detail at a time."
@@ -402,18 +506,19 @@ def _trials(study: StoredStudy) -> int:
     return len(done(study, **dict(BEST)))
 
 
-def _doubling(study: StoredStudy, name: str, column: str) -> Values:
-    """The change from 50 to 100 boids, one value a replicate."""
-    by_size = done(study, map=name).pivot(index="replicate", columns="n", values=column)
-    return np.asarray(by_size[100] - by_size[50], np.float64)
-
-
 def _points(study: StoredStudy, settings: Mapping[str, object]) -> pd.DataFrame:
     """Gains and coverage of every point with these settings, a mean over its seeds, in
     the order of the sample.
     """
     columns = [*GAINS, "coverage", "coverage_total"]
     return done(study, **settings).groupby("point", sort=False)[columns].mean()
+
+
+def _published_points(map_name: str, n: int) -> pd.DataFrame:
+    """Gains and coverage of their search, a mean over its seeds."""
+    table = searched(map_name, n)
+    coverage = table[list(SEEDS)].mean(axis=1)
+    return table[list(GAINS)].assign(coverage_total=coverage)
 
 
 def _rank(points: pd.DataFrame, gain: str) -> str:

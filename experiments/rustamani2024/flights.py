@@ -203,14 +203,14 @@ def avoidance_angle(studies: Studies) -> Floats:
     return np.array(values)
 
 
-def alone(studies: Studies, map: str) -> Floats:
+def boids_alone(studies: Studies, **settings: Any) -> Floats:
     """At the smallest perception range, boids that have nobody within it at some time
     of the second half of the trial, in per cent.
     """
     study = studies["perception_paths"]
     reach = study.trials["perception_range"].min()
     values = []
-    for flight in flights_of(study, {"map": map, "perception_range": reach}):
+    for flight in flights_of(study, settings | {"perception_range": reach}):
         places = flight[len(flight) // 2 :, :2]
         apart = np.hypot(*np.moveaxis(places[..., None] - places[:, :, None], 1, 0))
         apart[:, range(apart.shape[1]), range(apart.shape[1])] = np.inf
