@@ -429,7 +429,7 @@ def authors_rows(studies: Studies) -> Figure:
     """Ours against theirs, row by row, for the hundred rows of each of their tables."""
     study = studies["authors_rows"]
     with style.context(STYLE):
-        figure = Figure(figsize=(7.2, 4.2))
+        figure = Figure(figsize=(7.2, 4.6))
         panels = figure.subplots(len(SIZES), len(MAPS), sharex=True, sharey=True)
         for row, n in zip(panels, SIZES, strict=True):
             for axes, (name, words) in zip(row, MAPS.items(), strict=True):
@@ -440,8 +440,8 @@ def authors_rows(studies: Studies) -> Figure:
                 rank = rows["ours"].rank().corr(rows["theirs"].rank())
                 axes.set_title(
                     f"{words}, {n}\nrms {np.sqrt((off**2).mean()):.2f}, mean"
-                    f" {off.mean():+.2f}, rank {rank:.3f}",
-                    fontsize=7.5,
+                    f" {off.mean():+.2f},\nrank correlation {rank:.3f}",
+                    fontsize=7,
                 )
                 axes.set(xlim=(0, 100), ylim=(0, 100), aspect="equal")
                 axes.set(xlabel="theirs (% of all pixels)", ylabel="ours")

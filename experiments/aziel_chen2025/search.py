@@ -16,9 +16,9 @@ Coverage = pd.Series
 
 SIZES = (50, 100)
 GAINS = {
-    "cohesion_weight": "$k_{coh}$",
-    "alignment_weight": "$k_{ali}$",
-    "separation_weight": "$k_{col}$",
+    "cohesion_weight": "k_coh",
+    "alignment_weight": "k_ali",
+    "separation_weight": "k_col",
 }
 BLOCKS = 10
 PERIPHERY = 50
