@@ -35,6 +35,7 @@ from sweep.figures.drawing import (
     name_rows,
     note,
     quantity,
+    words,
 )
 from sweep.figures.heatmap import heatmap_figure
 from sweep.figures.kinds import KINDS
@@ -103,4 +104,5 @@ __all__ = [
     "scatter_figure",
     "sensitivity_figure",
     "trajectories_figure",
+    "words",
 ]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
-from sweep.figures import GREEN, STYLE, draw_flock, draw_map
+from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
 from sweep.figures.drawing import colours_of_kinds
 from sweep.replays.flight import Report, frames
 from sweep.replays.video import write_gif, write_mp4
@@ -65,8 +65,9 @@ class Scene:
             self._draw_goal()
             self.colour = self._colours()
             self.figure.suptitle(
-                f"{study}, trial {job.trial_id}: {job.model} {job.preset}", fontsize=9
+                f"{job.model}, {words(job.preset)}: {words(job.settings['map'])}"
             )
+            note(self.figure, f"{study}, trial {job.trial_id}")
             self.title = self.axes.set_title(" ", animated=True)
             self.canvas.draw()
         self.figure.set_layout_engine("none")
@@ -90,7 +91,7 @@ class Scene:
         """
         height = (
             WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
-            + 0.6
+            + 0.75
         )
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
 
