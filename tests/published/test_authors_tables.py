@@ -47,7 +47,8 @@ def test_rows_that_are_flown_again_are_in_the_tables() -> None:
     assert (search.groupby(["map", "n"]).size() == 2000).all()
     assert (rows.groupby(["map", "n"]).size() == 100).all()
     assert len(rows.merge(search, on=key)) == len(rows)
-    assert len(table("rows_quick").merge(rows, on=[*key, "steps"])) == 32
+    quick = table("rows_quick")
+    assert len(quick.merge(rows, on=[*key, "steps"])) == len(quick) < len(rows) / 4
 
 
 def compared(shift: float) -> dict[str, Any]:
