@@ -32,9 +32,10 @@ test-slow: $(LAB_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
 	$(BIN)/python notebooks/execute.py
 
-documents: $(STAMP)  ## write what follows from the code: the schema of a spec, the table of its keys
+documents: $(STAMP)  ## write what follows from the code and the scorecard: schema, keys, the headline of the readme
 	$(BIN)/sweep schema > sweep/spec/spec.schema.json
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
+	$(BIN)/python -m sweep.published.headline README.md experiments results
 
 bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 	$(BIN)/python -m tests.bench $(ONLY)

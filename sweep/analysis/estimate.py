@@ -4,7 +4,7 @@ rank correlations.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -77,6 +77,11 @@ class MeanEstimate:
         error, freedom = self.error(published)
         half = student_quantile(0.5 + confidence / 2, freedom) * error
         return self.value - half, self.value + half
+
+    def grown(self, times: float) -> "MeanEstimate":
+        """What `times` as many values would give if mean and spread stayed."""
+        samples = tuple(one._replace(n=round(one.n * times)) for one in self.samples)
+        return replace(self, samples=samples)
 
     def error(self, published: int | None = None) -> tuple[float, float]:
         """The standard error and its degrees of freedom, Welch's (1947, Biometrika 34,
@@ -220,6 +225,10 @@ class RankEstimate:
             math.tanh(math.atanh(correlation) + half),
         )
         return min(low, self.value), max(high, self.value)
+
+    def grown(self, times: float) -> "RankEstimate":
+        """What `times` as many pairs would give if the correlation stayed."""
+        return RankEstimate(self.value, round(self.n * times))
 
 
 Estimate = MeanEstimate | RankEstimate

@@ -16,6 +16,7 @@ class Scale(StrEnum):
 
     full = "full"
     quick = "quick"
+    mutants = "mutants"
 
 
 @app.command()
@@ -162,7 +163,10 @@ def reproduce(
         typer.Option(help="Run, draw and judge this study only; may be repeated."),
     ] = None,
     scale: Annotated[
-        Scale, typer.Option(help="All trials, or few of them as a try.")
+        Scale,
+        typer.Option(
+            help="All trials, few of them as a try, or few of them of every mutant."
+        ),
     ] = Scale.full,
     results: Results = Path("results"),
     workers: Workers = 0,
@@ -173,9 +177,14 @@ def reproduce(
     It runs code: figures.py of each study in the folder, and the files beside it that
     it imports. With --only it runs that of the named studies alone. Read this code
     first. The verdicts are on the page scorecard.html below the results.
+
+    At the scale "mutants" it runs and judges every wrong version of the studies that
+    published.yaml names, with few trials. It says which claims notice them, and stores
+    that in mutants.json below the results, for the page.
     """
     from sweep.cli.progress import ProgressBar
-    from sweep.published.claims import FILE, code_files, read_all
+    from sweep.published.mutations import try_all
+    from sweep.published.publications import FILE, code_files, read_all
     from sweep.published.reproduce import reproduce as run_all
     from sweep.spec.built_in import EXPERIMENTS
     from sweep.store.locations import local_folder
@@ -183,7 +192,7 @@ def reproduce(
 
     folder, quick = (
         local_folder(results, "the page and its figures are written to"),
-        scale is Scale.quick,
+        scale is not Scale.full,
     )
     if experiments is None:
         experiments = Path(EXPERIMENTS.name)
@@ -199,6 +208,10 @@ def reproduce(
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
     publications = read_all(experiments, quick=quick, only=only or ())
     engine = Loky(workers or core_count())
+    if scale is Scale.mutants:
+        for name, found in try_all(publications, folder, engine, ProgressBar).items():
+            print(f"{name}: {found.summary()}")
+        return
     outcome = run_all(publications, folder, engine, ProgressBar, quick=quick)
     print(outcome.summary(), file=sys.stderr)
     if not outcome.whole:

@@ -3,14 +3,22 @@ computed.
 
     starting            a study of one's own, begun as a copy of a built-in one
     creating            code of one's own, begun as a copy of an example
-    claims              published numbers and figures, read from published.yaml
+    publications        a document with its specs, claims and mutants: published.yaml
+    claims              what a document says, and what is expected of our trials
     measures            what a claim measures, and in which trials
     estimates           a measure as an estimate from stored trials
-    verdicts            whether an estimate agrees with the published number
+    verdicts            what an estimate shows about a claim
+    judging             the verdicts on a document by its stored trials
+    statements          claims on the same statement, counted once
     published_code      runs figures.py of a publication
+    running             runs what is missing of a publication
     drawings            draws the figures of a publication that are out of date
+    forest              the claims of a document as one picture
+    mutations           which claims notice wrong versions of a study
     reproduce           runs, draws and judges everything
     scorecard           the rows of the scorecard, one a claim
     scorecard_html      the scorecard as a page
     scorecard_markdown  the scorecard as Markdown
+    scorecard_json      the scorecard for machines
+    headline            what is judged, and what came out, in the readme
 """

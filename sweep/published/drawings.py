@@ -4,7 +4,7 @@ changed.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -13,9 +13,13 @@ from matplotlib.figure import Figure
 
 from kernels.identity import kernels_sha
 from sweep.figures import STYLE, save, saved_about
-from sweep.published.claims import Publication
+from sweep.published.forest import forest_figure
+from sweep.published.judging import Row
+from sweep.published.publications import Publication
 from sweep.spec.study_folder import FIGURES
 from sweep.tables.stored_study import StoredStudy
+
+FOREST = Path(__file__).with_name("forest.py")
 
 
 class FigureFile:
@@ -98,6 +102,57 @@ class FigureFile:
             "kernels_sha": kernels_sha(),
             "Trials": ", ".join(str(len(trials)) for trials in done.values()),
             "Inputs": _hash(json.dumps(inputs)),
+        }
+
+
+class ForestFile:
+    """The picture of the rows of a document, and its two files.
+
+    publication  the document
+    rows         its rows, judged
+    root         the folder below which the picture is written
+    watermark    a text across it; "" for none
+    results      the folder that the user has named; `root` is it, or lies in it
+    """
+
+    text = "every tested claim: ours, both intervals, what was published, the margin"
+
+    def __init__(
+        self,
+        publication: Publication,
+        rows: Sequence[Row],
+        root: Path,
+        watermark: str,
+        results: Path,
+    ) -> None:
+        self.publication, self.rows = publication, rows
+        self.results, self.watermark = results, watermark
+        self.path = root / FIGURES / f"scorecard-{publication.name}"
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a row to draw."""
+        return any(row.verdict.interval for row in self.rows)
+
+    def current(self) -> bool:
+        """Whether the files exist and show these rows."""
+        return saved_about(self.path).get("Inputs") == self.about["Inputs"]
+
+    def draw(self) -> None:
+        """Draw and save it."""
+        title, family = self.publication.title, self.publication.family
+        figure = forest_figure(title, self.rows, family)
+        save(figure, self.path, self.about, self.watermark, below=self.results)
+
+    @cached_property
+    def about(self) -> dict[str, str]:
+        """The metadata of the files."""
+        source = FOREST.read_text(encoding="utf-8")
+        shown = [repr(row) for row in self.rows]
+        inputs = [shown, source, _house_sources(), matplotlib.__version__]
+        return {
+            "Document": self.publication.name,
+            "Inputs": _hash(json.dumps([*inputs, self.watermark])),
         }
 
 

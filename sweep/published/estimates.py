@@ -31,12 +31,13 @@ Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, the number of its trials in words, and the number of trials that
-    were left out because they have no result.
+    """An estimate, the number of its trials in words and in all, and the number of
+    trials that were left out because they have no result.
     """
 
     estimate: Estimate
     trials: str
+    used: int
     left_out: int
 
 
@@ -58,6 +59,7 @@ def measure(
         return Measured(
             mean_estimate(found.array(), distribution=_distribution(studies, what)),
             f"{found.trials:,}",
+            found.trials,
             found.left_out,
         )
     if isinstance(what, MeanDifference):
@@ -79,7 +81,7 @@ def _difference(studies: Studies, what: MeanDifference) -> Measured:
     trials = f"{one.trials:,} and {other.trials:,}" + (
         ", paired" if found.paired else ""
     )
-    return Measured(found.estimate, trials, found.left_out)
+    return Measured(found.estimate, trials, one.trials + other.trials, found.left_out)
 
 
 def _distribution(studies: Studies, what: Mean) -> Distribution:
@@ -117,11 +119,9 @@ def _rank_correlation(study: StoredStudy, what: RankCorrelation) -> Measured:
     points = trials.assign(_value=values).groupby("point", sort=False)
     settings = points[what.setting].first().to_numpy(np.float64)
     estimate = rank_estimate(settings, points["_value"].mean().to_numpy(np.float64))
-    return Measured(
-        estimate,
-        f"{values.notna().sum():,} at {estimate.n:,} points",
-        int(values.isna().sum()),
-    )
+    count = int(values.notna().sum())
+    words = f"{count:,} at {estimate.n:,} points"
+    return Measured(estimate, words, count, int(values.isna().sum()))
 
 
 def _called(
@@ -143,6 +143,6 @@ def _called(
         )
     left_out = sum(int(np.isnan(values).sum()) for values in samples)
     estimate = mean_estimate(*samples)
-    return Measured(
-        estimate, " and ".join(f"{sample.n:,}" for sample in estimate.samples), left_out
-    )
+    counts = [sample.n for sample in estimate.samples]
+    words = " and ".join(f"{count:,}" for count in counts)
+    return Measured(estimate, words, sum(counts), left_out)

@@ -2,40 +2,46 @@
 out of date, judges all claims, writes the page.
 """
 
-import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
-from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Display
-from sweep.design.code import study_code
-from sweep.errors import OutputError, StoreError
-from sweep.published.claims import QUICK, Claim, Publication
-from sweep.published.drawings import FigureFile
-from sweep.published.estimates import MeasureError, measure
-from sweep.published.measures import specs_of
-from sweep.published.scorecard import Page, Picture, Row, Section
+from sweep.errors import OutputError
+from sweep.published.drawings import FigureFile, ForestFile
+from sweep.published.judging import Stored, judged, stored_studies
+from sweep.published.mutations import Mutations, fingerprint, read_mutations
+from sweep.published.publications import FULL, QUICK, Publication
+from sweep.published.running import run_studies
+from sweep.published.scorecard import Page, Picture, Section
 from sweep.published.scorecard_html import as_html
+from sweep.published.scorecard_json import as_json
 from sweep.published.scorecard_markdown import as_markdown
-from sweep.published.verdicts import judge, untestable
+from sweep.published.verdicts import Status
 from sweep.spec.study_folder import SCORECARD
 from sweep.store.new_files import replacing
-from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import ExecutorFactory
 
 WATERMARK = "QUICK: FEW TRIALS"
 
-Stored = Mapping[str, StoredStudy]
+
+class PageFolder(NamedTuple):
+    """Where pages and figures are written: `root` is the folder `results` that the user
+    has named, or lies in it. They get a watermark; "" for none.
+    """
+
+    root: Path
+    watermark: str
+    results: Path
 
 
 @dataclass
 class Outcome:
     """What a reproduction did: new trials, trials that are not done, figures drawn and
-    kept, failures, verdicts.
+    kept, failures, and by document how many of its statements have which verdict.
     """
 
     page: Path
@@ -44,7 +50,7 @@ class Outcome:
     drawn: int = 0
     kept: int = 0
     failures: list[str] = field(default_factory=list)
-    verdicts: Counter[str] = field(default_factory=Counter)
+    statements: dict[str, Counter[Status]] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -56,9 +62,6 @@ class Outcome:
 
     def summary(self) -> str:
         """What a reproduction did, in a few lines."""
-        counts = ", ".join(
-            f"{count} {status}" for status, count in sorted(self.verdicts.items())
-        )
         times = ", ".join(
             f"{what} {seconds:.1f} s" for what, seconds in self.seconds.items()
         )
@@ -68,9 +71,10 @@ class Outcome:
             + (f", {self.not_done:,} not done" if self.not_done else "")
         )
         lines.append(f"figures: {self.drawn} drawn, {self.kept} up to date")
-        return "\n".join(
-            [*lines, f"claims: {counts}", f"time: {times}", f"page: {self.page}"]
-        )
+        for document, found in self.statements.items():
+            counts = [f"{count} {status}" for status, count in sorted(found.items())]
+            lines.append(f"statements of {document}: {', '.join(counts)}")
+        return "\n".join([*lines, f"time: {times}", f"page: {self.page}"])
 
 
 def reproduce(
@@ -81,8 +85,8 @@ def reproduce(
     *,
     quick: bool = False,
 ) -> Outcome:
-    """Run, draw and judge the publications. Write `scorecard.html` and `.md` below
-    `results`.
+    """Run, draw and judge the publications. Write `scorecard.html`, `.md` and `.json`
+    below `results`.
 
         publications  all of them; those that are `asked` for are run and drawn, and the
                       page shows all
@@ -91,158 +95,103 @@ def reproduce(
         display       makes the progress display of a study from its name
         quick         whether the publications were read at the quick scale
 
-    Raises SpecError and StoreError as a launch does. If a trial, a figure or a measure
-    fails, that is noted and the rest goes on.
+    Raises SpecError and StoreError as a launch does, and StoreError for a damaged file
+    of mutants. If a trial, a figure or a measure fails, that is noted and the rest goes
+    on.
     """
     wanted = [publication for publication in publications if publication.asked]
     root = results / QUICK if quick else results
     outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
+    mutations = read_mutations(results)
     for publication in wanted:
-        _run(publication, results, engine, display, outcome)
+        ran = run_studies(publication.studies.values(), results, engine, display)
+        outcome.new += ran.new
+        outcome.not_done += ran.not_done
     times.append(time.monotonic())
-    stored = {
-        publication.name: _stored(publication, results) for publication in publications
-    }
-    watermark = WATERMARK if quick else ""
+    stored = {one.name: stored_studies(one, results) for one in publications}
+    folder = PageFolder(root, WATERMARK if quick else "", results)
     files = {
         one.name: [
-            FigureFile(one, name, stored[one.name], root, watermark, results)
-            for name in one.drawings
+            FigureFile(one, name, stored[one.name], *folder) for name in one.drawings
         ]
         for one in publications
     }
     for publication in wanted:
         for file in files[publication.name]:
-            _draw(file, outcome)
+            what = f"figure {publication.name}/{file.name}"
+            if file.possible:
+                _draw(file, what, outcome)
+            else:
+                outcome.failures.append(f"{what}: no trial of what it shows is done")
     times.append(time.monotonic())
-    claims = sum(publication.tested for publication in publications)
     sections = [
-        _section(one, stored[one.name], files[one.name], results, claims, outcome)
+        _section(
+            one,
+            stored[one.name],
+            files[one.name],
+            folder,
+            mutations.get(one.name),
+            outcome,
+        )
         for one in publications
     ]
-    _write(Page(root, sections, claims, WATERMARK if quick else ""), results)
+    _write(Page(root, sections, QUICK if quick else FULL, folder.watermark), results)
     times.append(time.monotonic())
     steps = zip(("trials", "figures", "page"), times, times[1:], strict=False)
     outcome.seconds = {what: until - since for what, since, until in steps}
     return outcome
 
 
-def _run(
-    publication: Publication,
-    results: Path,
-    engine: ExecutorFactory,
-    display: Callable[[str], Display],
-    outcome: Outcome,
-) -> None:
-    for study in publication.studies.values():
-        with display(study.name) as bar, ExitStack() as ending:
-            ending.callback(engine.stop)
-            progress = launch(study, results, engine, report=bar.show)
-        print(bar.summary(progress, results / study.name), file=sys.stderr)
-        outcome.new += progress.statuses.total()
-        statuses = StoredStudy(study.name, results).statuses()
-        if not_done := statuses.total() - statuses["done"]:
-            outcome.not_done += not_done
-            print(
-                f"{study.name}: {not_done:,} trials are not done:"
-                f" sweep status {study.name}",
-                file=sys.stderr,
-            )
-
-
-def _stored(publication: Publication, results: Path) -> dict[str, StoredStudy]:
-    """The stored studies of a publication, by the names of their specs. Only those of
-    the same spec and code count, with at least one trial that is done.
-    """
-    found = {}
-    for spec, study in publication.studies.items():
-        try:
-            stored = StoredStudy(study.name, results)
-        except StoreError:
-            continue
-        same = stored.spec == study.text and stored.code == study_code(study)
-        if same and stored.statuses()["done"]:
-            found[spec] = stored
-    return found
-
-
-def _draw(file: FigureFile, outcome: Outcome) -> None:
-    what = f"figure {file.publication.name}/{file.name}"
-    if not file.possible:
-        outcome.failures.append(f"{what}: no trial of what it shows is done")
-    elif file.current():
+def _draw(file: FigureFile | ForestFile, what: str, outcome: Outcome) -> None:
+    if file.current():
         outcome.kept += 1
-    else:
-        try:
-            file.draw()
-            outcome.drawn += 1
-        except Exception as error:
-            outcome.failures.append(f"{what}: {type(error).__name__}: {error}")
+        return
+    try:
+        file.draw()
+        outcome.drawn += 1
+    except Exception as error:
+        outcome.failures.append(f"{what}: {type(error).__name__}: {error}")
 
 
 def _section(
     publication: Publication,
     stored: Stored,
     files: Sequence[FigureFile],
-    results: Path,
-    claims: int,
+    folder: PageFolder,
+    tried: Mutations | None,
     outcome: Outcome,
 ) -> Section:
-    rows = [
-        _row(publication, claim, stored, claims, outcome)
-        for claim in publication.claims
-    ]
-    outcome.verdicts.update(row.verdict.status for row in rows)
+    """The section of a publication. The picture of its rows is drawn."""
+    rows, failures = judged(publication, stored)
+    outcome.failures += failures
+    forest = ForestFile(publication, rows, *folder)
+    if forest.possible:
+        _draw(forest, f"picture of the claims of {publication.name}", outcome)
     pictures = [
         Picture(file.name, file.drawing.text, file.path if file.current() else None)
         for file in files
     ]
-    folders = {
-        spec: results / study.name
-        for spec, study in publication.studies.items()
-        if spec in stored
-    }
-    origins = [study.provenance for study in stored.values()]
-    return Section(
+    shown = forest.path if forest.possible and forest.current() else None
+    section = Section(
         publication,
         rows,
         {picture.name: picture for picture in pictures},
-        folders,
-        origins,
+        Picture("of all claims", forest.text, shown) if forest.possible else None,
+        {
+            spec: folder.results / study.name
+            for spec, study in publication.studies.items()
+            if spec in stored
+        },
+        [study.provenance for study in stored.values()],
+        tried if tried and tried.inputs == fingerprint(publication) else None,
     )
-
-
-def _row(
-    publication: Publication,
-    claim: Claim,
-    stored: Stored,
-    claims: int,
-    outcome: Outcome,
-) -> Row:
-    if claim.measure is None or claim.expect is None:
-        return Row(claim, untestable(claim.untestable))
-    missing = [
-        spec
-        for spec in specs_of(claim.measure, publication.studies)
-        if spec not in stored
-    ]
-    if missing:
-        return Row(
-            claim,
-            untestable(
-                f"no trial of {', '.join(missing)} is done: not run yet, or all failed"
-            ),
-        )
-    try:
-        measured = measure(stored, claim.measure, publication.functions)
-    except MeasureError as error:
-        outcome.failures.append(f"claim {publication.name}/{claim.id}: {error}")
-        return Row(claim, untestable(f"its measure failed: {error}"))
-    return Row(claim, judge(measured.estimate, claim.expect, claims), measured)
+    if publication.asked:
+        outcome.statements[publication.name] = section.tallies["statement"]
+    return section
 
 
 def _write(page: Page, results: Path) -> None:
-    texts = as_html(page), as_markdown(page)
+    texts = as_html(page), as_markdown(page), as_json(page)
     try:
         results.mkdir(parents=True, exist_ok=True)
         for name, text in zip(SCORECARD, texts, strict=True):

@@ -1,36 +1,58 @@
-"""The rows of the scorecard, one a published claim: HTML and Markdown show them."""
+"""The scorecard: the rows of each document, one a claim, and what is counted. HTML,
+Markdown and JSON show it.
+"""
 
 import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from sweep.analysis.notation import number, with_interval
-from sweep.published.claims import Claim, Publication
-from sweep.published.estimates import Measured
+from sweep.published.judging import Row
+from sweep.published.mutations import Mutations
+from sweep.published.publications import Publication
+from sweep.published.statements import Group, tallies
 from sweep.published.verdicts import (
     LEVEL,
     Above,
     Below,
     Status,
     Value,
-    Verdict,
     Within,
     brief,
 )
 
 TITLE = "What of the published results could be reproduced"
 ORDER: tuple[Status, ...] = (
-    "not reproduced",
-    "not testable as published",
-    "reproduced",
+    "refuted",
+    "undecided",
+    "partial",
+    "not testable",
+    "not run",
+    "confirmed",
 )
 MARKS: dict[Status, str] = {
-    "not reproduced": "✗",
-    "not testable as published": "○",
-    "reproduced": "✓",
+    "refuted": "✗",
+    "undecided": "?",
+    "partial": "…",
+    "not testable": "○",
+    "not run": "-",
+    "confirmed": "✓",
+}
+LISTED: dict[Status, str] = {
+    "refuted": "Refuted",
+    "undecided": "Undecided",
+    "not testable": "Not testable",
+}
+"""The verdicts whose rows stand above all tables, and their headings."""
+COUNTED: dict[Group, str] = {
+    "statement": "Statements of the documents",
+    "hypothesis": "Hypotheses of ours",
+    "fit": "Tests of what was fitted to them: shown, not counted",
 }
 HEADINGS = (
     "claim",
@@ -39,21 +61,16 @@ HEADINGS = (
     "trials",
     "noticeable",
     "verdict",
+    "mutants that turn it",
     "see",
 )
-
-
-class Row(NamedTuple):
-    """A claim with its verdict, and what was measured; None where nothing was."""
-
-    claim: Claim
-    verdict: Verdict
-    measured: Measured | None = None
+BEYOND = "it cannot be confirmed with these trials"
+UNTURNED = "no mutant turns it"
 
 
 class Picture(NamedTuple):
-    """A figure. `path` lacks the endings of its two files. It is None if the figure was
-    not drawn from the trials that are stored now.
+    """A figure. `path` lacks the endings of its files. It is None if the figure was not
+    drawn from the trials that are stored now.
     """
 
     name: str
@@ -61,40 +78,67 @@ class Picture(NamedTuple):
     path: Path | None
 
 
-class Section(NamedTuple):
-    """The rows and figures of a publication. `folders` has the stored studies by spec,
-    `origins` their provenance.
+@dataclass(frozen=True)
+class Section:
+    """The rows and figures of a publication.
+
+    pictures   its figures by name
+    forest     the picture of its rows
+    folders    the stored studies by spec
+    origins    their provenance
+    mutations  what its mutants turned; None if they were not tried as it is now
     """
 
     publication: Publication
     rows: Sequence[Row]
     pictures: Mapping[str, Picture]
+    forest: Picture | None
     folders: Mapping[str, Path]
     origins: Sequence[dict[str, Any]]
+    mutations: Mutations | None = None
 
     def ordered(self) -> list[Row]:
-        """The rows, those not reproduced first."""
+        """The rows, those refuted first and those confirmed last."""
         return sorted(self.rows, key=lambda row: ORDER.index(row.verdict.status))
+
+    def drawn(self) -> list[Picture]:
+        """The picture of its rows, where some were tested."""
+        return [self.forest] if self.forest else []
 
     def anchor(self, row: Row) -> str:
         """The name of a row, for links."""
         return f"{self.publication.name}-{row.claim.id}"
 
+    @cached_property
+    def tallies(self) -> dict[Group, Counter[Status]]:
+        """How many statements, hypotheses and fits have which verdict."""
+        return tallies(self.rows)
+
+    def mutants(self, row: Row) -> list[str] | None:
+        """The mutants that turn a row; None if none was tried."""
+        return self.mutations.killing(row.claim.id) if self.mutations else None
+
+    def weaknesses(self, row: Row) -> list[str]:
+        """Why a row shows little; none where it does not."""
+        found = [BEYOND] if row.verdict.weak else []
+        confirmed = row.claim.counted and row.verdict.status == "confirmed"
+        return found + ([UNTURNED] if confirmed and self.mutants(row) == [] else [])
+
 
 class Page(NamedTuple):
-    """All sections; links are relative to `root`, `claims` counts those tested."""
+    """All sections; links are relative to `root`, `scale` is "full" or "quick"."""
 
     root: Path
     sections: Sequence[Section]
-    claims: int
+    scale: str
     watermark: str
 
-    def counts(self) -> dict[Status, int]:
-        """The number of claims by verdict."""
-        found = Counter(
-            row.verdict.status for section in self.sections for row in section.rows
-        )
-        return {status: found[status] for status in ORDER}
+    def counts(self, group: Group) -> dict[str, Counter[Status]]:
+        """By document how many of a group have which verdict; without documents that
+        have none.
+        """
+        found = {one.publication.name: one.tallies[group] for one in self.sections}
+        return {name: counts for name, counts in found.items() if counts}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
         """The rows with this verdict, and their sections."""
@@ -125,39 +169,93 @@ class Page(NamedTuple):
         return links
 
 
-def rule(page: Page) -> list[str]:
+def rule() -> list[str]:
     """How verdicts are computed, in paragraphs."""
-    claims, level = page.claims, LEVEL / max(page.claims, 1)
     return [
         (
-            f"Verdicts are computed, two-sided, and can fail. {claims} claims are"
-            f" tested on this page, each at the level {LEVEL:g}/{max(claims, 1)} ="
-            f" {level:.2g} (Bonferroni). So the chance that the page calls even one"
-            " true number not reproduced, or one false bound reproduced, is at most"
-            f" {100 * LEVEL:.0f} %. The simultaneous interval that a verdict uses is"
-            " therefore wider than the 95 % interval shown."
+            "Verdicts are computed, and can fail. The claims of one document are one"
+            " family: with m of them each has a simultaneous interval of confidence"
+            f" 1 - {LEVEL:.2g}/m (Bonferroni), which is wider than the 95 % interval"
+            f" shown. So the chance of even one wrong verdict in a document, confirmed"
+            f" or refuted, is at most {100 * LEVEL:.0f} %."
         ),
         (
-            "A number is reproduced where our mean differs from it by no more than half"
-            " the simultaneous Student (for two groups Welch) interval, plus its"
-            " rounding, plus a margin where one is stated with its reason. Where the"
-            " number of published trials is known, their chance error counts too, with"
-            " our standard deviation; where it is not, the published number is taken to"
-            " be exact."
+            "A number is confirmed where the whole simultaneous interval lies within"
+            " its margin and rounding, and refuted where it lies wholly outside. The"
+            " margin was stated with its reason, and does not depend on our own"
+            " interval. Where the number of published trials is known, their chance"
+            " error counts too, with our standard deviation; where it is not, the"
+            " published number is taken to be exact. That something lies above or below"
+            " a bound, or within two, is confirmed or refuted alike."
         ),
         (
-            "That something lies above or below a bound, or within two, is reproduced"
-            " only where the whole simultaneous interval does; the reason says whether"
-            " the opposite was shown or nothing could be. Rank correlations have"
-            " Fisher's interval with the variance of Bonett and Wright."
+            "All else is undecided, with the number of trials that would decide it if"
+            " our mean and spread stayed. A claim some of whose planned trials are"
+            " missing is partial: its numbers are provisional. One without trials is"
+            " not run, and nothing is said of it. Rank correlations have Fisher's"
+            " interval with the variance of Bonett and Wright."
         ),
         (
-            "Noticeable is the smallest difference from the published number, or"
-            " distance from the bound, that the test could notice: a large one marks a"
-            " weak test. Trials that did not come to their end are left out, and"
-            " counted."
+            "Statements are counted, not rows: one is refuted where a row of it is, and"
+            " confirmed where all that can be tested are. A claim is a number that the"
+            " document prints, our reading of a sentence, a hypothesis of ours, or a"
+            " test of what was fitted to it. Hypotheses are counted apart; fits are"
+            " shown only."
+        ),
+        (
+            "Noticeable is half the width of the simultaneous interval. A row is weak"
+            " where that is more than its margin, since these trials cannot confirm it,"
+            " or where it is confirmed although no mutant, which is a wrong version of"
+            " the study, turns it. Trials that did not come to their end, and those in"
+            " which the measure has no value, are left out and counted."
         ),
     ]
+
+
+def family_text(section: Section) -> str:
+    """How sure each row of a document must be."""
+    family = section.publication.family
+    if not section.publication.asked:
+        return ""
+    return (
+        f"{family} of these {len(section.rows)} claims are counted and tested together:"
+        f" each at {LEVEL:.2g}/{max(family, 1)} = {LEVEL / max(family, 1):.2g}."
+    )
+
+
+def mutants_text(section: Section) -> str:
+    """How many mutants of a document are noticed."""
+    found = section.mutations
+    if found is None:
+        return "no mutants were tried with these claims, specs and kernels"
+    return found.summary()
+
+
+def kind_text(row: Row) -> str:
+    """What a claim is and when it was fixed, such as `number, registered 2026-03-01,
+    such results first seen after that`.
+    """
+    claim = row.claim
+    parts = [claim.kind, f"registered {claim.registered.isoformat()}"]
+    parts += [f"such results first seen {claim.looked} that"] if claim.looked else []
+    parts += [f"statement {claim.statement}"] if claim.statement != claim.id else []
+    return ", ".join(parts) + (
+        f"; also tried: {claim.alternatives}" if claim.alternatives else ""
+    )
+
+
+def weakness_text(section: Section, row: Row) -> str:
+    """Why a row is weak; "" where it is not."""
+    found = section.weaknesses(row)
+    return f"weak: {' and '.join(found)}" if found else ""
+
+
+def killers_text(section: Section, row: Row) -> str:
+    """The mutants that turn a row; "" where none was tried or it does not count."""
+    found = section.mutants(row)
+    if found is None or not row.claim.counted:
+        return ""
+    return ", ".join(found) or "none"
 
 
 def reason(row: Row) -> str:
@@ -178,7 +276,7 @@ def published_text(row: Row) -> str:
         parts += [f"mean of {expect.trials:,} trials"] if expect.trials else []
         parts += (
             [f"margin {expect.margin:g}: {expect.because}"]
-            if expect.margin is not None
+            if expect.margin > 0.0
             else []
         )
         return "; ".join(parts)

@@ -7,14 +7,21 @@ from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
+from sweep.published.judging import Row
 from sweep.published.scorecard import (
+    COUNTED,
     HEADINGS,
+    LISTED,
     MARKS,
+    ORDER,
     TITLE,
     Page,
     Picture,
-    Row,
     Section,
+    family_text,
+    killers_text,
+    kind_text,
+    mutants_text,
     noticeable_text,
     origin_lines,
     ours_text,
@@ -23,14 +30,19 @@ from sweep.published.scorecard import (
     rule,
     sentence,
     trials_text,
+    weakness_text,
 )
+from sweep.published.statements import Group
 from sweep.published.verdicts import Status
 
 STYLE = Path(__file__).parent / "scorecard.css"
 CLASSES: dict[Status, str] = {
-    "not reproduced": "no",
-    "not testable as published": "untestable",
-    "reproduced": "yes",
+    "refuted": "no",
+    "undecided": "undecided",
+    "partial": "undecided",
+    "not testable": "untestable",
+    "not run": "untestable",
+    "confirmed": "yes",
 }
 
 
@@ -66,18 +78,38 @@ def _lines(page: Page) -> Iterator[str]:
 
 
 def _summary(page: Page) -> Iterator[str]:
-    yield '<section>\n<ul class="counts">'
-    for status, count in page.counts().items():
-        yield (
-            f'<li class="{CLASSES[status]}"><strong>{count}</strong>'
-            f" {_verdict(status)}</li>"
-        )
+    yield "<section>"
+    for group in COUNTED:
+        yield from _counts(page, group)
+    yield '<h2>Mutants that are noticed</h2>\n<ul class="list">'
+    for section in page.sections:
+        name = escape(section.publication.name)
+        yield f"<li>{name}: {escape(mutants_text(section))}</li>"
     yield "</ul>"
-    yield from _list(page, "not reproduced", "Not reproduced")
-    yield from _list(page, "not testable as published", "Not testable as published")
+    for status, heading in LISTED.items():
+        yield from _list(page, status, heading)
     yield "</section>\n<section>\n<h2>The rule</h2>"
-    yield from (f"<p>{escape(paragraph)}</p>" for paragraph in rule(page))
+    yield from (f"<p>{escape(paragraph)}</p>" for paragraph in rule())
     yield "</section>"
+
+
+def _counts(page: Page, group: Group) -> Iterator[str]:
+    """How many of a group have which verdict, a row a document."""
+    counts = page.counts(group)
+    if not counts:
+        return
+    yield f"<h2>{escape(COUNTED[group])}</h2>"
+    yield '<div class="wide"><table class="counts">\n<thead><tr>'
+    yield '<th scope="col">document</th>'
+    yield "".join(
+        f'<th scope="col" class="{CLASSES[status]}">{_verdict(status)}</th>'
+        for status in ORDER
+    )
+    yield "</tr></thead>\n<tbody>"
+    for name, found in counts.items():
+        cells = "".join(f'<td class="number">{found[status]}</td>' for status in ORDER)
+        yield f'<tr><th scope="row">{escape(name)}</th>{cells}</tr>'
+    yield "</tbody>\n</table></div>"
 
 
 def _list(page: Page, status: Status, heading: str) -> Iterator[str]:
@@ -88,7 +120,8 @@ def _list(page: Page, status: Status, heading: str) -> Iterator[str]:
     for section, row in found:
         link = f'<a href="#{quote(section.anchor(row))}">{escape(row.claim.where)}</a>'
         yield (
-            f"<li>{escape(section.publication.name)}, {link}:"
+            f"<li>{escape(section.publication.name)}, {link}"
+            f" ({escape(row.claim.kind)}):"
             f" {escape(sentence(row.claim.says))} {_reason(row)}</li>"
         )
     yield "</ul>"
@@ -100,6 +133,8 @@ def _section(page: Page, section: Section) -> Iterator[str]:
         f"<section>\n<h2>{escape(publication.title)}</h2>\n<p"
         f' class="source">{escape(publication.source)}</p>'
     )
+    if family := family_text(section):
+        yield f"<p>{escape(family)}</p>"
     yield '<div class="wide"><table>\n<thead><tr>'
     yield "".join(f'<th scope="col">{escape(heading)}</th>' for heading in HEADINGS)
     yield "</tr></thead>\n<tbody>"
@@ -112,7 +147,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
             where, says = escape(contradiction.where), escape(contradiction.says)
             yield f"<dt>{where}</dt><dd>{says}</dd>"
         yield "</dl>"
-    yield from _pictures(page, section.pictures.values())
+    yield from _pictures(page, [*section.drawn(), *section.pictures.values()])
     yield "</section>"
 
 
@@ -125,14 +160,19 @@ def _row(page: Page, section: Section, row: Row) -> str:
     cells = [
         (
             f'<td class="claim"><span class="where">{escape(claim.where)}</span>'
-            f" {escape(sentence(claim.says))}</td>"
+            f" {escape(sentence(claim.says))}"
+            f' <span class="reason">{escape(kind_text(row))}</span></td>'
         ),
         f"<td>{escape(published_text(row))}</td>",
         *(
             f'<td class="number">{escape(words(row))}</td>'
             for words in (ours_text, trials_text, noticeable_text)
         ),
-        f'<td class="{CLASSES[status]}">{_verdict(status)} {_reason(row)}</td>',
+        (
+            f'<td class="{CLASSES[status]}">{_verdict(status)}{_weak(section, row)}'
+            f" {_reason(row)}</td>"
+        ),
+        f"<td>{escape(killers_text(section, row))}</td>",
         f"<td>{'<br>'.join(links)}</td>",
     ]
     return f'<tr id="{escape(section.anchor(row))}">{"".join(cells)}</tr>'
@@ -143,6 +183,11 @@ def _verdict(status: Status) -> str:
         f'<span class="verdict"><span aria-hidden="true">{MARKS[status]}</span>'
         f" {status}</span>"
     )
+
+
+def _weak(section: Section, row: Row) -> str:
+    text = weakness_text(section, row)
+    return f' <strong class="weak">{escape(text)}</strong>' if text else ""
 
 
 def _reason(row: Row) -> str:

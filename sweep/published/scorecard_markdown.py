@@ -2,13 +2,21 @@
 
 from collections.abc import Iterator
 
+from sweep.published.judging import Row
 from sweep.published.scorecard import (
+    COUNTED,
     HEADINGS,
+    LISTED,
     MARKS,
+    ORDER,
     TITLE,
     Page,
-    Row,
+    Picture,
     Section,
+    family_text,
+    killers_text,
+    kind_text,
+    mutants_text,
     noticeable_text,
     origin_lines,
     ours_text,
@@ -17,6 +25,7 @@ from sweep.published.scorecard import (
     rule,
     sentence,
     trials_text,
+    weakness_text,
 )
 from sweep.text import harmless
 
@@ -37,23 +46,29 @@ def _lines(page: Page) -> Iterator[str]:
             f"**{page.watermark}. This page tries the machinery; its verdicts are those"
             " of far too few trials.**\n"
         )
-    for status, count in page.counts().items():
-        yield f"- {MARKS[status]} **{count}** {status}"
-    for status, heading in (
-        ("not reproduced", "Not reproduced"),
-        ("not testable as published", "Not testable as published"),
-    ):
-        found = list(page.of_status(status))
-        if found:
+    for group, heading in COUNTED.items():
+        counts = page.counts(group)
+        if counts:
             yield f"\n## {heading}\n"
-        for section, row in found:
+            yield f"| document | {' | '.join(f'{MARKS[one]} {one}' for one in ORDER)} |"
+            yield f"|---|{'---:|' * len(ORDER)}"
+        for name, found in counts.items():
+            yield f"| {name} | {' | '.join(str(found[one]) for one in ORDER)} |"
+    yield "\n## Mutants that are noticed\n"
+    for section in page.sections:
+        yield f"- {_text(section.publication.name)}: {_text(mutants_text(section))}"
+    for status, heading in LISTED.items():
+        listed = list(page.of_status(status))
+        if listed:
+            yield f"\n## {heading}\n"
+        for section, row in listed:
             link = f"[{_text(row.claim.where)}](#{section.anchor(row)})"
             yield (
-                f"- {section.publication.name}, {link}:"
+                f"- {section.publication.name}, {link} ({row.claim.kind}):"
                 f" {_text(sentence(row.claim.says))} {_text(reason(row))}"
             )
     yield "\n## The rule\n"
-    yield "\n\n".join(_text(paragraph) for paragraph in rule(page))
+    yield "\n\n".join(_text(paragraph) for paragraph in rule())
     for section in page.sections:
         yield from _section(page, section)
     yield "\n## Where this comes from\n"
@@ -64,6 +79,8 @@ def _lines(page: Page) -> Iterator[str]:
 def _section(page: Page, section: Section) -> Iterator[str]:
     publication = section.publication
     yield f"\n## {_text(publication.title)}\n\n{_text(publication.source)}\n"
+    if family := family_text(section):
+        yield f"{_text(family)}\n"
     yield f"| {' | '.join(HEADINGS)} |\n|{'---|' * len(HEADINGS)}"
     for row in section.ordered():
         yield f"| {' | '.join(_cells(page, section, row))} |"
@@ -71,27 +88,33 @@ def _section(page: Page, section: Section) -> Iterator[str]:
         yield "\n### Where the document contradicts itself or its data\n"
     for contradiction in publication.contradictions:
         yield f"- {_text(contradiction.where)}: {_text(contradiction.says)}"
-    for picture in section.pictures.values():
-        yield f"\n### Figure {_text(picture.name)}\n\n{_text(picture.text)}\n"
-        if picture.path:
-            address = page.link(picture.path)
-            yield f"[![{_text(picture.text)}]({address}.png)]({address}.pdf)"
-        else:
-            yield "It has not been drawn from these trials."
+    for picture in [*section.drawn(), *section.pictures.values()]:
+        yield from _picture(page, picture)
+
+
+def _picture(page: Page, picture: Picture) -> Iterator[str]:
+    yield f"\n### Figure {_text(picture.name)}\n\n{_text(picture.text)}\n"
+    if picture.path:
+        address = page.link(picture.path)
+        yield f"[![{_text(picture.text)}]({address}.png)]({address}.pdf)"
+    else:
+        yield "It has not been drawn from these trials."
 
 
 def _cells(page: Page, section: Section, row: Row) -> list[str]:
-    status = row.verdict.status
+    status, weak = row.verdict.status, weakness_text(section, row)
+    verdict = f"{MARKS[status]} **{status}**" + (f", **{_text(weak)}**" if weak else "")
     return [
         (
             f'<a id="{section.anchor(row)}"></a>*{_text(row.claim.where)}.*'
-            f" {_text(sentence(row.claim.says))}"
+            f" {_text(sentence(row.claim.says))} ({_text(kind_text(row))})"
         ),
         *(
             _text(words(row))
             for words in (published_text, ours_text, trials_text, noticeable_text)
         ),
-        f"{MARKS[status]} **{status}**. {_text(reason(row))}",
+        f"{verdict}. {_text(reason(row))}",
+        _text(killers_text(section, row)),
         ", ".join(f"[{text}]({address})" for text, address in page.links(section, row)),
     ]
 

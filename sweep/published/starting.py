@@ -10,7 +10,7 @@ from sweep.campaigns.search.plan import SearchPlan
 from sweep.design.plan import Plan
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
-from sweep.published.claims import FILE
+from sweep.published.publications import FILE
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.document import Document
 from sweep.spec.schema import FILE_FOR_EDITORS

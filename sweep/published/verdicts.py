@@ -1,35 +1,43 @@
-"""Verdicts: whether an estimate agrees with what was published. They are computed,
-two-sided, and can fail.
+"""Verdicts: what an estimate shows about a published claim. They are computed, and can
+fail.
 
-With m claims on a page, each is tested at the level 0.05/m (Bonferroni). A published
-number is reproduced unless it lies outside the simultaneous interval. A published bound
-is reproduced only if the whole simultaneous interval lies on its right side, so too few
-trials never show it. With a true number the chance of "not reproduced" is at most 0.05
-for the whole page, and so is the chance of "reproduced" with a false bound.
+An expectation allows a region: a published number with its margin and its rounding to
+both sides, all above or below a bound, or what lies within two. With m claims in the
+family of a document each has the simultaneous interval of confidence 1 - 0.05/m
+(Bonferroni). A claim is confirmed where this interval lies wholly in the region,
+refuted where it lies wholly outside, and undecided otherwise. So too few trials neither
+confirm nor refute anything, and the chance of even one wrong verdict in a document is
+at most 0.05.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from sweep.analysis import CONFIDENCE, Estimate, simultaneous_confidence
 
-Status = Literal["reproduced", "not reproduced", "not testable as published"]
+Status = Literal[
+    "confirmed", "refuted", "undecided", "partial", "not run", "not testable"
+]
 
 LEVEL = 1.0 - CONFIDENCE
 ROUNDING_ERROR = 1e-12
 """Relative. Two numbers this close count as equal: only the order of a sum differs."""
+MOST_TIMES = 1e6
+"""Nobody will run a million times as many trials."""
+STEPS = 14
+"""Of halving a million on a logarithmic scale: to less than a hundredth."""
 
 
 class Value(NamedTuple):
     """A published number, with its rounding (half a unit of its last digit), the number
-    of its trials, and the margin within which ours counts as the same, with its reason.
+    of its trials, and the margin within which ours is the same, with its reason.
     """
 
     value: float
     rounding: float = 0.0
     trials: int | None = None
-    margin: float | None = None
+    margin: float = 0.0
     because: str = ""
 
 
@@ -55,92 +63,191 @@ class Within(NamedTuple):
 Expectation = Value | Above | Below | Within
 
 
+class Region(NamedTuple):
+    """What an expectation allows. A single bound itself is outside, two are inside."""
+
+    least: float
+    most: float
+
+    @property
+    def half_width(self) -> float:
+        """Half the width: the margin of a number. Infinite with a single bound."""
+        return (self.most - self.least) / 2.0
+
+    def verdict(self, low: float, high: float) -> Status:
+        """What an interval shows."""
+        if self.half_width < math.inf:
+            inside = self.least <= low and high <= self.most
+            outside = high < self.least or low > self.most
+        else:
+            inside = self.least < low and high < self.most
+            outside = high <= self.least or low >= self.most
+        return "confirmed" if inside else "refuted" if outside else "undecided"
+
+
 @dataclass(frozen=True)
 class Verdict:
-    """The status and its reason. `interval` is the ordinary 95 % one.
+    """The status and its reason.
 
-    `noticeable` is the smallest difference that the test could notice: half the
-    simultaneous interval, plus rounding and margin. Both are None if nothing was
-    tested.
+    interval      the ordinary 95 % interval
+    simultaneous  the one that decided
+    weak          whether it could not be confirmed with these trials
+    needed        the number of trials that would decide what is undecided, if our mean
+                  and spread stayed; None where a million times as many would not
+
+    Intervals are None if nothing was tested.
     """
 
     status: Status
     reason: str
     interval: tuple[float, float] | None = None
-    noticeable: float | None = None
+    simultaneous: tuple[float, float] | None = None
+    weak: bool = False
+    needed: int | None = None
+
+    @property
+    def noticeable(self) -> float | None:
+        """Half the width of the simultaneous interval; None if nothing was tested."""
+        if self.simultaneous is None:
+            return None
+        low, high = self.simultaneous
+        return (high - low) / 2.0
 
 
 def untestable(reason: str) -> Verdict:
     """The verdict on a claim that cannot be tested."""
-    return Verdict("not testable as published", reason)
+    return Verdict("not testable", reason)
 
 
-def judge(estimate: Estimate, expectation: Expectation, claims: int) -> Verdict:
-    """The verdict on one of the `claims` claims of a page."""
+def not_run(reason: str) -> Verdict:
+    """The verdict on a claim without trials."""
+    return Verdict("not run", reason)
+
+
+def partial(verdict: Verdict, missing: str) -> Verdict:
+    """No verdict, from trials of which some are `missing`: its numbers may change."""
+    return replace(
+        verdict, status="partial", reason=f"{missing}; so far: {verdict.reason}"
+    )
+
+
+def region(expectation: Expectation) -> Region:
+    """What an expectation allows."""
+    if isinstance(expectation, Above):
+        return Region(expectation.bound, math.inf)
+    if isinstance(expectation, Below):
+        return Region(-math.inf, expectation.bound)
+    if isinstance(expectation, Within):
+        return Region(expectation.low, expectation.high)
+    value = expectation.value
+    slack = expectation.margin + expectation.rounding + ROUNDING_ERROR * abs(value)
+    return Region(value - slack, value + slack)
+
+
+def judge(
+    estimate: Estimate, expectation: Expectation, family: int, trials: int
+) -> Verdict:
+    """The verdict on one claim.
+
+    estimate     ours
+    expectation  what is expected of it
+    family       the number of claims whose verdicts hold together
+    trials       the number of trials behind the estimate
+    """
     if not estimate.testable:
-        return untestable("too few values for an interval, or one that does not vary")
+        return untestable(
+            "our measure has too few values for an interval, or one that does not vary"
+        )
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")
     published = expectation.trials if isinstance(expectation, Value) else None
-    low, high = estimate.interval(simultaneous_confidence(claims), published)
-    half = (high - low) / 2.0
-    if isinstance(expectation, Value):
-        half += expectation.rounding + (expectation.margin or 0.0)
-        status, reason = _equal(estimate.value, low, high, expectation)
-    else:
-        status, reason = _beyond(low, high, *_allowed(expectation))
-    return Verdict(status, reason, estimate.interval(), half)
-
-
-def _equal(
-    ours: float, low: float, high: float, expectation: Value
-) -> tuple[Status, str]:
-    """Reproduced if the interval, widened by rounding and margin, contains the
-    value.
-    """
-    published, rounding = expectation.value, expectation.rounding
-    margin = expectation.margin or 0.0
-    slack = rounding + margin + ROUNDING_ERROR * max(abs(ours), abs(published))
-    sources = ["chance"] + ["rounding"] * (rounding > 0) + ["the margin"] * (margin > 0)
-    explained = (
-        "chance alone"
-        if len(sources) == 1
-        else ", ".join(sources[:-1]) + " and " + sources[-1]
+    confidence = simultaneous_confidence(max(family, 1))
+    low, high = estimate.interval(confidence, published)
+    allowed = region(expectation)
+    status = allowed.verdict(low, high)
+    reason, needed = _found(estimate, expectation, status, (low, high)), None
+    if status == "undecided":
+        needed = _needed(estimate, allowed, confidence, published, trials)
+        reason = f"{reason}; {_foresight(needed, trials, published)}"
+    return Verdict(
+        status,
+        reason,
+        estimate.interval(),
+        (low, high),
+        weak=(high - low) / 2.0 > allowed.half_width,
+        needed=needed,
     )
-    found = f"differs by {brief(ours - published, sign=True)}"
-    if low - slack <= published <= high + slack:
-        return "reproduced", f"{found}, which {explained} may explain"
-    return "not reproduced", f"{found}, more than {explained} may explain"
 
 
-def _allowed(expectation: Above | Below | Within) -> tuple[float, float]:
-    if isinstance(expectation, Above):
-        return expectation.bound, math.inf
-    if isinstance(expectation, Below):
-        return -math.inf, expectation.bound
-    return expectation.low, expectation.high
-
-
-def _beyond(low: float, high: float, least: float, most: float) -> tuple[Status, str]:
-    """Reproduced if the whole interval lies between `least` and `most`. A one-sided
-    bound itself does not count as inside.
-    """
-    interval = f"the simultaneous interval {brief(low)} to {brief(high)}"
-    equivalence = math.isfinite(least) and math.isfinite(most)
-    if (
-        (least <= low and high <= most)
-        if equivalence
-        else (least < low and high < most)
-    ):
-        return "reproduced", f"{interval} lies wholly there"
-    if high < least or low > most:
-        return (
-            "not reproduced",
-            f"the opposite was shown: {interval} lies wholly on the other side",
+def _found(
+    estimate: Estimate,
+    expectation: Expectation,
+    status: Status,
+    interval: tuple[float, float],
+) -> str:
+    """What the simultaneous interval shows, in words."""
+    if isinstance(expectation, Value):
+        ours, published = estimate.value, expectation.value
+        interval = interval[0] - published, interval[1] - published
+        found = (
+            f"differs by {brief(ours - published, sign=True)}, and {_range(interval)}"
         )
+        allowed = "the margin"
+    else:
+        found, allowed = _range(interval), "what is expected"
+    lies = {
+        "confirmed": f"lies wholly within {allowed}",
+        "refuted": f"lies wholly outside {allowed}",
+    }
+    return f"{found} {lies.get(status, f'reaches across the edge of {allowed}')}"
+
+
+def _range(interval: tuple[float, float]) -> str:
+    return f"the simultaneous interval {brief(interval[0])} to {brief(interval[1])}"
+
+
+def _needed(
+    estimate: Estimate,
+    allowed: Region,
+    confidence: float,
+    published: int | None,
+    trials: int,
+) -> int | None:
+    """The number of trials that would decide, rounded up to two digits."""
+
+    def decides(times: float) -> bool:
+        bounds = estimate.grown(times).interval(confidence, published)
+        return allowed.verdict(*bounds) != "undecided"
+
+    if not decides(MOST_TIMES):
+        return None
+    low, high = 0.0, math.log(MOST_TIMES)
+    for _ in range(STEPS):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if decides(math.exp(middle)) else (middle, high)
+    return _two_digits(math.ceil(trials * math.exp(high)))
+
+
+def _two_digits(count: int) -> int:
+    unit = int(10 ** max(0, len(str(count)) - 2))
+    return -(-count // unit) * unit
+
+
+def _foresight(needed: int | None, trials: int, published: int | None) -> str:
+    """What more trials would decide, in words."""
+    if needed is not None:
+        return (
+            f"about {needed:,} trials instead of {trials:,} would decide it if our mean"
+            " and spread stayed"
+        )
+    remains = (
+        f", as the chance error of the {published:,} published ones remains"
+        if published
+        else ""
+    )
     return (
-        "not reproduced",
-        f"nothing could be shown: {interval} reaches across the bound",
+        "a million times as many trials would not decide it if our mean and spread"
+        f" stayed{remains}"
     )
 
 

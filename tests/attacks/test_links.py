@@ -9,7 +9,7 @@ import pytest
 
 from sweep.cli.progress import ProgressBar
 from sweep.errors import StoreError
-from sweep.published.claims import read_all
+from sweep.published.publications import read_all
 from sweep.published.reproduce import Outcome, reproduce
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
@@ -90,7 +90,7 @@ def reproduced(folder: Path, *, quick: bool = False) -> Outcome:
     )
 
 
-@pytest.mark.parametrize("name", ["scorecard.html", "scorecard.md"])
+@pytest.mark.parametrize("name", ["scorecard.html", "scorecard.md", "scorecard.json"])
 def test_the_page_is_not_written_through_a_link(folder: Path, name: str) -> None:
     (folder / "results" / name).symlink_to(folder / "mine")
     reproduced(folder)
@@ -109,9 +109,16 @@ def test_figures_of_publications_are_not_drawn_elsewhere(
     place.parent.mkdir(exist_ok=True)
     place.symlink_to(folder / "elsewhere")
     outcome = reproduced(folder, quick=quick)
-    assert [
-        f"{link} is a symbolic link" in failure for failure in outcome.failures
-    ] == [True]
+    said = [f"{link} is a symbolic link" in failure for failure in outcome.failures]
+    # The picture of all claims lies beside the folder of a publication's own figures.
+    assert said == [True] * (1 if link == "figures/tiny" else 2)
+    assert untouched(folder)
+
+
+def test_mutants_are_not_read_through_a_link(folder: Path) -> None:
+    (folder / "results" / "mutants.json").symlink_to(folder / "mine")
+    with pytest.raises(StoreError, match=r"mutants.json: is a symbolic link"):
+        reproduced(folder)
     assert untouched(folder)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import SpecError
-from sweep.published.claims import code_files, read_all
+from sweep.published.publications import code_files, read_all
 from tests.commands import sweep
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
@@ -42,7 +42,7 @@ def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
     evil, tiny = read_all(folder, quick=True, only=("tiny",))
     assert marks(folder) == []
     assert (evil.asked, tiny.asked) == (False, True)
-    assert (evil.tested, tiny.tested) == (1, 1)
+    assert (evil.family, tiny.family) == (0, 1)
     assert (evil.drawings, evil.functions) == ({}, {})
     assert [claim.measure for claim in evil.claims] == [None, None]
     assert code_files(folder, ("tiny",)) == [folder / "tiny" / "figures.py"]
@@ -166,7 +166,7 @@ def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
     monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", folder)
     done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
     assert "this runs code" not in done.stderr
-    assert "claims: " in done.stderr
+    assert "statements of tiny: " in done.stderr
 
 
 def test_a_folder_of_experiments_goes_before_the_built_in_ones(folder: Path) -> None:

@@ -8,14 +8,14 @@ import pytest
 
 from kernels.models import MODELS
 from sweep.errors import SpecError
-from sweep.published.claims import Publication, read_all
 from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
+from sweep.published.publications import Publication, read_all
 from sweep.published.verdicts import Above, Value, Within
 from tests import ROOT
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 MEASURE = "{mean: speed, frame: 0, for: {separation_weight: 1}}"
-EXPECT = "{value: 0.765, rounding: 0.0005, trials: 100}"
+EXPECT = "{value: 0.765, rounding: 0.0005, trials: 100, margin: 0.2, because: guess}"
 
 
 def read(
@@ -31,7 +31,7 @@ def test_a_publication_is_read(tmp_path: Path) -> None:
     assert first.measure == Mean(
         "small", "speed", (0, 0), {"separation_weight": 1.0}, "trial"
     )
-    assert first.expect == Value(0.765, 0.0005, 100)
+    assert first.expect == Value(0.765, 0.0005, 100, 0.2, "guess")
     assert (second.measure, second.untestable) == (None, "no machine is named")
     assert publication.contradictions[0].where == "Section 2"
     assert list(publication.drawings) == ["curves"]

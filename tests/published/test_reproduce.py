@@ -2,14 +2,16 @@
 experiments, run, drawn and judged.
 """
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
 
 from sweep.cli.progress import ProgressBar
 from sweep.errors import OutputError, SpecError
-from sweep.published.claims import read_all
+from sweep.published.publications import read_all
 from sweep.published.reproduce import Outcome, reproduce
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -30,6 +32,13 @@ def reproduced(
     )
 
 
+def scorecard(folder: Path) -> dict[str, Any]:
+    """What the page says to machines."""
+    text = (folder / "results" / "scorecard.json").read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
 def done(outcome: Outcome) -> tuple[int, int, int]:
     return outcome.new, outcome.drawn, outcome.kept
 
@@ -40,24 +49,24 @@ def test_a_second_run_runs_and_draws_nothing_and_a_wrong_preset_fails(
     """as_run starts at a speed of 0.765, as_written at 3."""
     experiments(tmp_path)
     first = reproduced(tmp_path)
-    assert (done(first), first.whole) == ((16, 1, 0), True)
-    assert first.verdicts == {"reproduced": 1, "not testable as published": 1}
+    assert (done(first), first.whole) == ((16, 2, 0), True)
+    assert first.statements == {"tiny": {"confirmed": 1, "not testable": 1}}
     pages = [
         (tmp_path / "results" / f"scorecard.{kind}").read_bytes()
-        for kind in ("html", "md")
+        for kind in ("html", "md", "json")
     ]
     again = reproduced(tmp_path)
-    assert done(again) == (0, 0, 1)
+    assert done(again) == (0, 0, 2)
     assert pages == [
         (tmp_path / "results" / f"scorecard.{kind}").read_bytes()
-        for kind in ("html", "md")
+        for kind in ("html", "md", "json")
     ]
     experiments(tmp_path, spec=SPEC.replace("as_run", "as_written"))
     wrong = reproduced(tmp_path)
-    assert (done(wrong), wrong.whole) == ((16, 1, 0), True)
-    assert wrong.verdicts == {"not reproduced": 1, "not testable as published": 1}
+    assert (done(wrong), wrong.whole) == ((16, 2, 0), True)
+    assert wrong.statements == {"tiny": {"refuted": 1, "not testable": 1}}
     assert (
-        "Differs by +2.235, more than"
+        "lies wholly outside the margin"
         in (tmp_path / "results" / "scorecard.md").read_text()
     )
 
@@ -66,12 +75,12 @@ def test_the_quick_scale_is_apart_and_says_so(tmp_path: Path) -> None:
     experiments(tmp_path)
     outcome = reproduced(tmp_path, quick=True)
     results = tmp_path / "results"
-    assert done(outcome) == (6, 1, 0)
+    assert done(outcome) == (6, 2, 0)
     assert [path.name for path in results.iterdir()] == ["quick"]
     assert "QUICK: FEW TRIALS" in (results / "quick" / "scorecard.html").read_text()
     assert "QUICK: FEW TRIALS" in (results / "quick" / "scorecard.md").read_text()
     full = reproduced(tmp_path)
-    assert done(full) == (16, 1, 0)
+    assert done(full) == (16, 2, 0)
     assert "QUICK" not in (results / "scorecard.html").read_text()
 
 
@@ -103,7 +112,8 @@ def test_a_figure_is_drawn_again_when_its_inputs_change(
     else:
         path.with_suffix(".png").write_bytes(b"torn")
     outcome = reproduced(tmp_path)
-    assert (outcome.drawn, outcome.kept) == (1, 0)
+    # The picture of the claims shows other numbers for another spec only.
+    assert (outcome.drawn, outcome.kept) == ((2, 0) if change == "spec" else (1, 1))
 
 
 def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> None:
@@ -126,7 +136,7 @@ def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> 
         "claim tiny/start-speed: broken: RuntimeError: no idea",
     ]
     assert (outcome.drawn, outcome.whole) == (1, False)
-    assert outcome.verdicts == {"not testable as published": 2}
+    assert outcome.statements == {"tiny": {"not testable": 2}}
     assert (
         "It has not been drawn" in (tmp_path / "results" / "scorecard.html").read_text()
     )
@@ -136,7 +146,7 @@ def test_trials_that_fail_are_told_and_nothing_is_judged(tmp_path: Path) -> None
     experiments(tmp_path, spec=BROKEN_TRIALS)
     outcome = reproduced(tmp_path)
     assert (outcome.not_done, outcome.whole) == (2, False)
-    assert outcome.verdicts == {"not testable as published": 2}
+    assert outcome.statements == {"tiny": {"not run": 1, "not testable": 1}}
     assert "2 not done" in outcome.summary()
 
 
@@ -155,22 +165,38 @@ def two_publications(folder: Path) -> None:
 def test_only_some_are_run_and_the_page_has_all(tmp_path: Path) -> None:
     two_publications(tmp_path)
     outcome = reproduced(tmp_path, only=("other",))
-    assert done(outcome) == (16, 1, 0)
-    assert outcome.verdicts == {"reproduced": 1, "not testable as published": 3}
+    assert done(outcome) == (16, 2, 0)
+    assert outcome.statements == {"other": {"confirmed": 1, "not testable": 1}}
     page = (tmp_path / "results" / "scorecard.html").read_text()
     assert "Not asked for: its code, figures.py, was not run" in page
-    assert "2 claims are tested on this page" in page
+    assert page.count("1 of these 2 claims are counted and tested together") == 1
     with pytest.raises(
         SpecError, match='unknown study folder "tny"; did you mean "tiny"'
     ):
         reproduced(tmp_path, only=("tny",))
 
 
+def test_claims_of_another_document_change_no_verdict(tmp_path: Path) -> None:
+    experiments(tmp_path)
+    reproduced(tmp_path)
+    alone = scorecard(tmp_path)["rows"]
+    two_publications(tmp_path)
+    reproduced(tmp_path)
+    both = scorecard(tmp_path)["rows"]
+    assert [row for row in both if row["study"] == "tiny"] == alone
+    assert len(both) == 2 * len(alone)
+
+
 def test_stored_trials_of_another_spec_are_not_judged(tmp_path: Path) -> None:
     two_publications(tmp_path)
-    assert reproduced(tmp_path).verdicts["reproduced"] == 2
+    assert [one["confirmed"] for one in reproduced(tmp_path).statements.values()] == [
+        1,
+        1,
+    ]
     experiments(tmp_path, spec=SPEC.replace("steps: 6", "steps: 8"))
-    assert reproduced(tmp_path, only=("other",)).verdicts["reproduced"] == 1
+    reproduced(tmp_path, only=("other",))
+    (found,) = (one for one in scorecard(tmp_path)["rows"] if one["trials"])
+    assert (found["study"], found["status"]) == ("other", "confirmed")
 
 
 def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
@@ -187,7 +213,7 @@ def test_the_command_exits_with_0_1_or_2(tmp_path: Path) -> None:
     experiments(tmp_path)
     fine = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "quick")
     assert fine.returncode == 0, fine.stderr
-    assert "claims: 1 not testable as published, 1 reproduced" in fine.stderr
+    assert "statements of tiny: 1 confirmed, 1 not testable" in fine.stderr
     experiments(
         tmp_path,
         figures=FIGURES.replace(

@@ -2,11 +2,13 @@
 that texts are escaped.
 """
 
+import json
 import math
 import re
 from datetime import date
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -14,11 +16,12 @@ import pytest
 
 from sweep.analysis import mean_estimate
 from sweep.cli.progress import ProgressBar
-from sweep.published.claims import Claim, read_all
+from sweep.published.claims import Claim
 from sweep.published.estimates import Measured
+from sweep.published.judging import Row
+from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.scorecard import (
-    Row,
     noticeable_text,
     ours_text,
     published_text,
@@ -27,6 +30,7 @@ from sweep.published.scorecard import (
 )
 from sweep.published.verdicts import Above, Below, Expectation, Value, Within, judge
 from sweep.workers.executors import Serial
+from tests import ROOT
 from tests.publications import PUBLISHED, experiments
 
 VOID = {"meta", "img", "br"}
@@ -75,7 +79,9 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     spec: small
     measure: {mean: speed, frame: 0, for: {separation_weight: 1}}
     expect: {value: 3, margin: 0.1, because: "a <guess>"}
-    looked: before
+    statement: speed
+    alternatives: "a <b>bound</b>"
+    looked: after
 contradictions:"""
     publications = read_all(
         experiments(folder, PUBLISHED.replace("\ncontradictions:", wrong)), quick=False
@@ -101,7 +107,7 @@ def test_links_and_images_of_the_page_exist(html: Reader, root: Path) -> None:
             assert link[1:] in html.anchors
         else:
             assert (root / unquote(link)).exists(), link
-    assert html.images == ["figures/tiny/curves.png"]
+    assert html.images == ["figures/scorecard-tiny.png", "figures/tiny/curves.png"]
 
 
 def test_links_of_the_markdown_exist(markdown: str, root: Path) -> None:
@@ -123,10 +129,13 @@ def test_both_pages_say_the_same(html: Reader, markdown: str, kind: str) -> None
         "Nobody (2024), <nowhere>",
         "Figure 2, frame 0",
         "0.765; mean of 100 trials",
-        "2 claims are tested on this page",
-        "0.05/2 = 0.025 (Bonferroni)",
+        "2 of these 3 claims are counted and tested together",
+        "each at 0.05/2 = 0.025.",
         "Boids start at 3 px/step.",
-        "more than chance and the margin may explain.",
+        "lies wholly outside the margin.",
+        "reading, registered 2024-03-01, such results first seen after that, statement"
+        " speed; also tried: a <b>bound</b>",
+        "tiny: no mutants were tried",
         "3; margin 0.1: a <guess>",
         "No machine is named.",
         "It is <b>fast</b>.",
@@ -143,7 +152,10 @@ def test_no_text_of_a_document_is_markup(root: Path, markdown: str) -> None:
     assert "<nowhere>" not in text
     assert "<b>" not in markdown
     rows = [line for line in markdown.splitlines() if line.startswith("|")]
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {8}
+    # The table of counts, and that of claims.
+    bars = [len(re.findall(r"(?<!\\)\|", row)) for row in rows]
+    assert set(bars) == {8, 9}
+    assert bars.count(8) == 3
 
 
 def test_what_is_not_reproduced_comes_first_and_every_verdict_has_its_word(
@@ -157,22 +169,22 @@ def test_what_is_not_reproduced_comes_first_and_every_verdict_has_its_word(
     )
     rows = [line for line in markdown.splitlines() if line.startswith("| <a")]
     assert [re.findall(r"\*\*(.*?)\*\*", row)[0] for row in rows] == [
-        "not reproduced",
-        "not testable as published",
-        "reproduced",
+        "refuted",
+        "not testable",
+        "confirmed",
     ]
-    assert (
-        "- ✗ **1** not reproduced\n- ○ **1** not testable as published\n- ✓ **1**"
-        " reproduced" in markdown
-    )
+    assert "| tiny | 1 | 0 | 0 | 1 | 0 | 1 |" in markdown
 
 
 def row(expect: Expectation, *values: float, left_out: int = 0) -> Row:
     found = mean_estimate(np.array(values, np.float64))
     day = date(2024, 3, 1)
     claim = Claim("a", "b", "c", "number", "a", day, "s", expect=expect)
+    count = len(values)
     return Row(
-        claim, judge(found, expect, 2), Measured(found, f"{len(values)}", left_out)
+        claim,
+        judge(found, expect, 2, count),
+        Measured(found, f"{count}", count, left_out),
     )
 
 
@@ -225,3 +237,69 @@ def test_a_weak_test_shows_how_weak() -> None:
 
 def test_sentences() -> None:
     assert [sentence(text) for text in ("a b", "A.", "why?")] == ["A b.", "A.", "Why?"]
+
+
+@pytest.fixture(scope="module")
+def scorecard(root: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(
+        (root / "scorecard.json").read_text(encoding="utf-8"),
+        parse_constant=lambda name: pytest.fail(f"{name} is no JSON"),
+    )
+    return found
+
+
+def test_machines_read_what_the_page_says(
+    scorecard: dict[str, Any], markdown: str
+) -> None:
+    first, untestable, wrong = scorecard["rows"]
+    assert (first["id"], first["study"], first["statement"]) == (
+        "start-speed",
+        "tiny",
+        "start-speed",
+    )
+    assert [one["status"] for one in scorecard["rows"]] == [
+        "confirmed",
+        "not testable",
+        "refuted",
+    ]
+    shown = f"{first['ours']:.3f} ({first['interval'][0]:.3f} to "
+    assert shown in markdown.replace("\\", "")
+    low, high = first["simultaneous"]
+    assert low < first["interval"][0] < first["interval"][1] < high
+    assert first["noticeable"] == pytest.approx((high - low) / 2)
+    assert (first["expect"], first["published"], first["margin"]) == (
+        "value",
+        0.765,
+        0.2,
+    )
+    assert (first["trials"], first["weak"], first["mutants"]) == (8, False, None)
+    assert wrong["alternatives"] == "a <b>bound</b>"
+    for key in ("ours", "interval", "published", "margin", "noticeable", "looked"):
+        assert untestable[key] is None
+    (tiny,) = scorecard["documents"]
+    assert (tiny["family"], tiny["mutants"], scorecard["scale"]) == (2, None, "full")
+    counts = dict.fromkeys(tiny["statements"], 0)
+    assert tiny["statements"] == counts | {
+        "confirmed": 1,
+        "refuted": 1,
+        "not testable": 1,
+    }
+
+
+def test_the_format_is_described_key_by_key(scorecard: dict[str, Any]) -> None:
+    """Each key of the file has a row in docs/scorecard.md, and each row is a key."""
+    text = (ROOT / "docs" / "scorecard.md").read_text(encoding="utf-8")
+    parts = re.split(r"\n## .*\n", text)
+    described = [
+        [
+            key
+            for cell in re.findall(r"^\| (`.*?) \|", part, re.MULTILINE)
+            for key in re.findall(r"`(\w+)`", cell)
+        ]
+        for part in parts
+    ]
+    assert described == [
+        list(scorecard),
+        list(scorecard["documents"][0]),
+        list(scorecard["rows"][0]),
+    ]

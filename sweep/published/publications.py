@@ -1,0 +1,351 @@
+"""What a document published. `published.yaml`, beside the specs of its study, says it.
+This module reads the file and checks all of it.
+
+A publication has specs that test its claims. Its figures.py has the figures, and
+functions that claims call. At the quick scale each spec is changed as the file says,
+and its results are stored under another name.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sweep.design.design import Design, expand
+from sweep.errors import SpecError
+from sweep.figures import NAME, Drawing
+from sweep.own_code.reading import code_of, study_of
+from sweep.published.claims import Claim, read_claims
+from sweep.published.measures import MeasureReader
+from sweep.published.published_code import (
+    CODE,
+    check_drawings,
+    files_of_code,
+    run_code,
+)
+from sweep.spec.document import Entry
+from sweep.spec.strict_yaml import read_document
+from sweep.spec.study import Study
+from sweep.text import unknown
+
+FILE = "published.yaml"
+FULL, QUICK = "full", "quick"
+MUTANTS = "mutants"
+FIXED = "fixed"
+ALL = "all"
+"""The changes of a mutant to every spec of its document."""
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Where a document contradicts itself or its own data."""
+
+    where: str
+    says: str
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A wrong version of the studies of a document, which its claims must notice.
+
+    name     its name
+    about    what is wrong, in words
+    changes  by spec what is changed, as the quick scale writes its changes
+    """
+
+    name: str
+    about: str
+    changes: Mapping[str, Sequence[Entry]]
+
+
+@dataclass(frozen=True)
+class Publication:
+    """One document: its claims, its figures, and the studies that test it by the names
+    of their specs.
+
+    If the publication is not `asked` for, its code is not run: then it has no figures,
+    and its claims have no measures.
+    """
+
+    folder: Path
+    title: str
+    source: str
+    studies: Mapping[str, Study]
+    claims: Sequence[Claim]
+    mutants: Sequence[Mutant]
+    contradictions: Sequence[Contradiction]
+    drawings: Mapping[str, Drawing]
+    functions: Mapping[str, Callable[..., Any]]
+    asked: bool
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return self.folder.name
+
+    @property
+    def family(self) -> int:
+        """The number of claims whose verdicts must hold together: those counted."""
+        return sum(claim.counted for claim in self.claims)
+
+
+def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
+    """The files whose code `read_all` runs. Raises SpecError."""
+    asked = [file for file in _files(experiments, only) if _is_asked(file, only)]
+    drawing = [file.with_name(CODE) for file in asked if file.with_name(CODE).exists()]
+    found = [code for file in drawing for code in files_of_code(file)]
+    own = [code for file in asked for spec in _specs(file) for code in _code(spec)]
+    return list(dict.fromkeys([*found, *own]))
+
+
+def _code(spec: Path) -> list[Path]:
+    """The files that a spec runs; none of one that `read_all` cannot read."""
+    try:
+        return code_of(spec)
+    except SpecError:
+        return []
+
+
+def _specs(file: Path) -> list[Path]:
+    """The specs beside a published.yaml, in the order of their names."""
+    return sorted(path for path in file.parent.glob("*.yaml") if path.name != FILE)
+
+
+def read_all(
+    experiments: Path,
+    *,
+    quick: bool,
+    only: Collection[str] = (),
+) -> list[Publication]:
+    """The publications of the folders in `experiments`, by name, at the full or the
+    quick scale.
+
+    If `only` names folders, the code of all others is not run, and their claims are not
+    tested.
+
+    Raises one SpecError that lists the first mistake of every claim and every file,
+    each with file and line.
+    """
+    publications, mistakes = [], []
+    for file in _files(experiments, only):
+        asked = _is_asked(file, only)
+        try:
+            publications.append(read_publication(file, quick=quick, asked=asked))
+        except SpecError as error:
+            mistakes += [
+                f"{file.parent.name}/{line}" for line in str(error).splitlines()
+            ]
+    owners: dict[str, str] = {}
+    for publication in publications:
+        for spec, study in publication.studies.items():
+            place = f"{publication.name}/{spec}.yaml"
+            if study.name in owners:
+                mistakes.append(
+                    f'{place}: study "{study.name}" is that of {owners[study.name]}'
+                    " already"
+                )
+            owners[study.name] = place
+    if mistakes:
+        raise SpecError("\n".join(mistakes))
+    return publications
+
+
+def read_unasked(experiments: Path) -> list[Publication]:
+    """The publications of the folders in `experiments`, by name, without running any of
+    their code. Raises SpecError.
+    """
+    return [
+        read_publication(file, quick=False, asked=False)
+        for file in _files(experiments, ())
+    ]
+
+
+def _files(experiments: Path, only: Collection[str]) -> list[Path]:
+    files = sorted(experiments.glob(f"*/{FILE}"))
+    if not files:
+        raise SpecError(f"{experiments}: no folder in it has a {FILE}")
+    for file in files:
+        for path in (*file.parent.glob("*.yaml"), file.with_name(CODE)):
+            if path.exists() and not path.is_file():  # reading a pipe would never end
+                raise SpecError(f"{path}: is no ordinary file")
+    names = [file.parent.name for file in files]
+    for name in only:
+        if name not in names:
+            raise SpecError(unknown("study folder", name, names))
+    return files
+
+
+def _is_asked(file: Path, only: Collection[str]) -> bool:
+    return not only or file.parent.name in only
+
+
+def read_publication(
+    file: Path, *, quick: bool, asked: bool = True, mutant: str | None = None
+) -> Publication:
+    """The publication of a `published.yaml`. Runs its code if it is `asked` for.
+
+    With `mutant`, the specs that this mutant changes are changed as it says, and stored
+    apart from others. Raises SpecError.
+    """
+    root = read_document(file)
+    root.keys(
+        ["title", "source", "specs", "claims", "mutants", "contradictions"],
+        required=["title", "source", "specs", "claims"],
+    )
+    specs = dict(root.child("specs").mapping())
+    mutants = _mutants(root.get("mutants"), specs) if asked else []
+    if mutant is None:
+        _try_changes(mutants, specs, file.parent)
+    wrong = next((one.changes for one in mutants if one.name == mutant), {})
+    designs = {
+        spec: _designed(entry, file.parent, quick, wrong.get(spec, ()), mutant)
+        for spec, entry in specs.items()
+        if asked or not _runs_code(file.with_name(f"{spec}.yaml"))
+    }
+    studies = {spec: study for spec, (study, _) in designs.items()}
+    module = run_code(file.with_name(CODE)) if asked else {}
+    drawings = check_drawings(module, studies)
+    functions = {
+        name: value
+        for name, value in module.items()
+        if callable(value) and not name.startswith("_")
+    }
+    reader = MeasureReader(designs, functions) if asked else None
+    return Publication(
+        folder=file.parent,
+        title=root.child("title").text(),
+        source=root.child("source").text(),
+        studies=studies,
+        claims=read_claims(root.child("claims"), drawings, reader),
+        mutants=mutants,
+        contradictions=_contradictions(root.get("contradictions")),
+        drawings=drawings,
+        functions=functions,
+        asked=asked,
+    )
+
+
+def read_mutant(publication: Publication, mutant: str) -> Publication:
+    """The publication at the quick scale, as one of its mutants. Raises SpecError."""
+    try:
+        return read_publication(publication.folder / FILE, quick=True, mutant=mutant)
+    except SpecError as error:
+        lines = str(error).splitlines()
+        place = f"{publication.name}/"
+        raise SpecError(
+            "\n".join(f"{place}{line}, as the mutant {mutant}" for line in lines)
+        ) from None
+
+
+def _runs_code(spec: Path) -> bool:
+    return spec.is_file() and bool(_code(spec))
+
+
+def _designed(
+    entry: Entry, folder: Path, quick: bool, wrong: Sequence[Entry], mutant: str | None
+) -> tuple[Study, Design]:
+    """A spec's study and design. At the quick scale, or as a mutant, those of the
+    changed spec, under another name.
+    """
+    changes = [entry, *wrong] if quick else wrong
+    if not changes:
+        study = _study(entry, folder)
+        return study, expand(study)
+    study = _changed(entry, folder, changes, f"{MUTANTS}/{mutant}" if wrong else QUICK)
+    try:
+        return study, expand(study)
+    except SpecError as error:
+        raise _told(changes[-1], entry.name, error) from None
+
+
+def _study(entry: Entry, folder: Path) -> Study:
+    """The study of the spec that `entry` names."""
+    file = _spec_file(entry, folder)
+    return study_of(read_document(file).document.text, file)
+
+
+def _spec_file(entry: Entry, folder: Path) -> Path:
+    if not isinstance(entry.value, dict):
+        raise entry.expected("a mapping, {} where the quick scale changes nothing")
+    file = folder / f"{entry.name}.yaml"
+    if not file.exists():
+        names = [path.stem for path in _specs(folder / FILE)]
+        raise entry.error(unknown("spec", entry.name, names))
+    return file
+
+
+def _changed(
+    entry: Entry, folder: Path, changes: Sequence[Entry], prefix: str
+) -> Study:
+    """The study of the spec that `entry` names, with `changes`, under another name."""
+    file = _spec_file(entry, folder)
+    root = read_document(file)
+    for change in changes:
+        for path in change.value:
+            _change(root.value, change.child(path), path.split("."))
+    name = f"{prefix}/{root.value['study']}"
+    try:
+        return study_of(root.value | {"study": name}, file)
+    except SpecError as error:
+        raise _told(changes[-1], entry.name, error) from None
+
+
+def _told(entry: Entry, spec: str, error: SpecError) -> SpecError:
+    """The error of a changed spec, with the line of its changes: its own line is in the
+    changed text, which is in no file.
+    """
+    said = "; ".join(str(one).split(": ", 1)[1] for one in error.mistakes)
+    return entry.error(f"with these changes {spec}.yaml is wrong: {said}")
+
+
+def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
+    """Put the value of `entry` into `spec`. A spec without `fixed` gets one; of other
+    keys all but the last must be there.
+    """
+    if path[0] == FIXED:
+        spec.setdefault(FIXED, {})
+    for key in path[:-1]:
+        inner = spec.get(key)
+        if not isinstance(inner, dict):
+            names = [name for name, value in spec.items() if isinstance(value, dict)]
+            raise entry.error(unknown("mapping in the spec", key, names))
+        spec = inner
+    spec[path[-1]] = entry.value
+
+
+def _mutants(entry: Entry | None, specs: Mapping[str, Entry]) -> list[Mutant]:
+    found = []
+    for name, child in entry.mapping() if entry else ():
+        if not NAME.fullmatch(name):
+            raise child.error(
+                f'"{name}" is not a name of letters, digits, "_", "-" and "."'
+            )
+        child.keys(["about", "change"], required=["about", "change"])
+        changes: dict[str, list[Entry]] = {}
+        for key, change in child.child("change").mapping():
+            change.mapping()
+            if key != ALL and key not in specs:
+                raise change.error(unknown("spec", key, [*specs, ALL]))
+            for spec in specs if key == ALL else [key]:
+                changes.setdefault(spec, []).append(change)
+        found.append(Mutant(name, child.child("about").text(), changes))
+    return found
+
+
+def _try_changes(
+    mutants: Sequence[Mutant], specs: Mapping[str, Entry], folder: Path
+) -> None:
+    """Raise SpecError where the changes of a mutant do not leave a right spec."""
+    for mutant in mutants:
+        for spec, made in mutant.changes.items():
+            _changed(specs[spec], folder, made, f"{MUTANTS}/{mutant.name}")
+
+
+def _contradictions(entry: Entry | None) -> list[Contradiction]:
+    found = []
+    for child in entry.entries() if entry else []:
+        child.keys(["where", "says"], required=["where", "says"])
+        found.append(
+            Contradiction(child.child("where").text(), child.child("says").text())
+        )
+    return found

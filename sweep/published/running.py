@@ -1,0 +1,47 @@
+"""Runs what is missing of the studies of a publication."""
+
+import sys
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import NamedTuple
+
+from sweep.campaigns.launch import launch
+from sweep.campaigns.progress import Display
+from sweep.spec.study import Study
+from sweep.tables.stored_study import StoredStudy
+from sweep.workers.executors import ExecutorFactory
+
+
+class Ran(NamedTuple):
+    """How many trials are new, and how many are not done."""
+
+    new: int
+    not_done: int
+
+
+def run_studies(
+    studies: Iterable[Study],
+    results: Path,
+    engine: ExecutorFactory,
+    display: Callable[[str], Display],
+) -> Ran:
+    """Run what is missing of each study, and say what became of it. Raises as a launch
+    does.
+    """
+    new, not_done = 0, 0
+    for study in studies:
+        with display(study.name) as bar, ExitStack() as ending:
+            ending.callback(engine.stop)
+            progress = launch(study, results, engine, report=bar.show)
+        print(bar.summary(progress, results / study.name), file=sys.stderr)
+        new += progress.statuses.total()
+        statuses = StoredStudy(study.name, results).statuses()
+        if lacking := statuses.total() - statuses["done"]:
+            not_done += lacking
+            print(
+                f"{study.name}: {lacking:,} trials are not done:"
+                f" sweep status {study.name}",
+                file=sys.stderr,
+            )
+    return Ran(new, not_done)

@@ -1,0 +1,103 @@
+"""The scorecard for machines. docs/scorecard.md describes the format."""
+
+import json
+import math
+from collections import Counter
+from typing import Any
+
+from sweep.published.judging import Row
+from sweep.published.mutations import Mutations
+from sweep.published.scorecard import ORDER, Page, Section
+from sweep.published.verdicts import Expectation, Status, Value, Within
+
+VERSION = 1
+
+
+def as_json(page: Page) -> str:
+    """The same numbers as on the page, as JSON. What is not known is null."""
+    about = {
+        "version": VERSION,
+        "scale": page.scale,
+        "documents": [_document(section) for section in page.sections],
+        "rows": [_row(one, row) for one in page.sections for row in one.rows],
+    }
+    return json.dumps(about, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _document(section: Section) -> dict[str, Any]:
+    publication, tallies = section.publication, section.tallies
+    return {
+        "study": publication.name,
+        "title": publication.title,
+        "source": publication.source,
+        "asked": publication.asked,
+        "family": publication.family if publication.asked else None,
+        "statements": _counts(tallies["statement"]),
+        "hypotheses": _counts(tallies["hypothesis"]),
+        "fits": _counts(tallies["fit"]),
+        "mutants": _mutants(section.mutations),
+    }
+
+
+def _counts(found: Counter[Status]) -> dict[Status, int]:
+    return {status: found[status] for status in ORDER}
+
+
+def _mutants(found: Mutations | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {
+        "tried": len(found.killed_by),
+        "noticed": found.noticed,
+        "killed_by": {name: list(ids) for name, ids in found.killed_by.items()},
+    }
+
+
+def _row(section: Section, row: Row) -> dict[str, Any]:
+    claim, verdict, found = row
+    expect = claim.expect
+    return {
+        "id": claim.id,
+        "study": section.publication.name,
+        "statement": claim.statement,
+        "kind": claim.kind,
+        "counted": claim.counted,
+        "where": claim.where,
+        "says": claim.says,
+        "spec": claim.spec,
+        "status": verdict.status,
+        "reason": verdict.reason,
+        "ours": _number(found.estimate.value) if found else None,
+        "interval": _interval(verdict.interval),
+        "simultaneous": _interval(verdict.simultaneous),
+        "expect": type(expect).__name__.lower() if expect else None,
+        "published": _published(expect),
+        "rounding": expect.rounding if isinstance(expect, Value) else None,
+        "margin": expect.margin if isinstance(expect, Value) else None,
+        "noticeable": verdict.noticeable,
+        "needed": verdict.needed,
+        "weak": bool(section.weaknesses(row)),
+        "weaknesses": section.weaknesses(row),
+        "trials": found.used if found else 0,
+        "left_out": found.left_out if found else 0,
+        "registered": claim.registered.isoformat(),
+        "looked": claim.looked,
+        "alternatives": claim.alternatives,
+        "mutants": section.mutants(row),
+    }
+
+
+def _published(expect: Expectation | None) -> float | list[float] | None:
+    if expect is None:
+        return None
+    if isinstance(expect, Within):
+        return [expect.low, expect.high]
+    return expect.value if isinstance(expect, Value) else expect.bound
+
+
+def _interval(bounds: tuple[float, float] | None) -> list[float | None] | None:
+    return [_number(bound) for bound in bounds] if bounds else None
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,107 @@
+"""The headline of the readme: what is judged, and what came out where it is stored."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sweep.errors import StoreError
+from sweep.published.headline import BLOCK, counted, headline, main, read_verdicts
+from sweep.published.publications import Publication, read_unasked
+from sweep.spec.study_folder import SCORECARD
+from tests import ROOT
+from tests.publications import PUBLISHED, experiments
+
+HYPOTHESIS = """
+  - id: ours
+    where: nowhere
+    says: boids are red
+    kind: hypothesis
+    registered: 2024-03-01
+    untestable: no colour is recorded
+contradictions"""
+SAME = "id: hidden\n    statement: start-speed"
+OTHERS = PUBLISHED.replace("\ncontradictions", HYPOTHESIS).replace("id: hidden", SAME)
+
+
+def tiny(folder: Path, published: str = PUBLISHED) -> list[Publication]:
+    return read_unasked(experiments(folder, published))
+
+
+def stored(folder: Path, scale: str = "full", confirmed: int = 1) -> Path:
+    """The results with a scorecard of the tiny publication."""
+    results = folder / "results"
+    results.mkdir()
+    statements = {"confirmed": confirmed, "not testable": 1, "refuted": 0}
+    about = {"scale": scale, "documents": [{"study": "tiny", "statements": statements}]}
+    (results / "scorecard.json").write_text(json.dumps(about))
+    return results
+
+
+def cells(block: str) -> list[dict[str, str]]:
+    """The rows of the table, by the names of its columns."""
+    lines = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in block.splitlines()
+        if line.startswith("|")
+    ]
+    return [dict(zip(lines[0], line, strict=True)) for line in lines[2:]]
+
+
+def test_the_readme_says_what_is_judged_and_what_came_out() -> None:
+    """Verdicts are held to the stored scorecard where there is one, and all else to the
+    claims.
+    """
+    publications = read_unasked(ROOT / "experiments")
+    verdicts = read_verdicts(ROOT / "results", publications)
+    expected = cells(headline(publications, verdicts))
+    found = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert found
+    said = cells(found[0])
+    assert [{key: row[key] for key in expected[0]} for row in said] == expected
+
+
+def test_statements_are_counted_once(tmp_path: Path) -> None:
+    (one,) = tiny(tmp_path, OTHERS)
+    assert counted(one) == {"statement": 1, "hypothesis": 1, "fit": 0}
+    assert headline([one], {}).splitlines()[1:-1] == [
+        "| document | statements | hypotheses of ours | fits |",
+        "|---|---:|---:|---:|",
+        "| tiny | 1 | 1 | 0 |",
+    ]
+
+
+def test_verdicts_are_those_of_the_scorecard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publications, results = tiny(tmp_path), stored(tmp_path)
+    (row,) = cells(headline(publications, read_verdicts(results, publications)))
+    assert (row["statements"], row["confirmed"], row["not testable"]) == ("2", "1", "1")
+    assert row["undecided"] == "0"
+    readme = tmp_path / "README.md"
+    block = headline(publications, {})
+    readme.write_text(f"before\n\n{block}\n\nafter\n")
+    monkeypatch.setattr(
+        "sys.argv", ["", str(readme), str(tmp_path / "experiments"), str(results)]
+    )
+    main()
+    text = readme.read_text()
+    assert text.startswith("before\n\n<!-- headline")
+    assert text.endswith("<!-- end of headline -->\n\nafter\n")
+    assert cells(text) == [row]
+
+
+@pytest.mark.parametrize(("scale", "confirmed"), [("quick", 1), ("full", 2)])
+def test_those_of_few_trials_or_of_other_claims_are_none(
+    tmp_path: Path, scale: str, confirmed: int
+) -> None:
+    publications = tiny(tmp_path)
+    assert read_verdicts(stored(tmp_path, scale, confirmed), publications) == {}
+    assert read_verdicts(tmp_path / "nowhere", publications) == {}
+
+
+def test_a_damaged_scorecard_is_one_line(tmp_path: Path) -> None:
+    results = stored(tmp_path)
+    (results / SCORECARD[-1]).write_text('{"scale": 3}')
+    with pytest.raises(StoreError, match=r"scorecard.json: .*; remove it and"):
+        read_verdicts(results, tiny(tmp_path))
