@@ -24,6 +24,8 @@ Kind = Literal["number", "reading", "hypothesis", "fit"]
 """What a claim is: a number that the document prints, or that its own data have; our
 reading of one of its sentences; a hypothesis of ours; a test of what was fitted to it.
 """
+FIT: Kind = "fit"
+"""The kind that is shown and not counted."""
 Looked = Literal["before", "after"]
 """When results of such trials were first seen: before or after the expectation was
 fixed.
@@ -64,7 +66,7 @@ class Claim:
     @property
     def counted(self) -> bool:
         """Whether it is tested, and counts. What was fitted to a number does not."""
-        return self.measure is not None and self.kind != "fit"
+        return self.measure is not None and self.kind != FIT
 
 
 def read_claims(
@@ -80,7 +82,7 @@ def read_claims(
         try:
             entry.keys([*ABOUT, *MAY_HAVE], required=ABOUT)
             about = _about(entry)
-            tested = _tested(entry, drawings, reader) if reader else {}
+            tested = _tested(entry, about["kind"], drawings, reader) if reader else {}
             claim = Claim(**about, **tested)
             if claim.id in places:
                 raise entry.child("id").error(
@@ -96,7 +98,7 @@ def read_claims(
 
 
 def _tested(
-    entry: Entry, drawings: Mapping[str, Drawing], reader: MeasureReader
+    entry: Entry, kind: Kind, drawings: Mapping[str, Drawing], reader: MeasureReader
 ) -> dict[str, Any]:
     """How a claim is tested."""
     spec, figure, others = (entry.get(key) for key in ("spec", "figure", ALTERNATIVES))
@@ -116,7 +118,7 @@ def _tested(
     measure = reader.read(entry.child("measure"), chosen)
     return found | {
         "measure": measure,
-        "expect": _expectation(entry.child("expect"), measure),
+        "expect": _expectation(entry.child("expect"), measure, kind),
         "looked": entry.child("looked").one_of("time of the look", get_args(Looked)),
         ALTERNATIVES: others.text() if others else "",
     }
@@ -147,14 +149,14 @@ def _day(entry: Entry) -> date:
         raise entry.expected("a day such as 2026-03-01") from None
 
 
-def _expectation(entry: Entry, measure: Measure) -> Expectation:
+def _expectation(entry: Entry, measure: Measure, kind: Kind) -> Expectation:
     kinds = ("value", "above", "below", "within")
     entry.keys([*kinds, "rounding", "trials", "margin", "because"])
     given = [kind for kind in kinds if kind in entry.value]
     if len(given) != 1:
         raise entry.error(f"an expectation needs exactly one of {', '.join(kinds)}")
     if given == ["value"]:
-        return _value(entry, measure)
+        return _value(entry, measure, kind)
     entry.keys(given)
     bound = entry.child(given[0])
     if given != ["within"]:
@@ -165,7 +167,9 @@ def _expectation(entry: Entry, measure: Measure) -> Expectation:
     return Within(*numbers)
 
 
-def _value(entry: Entry, measure: Measure) -> Value:
+def _value(entry: Entry, measure: Measure, kind: Kind) -> Value:
+    if kind != FIT and "margin" not in entry.value:
+        raise entry.error('missing key "margin": how far ours may be from the number')
     if ("margin" in entry.value) != ("because" in entry.value):
         raise entry.error('"margin" and "because", its reason, go together')
     trials, because = entry.get("trials"), entry.get("because")

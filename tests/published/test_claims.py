@@ -170,6 +170,11 @@ MISTAKES = [
     ),
     (
         EXPECT,
+        "{value: 1}",
+        'missing key "margin": how far ours may be from the number',
+    ),
+    (
+        EXPECT,
         "{value: 1, margin: 0, because: x}",
         '"margin" must be more than 0, not 0',
     ),
@@ -215,7 +220,11 @@ MISTAKES = [
         '    kind: number\n    statement: "a b"',
         '"statement" must be a name of letters',
     ),
-    (EXPECT, "{value: 1, rounding: -1}", '"rounding" must be a number from 0, not -1'),
+    (
+        EXPECT,
+        "{value: 1, rounding: -1, margin: 1, because: x}",
+        '"rounding" must be a number from 0, not -1',
+    ),
     (EXPECT, "{above: 1, trials: 3}", 'unknown key "trials"'),
     (EXPECT, "{within: [2, 1]}", "a list of two numbers, the smaller one first"),
     ("    spec: small\n", "", 'missing key "spec": whose trials test the claim'),
@@ -335,6 +344,11 @@ def test_wrong_mutants_are_named(
     with pytest.raises(SpecError) as caught:
         read(tmp_path, published)
     assert message in str(caught.value)
+
+
+def test_a_fit_needs_no_margin(tmp_path: Path) -> None:
+    published = PUBLISHED.replace(EXPECT, "{value: 2}").replace("number", "fit")
+    assert read(tmp_path, published).claims[0].expect == Value(2.0)
 
 
 def test_a_share_is_a_margin(tmp_path: Path) -> None:
