@@ -52,7 +52,7 @@ __all__ = [
     "run",
     "view",
 ]
-__version__ = "0.8.0"
+__version__ = "0.9.0"
 
 
 def check_sibling(found: str | None, ours: str) -> None:
