@@ -497,11 +497,13 @@ class StoredStudy:
         """What is stored, a row a column of a table: `table`, `column`, `type`, `unit`
         and `text`, which says what it is.
         """
-        first = self.whole.plan["trial_id"].combine_chunks().slice(0, 1)
+        statuses, trials = self.store.trial_ids(), self.whole.plan["trial_id"]
+        done = [one for one in trials.to_pylist() if statuses.get(one) == "done"][:1]
+        tables = {name: self.read(name, pa.array(done, pa.string())) for name in TABLES}
         rows = [
             (name, field.name, str(field.type), *_about(field))
-            for name in TABLES
-            for field in self.read(name, first).schema
+            for name, table in tables.items()
+            for field in (table.schema if name == "trials" or table.num_rows else ())
         ]
         return pd.DataFrame(rows, columns=["table", "column", "type", "unit", "text"])
 
