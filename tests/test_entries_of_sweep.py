@@ -111,6 +111,19 @@ WORDS = {
         "sweep/published/measures.py",
         "sweep/web/controls.py",
     },
+    "normal": {  # how values of a metric are distributed
+        "kernels/metrics/ground.py",
+        "sweep/analysis/contrasts.py",
+        "sweep/analysis/estimate.py",
+        "sweep/analysis/intervals.py",
+        "sweep/analysis/mean_bounds.py",
+        "sweep/analysis/sequential.py",
+        "sweep/campaigns/search/repetitions.py",
+        "sweep/cli/listing.py",
+        "sweep/cli/search_report.py",
+        "sweep/figures/ablation_effects.py",
+        "sweep/spec/objectives.py",
+    },
     "curves": {"sweep/analysis/__init__.py"},  # a name that it hands on
     "front": {"sweep/cli/search_report.py"},  # a part of the report
     "hypervolume": {"sweep/campaigns/search/repetitions.py"},  # a quantity

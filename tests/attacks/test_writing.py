@@ -45,7 +45,6 @@ INTO_A_FILE = {
     "sweep/web/export.py save": "into memory",
     "sweep/web/export.py savefig": "into memory",
     "sweep/web/replayed_page.py save": "our own, which is by `unfinished`",
-    "experiments/nguyen2024/figures.py save": "our own, in sweep/figures/saving.py",
     "sweep/published/drawings.py save": "our own, in sweep/figures/saving.py",
     "sweep/figures/kinds.py save": "our own, in sweep/figures/saving.py",
     "kernels/caching.py save": "our own, which numba writes into its cache",
@@ -89,6 +88,13 @@ OTHERWISE = {
         "where the interpreter leaves its flights; nobody else may enter it"
     ),
     "sweep/testing/interpreted.py savez": "into that folder",
+    "sweep/testing/offered.py TemporaryDirectory": (
+        "where another process leaves its numbers; nobody else may enter it"
+    ),
+    "sweep/testing/given.py savez": "into that folder",
+    "sweep/published/headline.py write_text": (
+        "README.md of a checkout, by `make documents`"
+    ),
     "sweep/cli/output.py open": "os.devnull",
     "sweep/spec/images.py FileIO": "reads",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",

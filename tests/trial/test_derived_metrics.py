@@ -185,6 +185,7 @@ def test_unit_text_and_expression_stand_with_the_column(study: StoredStudy) -> N
         b"unit": b"step/px",
         b"text": b"polarization / speed, at the last frame",
         b"expression": b"polarization / speed",
+        b"distribution": b"skewed",
     }
     assert b"expression" not in schema.field("speed").metadata
     series = pq.read_schema(part.with_name("series.parquet"))
