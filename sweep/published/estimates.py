@@ -142,7 +142,7 @@ def _called(
             f"{what.function} must return an array of one value each, or a tuple of two"
         )
     left_out = sum(int(np.isnan(values).sum()) for values in samples)
-    estimate = mean_estimate(*samples)
+    estimate = mean_estimate(*samples, distribution=what.distribution)
     counts = [sample.n for sample in estimate.samples]
     words = " and ".join(f"{count:,}" for count in counts)
     return Measured(estimate, words, sum(counts), left_out)

@@ -12,7 +12,7 @@ from typing import cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import Unit
+from sweep.analysis import Distribution, Unit
 from sweep.design.design import Design
 from sweep.errors import ChoiceError
 from sweep.spec.document import Entry
@@ -64,10 +64,12 @@ class RankCorrelation:
 class Call:
     """The independent values that a function of figures.py returns, or two arrays of
     them for a difference. It gets the studies, and `settings` by their names.
+    `distribution` says how its values are distributed, as metrics declare it.
     """
 
     function: str
     settings: Mapping[str, Value] = field(default_factory=dict)
+    distribution: Distribution = "normal"
 
 
 Measure = Mean | MeanDifference | RankCorrelation | Call
@@ -97,7 +99,7 @@ class MeasureReader:
         """The measure that `entry` describes; `spec` is that of its claim. Raises
         SpecError for a wrong one.
         """
-        entry.keys([*KINDS, "for", "unit", "frame", "frames"])
+        entry.keys([*KINDS, "for", "unit", "frame", "frames", "distribution"])
         kinds = [kind for kind in KINDS if kind in entry.value]
         if len(kinds) != 1:
             raise entry.error(f"a measure needs exactly one of {', '.join(KINDS)}")
@@ -113,11 +115,15 @@ class MeasureReader:
         return self._call(entry, spec)
 
     def _call(self, entry: Entry, spec: str) -> Call:
-        entry.keys(["call", "for"])
+        entry.keys(["call", "for", "distribution"])
         study, design = self.designs[spec]
         settings = _settings(entry.get("for"), study, _chooser(design))
         function = entry.child("call").one_of("function of figures.py", self.functions)
-        return Call(function, settings)
+        given = entry.get("distribution")
+        if given is None:
+            return Call(function, settings)
+        distribution = given.one_of("distribution", get_args(Distribution))
+        return Call(function, settings, cast(Distribution, distribution))
 
     def _two(self, entry: Entry) -> list[Entry]:
         children = entry.entries()

@@ -55,6 +55,10 @@ def test_a_publication_is_read(tmp_path: Path) -> None:
         ),
         ("{call: constant}", Call("constant")),
         (
+            "{call: constant, distribution: percentage}",
+            Call("constant", {}, "percentage"),
+        ),
+        (
             "{call: constant, for: {separation_weight: 1}}",
             Call("constant", {"separation_weight": 1.0}),
         ),
@@ -141,6 +145,11 @@ MISTAKES = [
         MEASURE,
         "{mean: speed, call: constant}",
         "a measure needs exactly one of mean, difference,",
+    ),
+    (
+        MEASURE,
+        "{call: constant, distribution: skew}",
+        'unknown distribution "skew"; did you mean "skewed"?',
     ),
     (
         MEASURE,
