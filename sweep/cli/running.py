@@ -9,14 +9,17 @@ import typer
 
 from sweep.cli.app import CodeFrom, Json, NoCode, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
+from sweep.errors import ChoiceError
 
 
 class Scale(StrEnum):
-    """How many trials a reproduction has."""
+    """How many trials a reproduction has, or which variants are tried with few."""
 
     full = "full"
     quick = "quick"
     mutants = "mutants"
+    details = "details"
+    numerics = "numerics"
 
 
 @app.command()
@@ -165,9 +168,17 @@ def reproduce(
     scale: Annotated[
         Scale,
         typer.Option(
-            help="All trials, few of them as a try, or few of them of every mutant."
+            help="All trials, few of them as a try, or few of them of every variant of"
+            " a kind: mutants, details or numerics."
         ),
     ] = Scale.full,
+    variant: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Try this variant only, or those of a pattern such as 'n-*'; may be"
+            " repeated."
+        ),
+    ] = None,
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
@@ -178,14 +189,17 @@ def reproduce(
     it imports. With --only it runs that of the named studies alone. Read this code
     first. The verdicts are on the page scorecard.html below the results.
 
-    At the scale "mutants" it runs and judges every wrong version of the studies that
-    published.yaml names, with few trials. It says which claims notice them, and stores
-    that in mutants.json below the results, for the page.
+    At the scales "mutants", "details" and "numerics" it runs and judges variants of the
+    studies, with few trials: the wrong versions that published.yaml names; each number
+    moved by 2 and 10 %, and each detail of other presets; half the time step, the other
+    order of updates, and another seed. It says which verdicts turn, and stores that in
+    variants.json below the results, for the page.
     """
     from sweep.cli.progress import ProgressBar
-    from sweep.published.mutations import try_all
     from sweep.published.publications import FILE, code_files, read_all
     from sweep.published.reproduce import reproduce as run_all
+    from sweep.published.trying import chosen_variants, most_trials, try_all
+    from sweep.published.variants import KINDS
     from sweep.spec.built_in import EXPERIMENTS
     from sweep.store.locations import local_folder
     from sweep.workers.executors import Loky, core_count
@@ -194,6 +208,10 @@ def reproduce(
         local_folder(results, "the page and its figures are written to"),
         scale is not Scale.full,
     )
+    kind = next((one for one in KINDS if one == scale), None)
+    if variant and kind is None:
+        allowed = " or ".join(KINDS)
+        raise ChoiceError(f"--variant needs --scale {allowed}, not {scale}")
     if experiments is None:
         experiments = Path(EXPERIMENTS.name)
         if not any(experiments.glob(f"*/{FILE}")):
@@ -208,9 +226,14 @@ def reproduce(
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
     publications = read_all(experiments, quick=quick, only=only or ())
     engine = Loky(workers or core_count())
-    if scale is Scale.mutants:
-        for name, found in try_all(publications, folder, engine, ProgressBar).items():
-            print(f"{name}: {found.summary()}")
+    if kind:
+        chosen = chosen_variants(publications, kind, variant or ())
+        tried = sum(len(variants) for _, variants in chosen)
+        most = most_trials(chosen)
+        said = f"{tried:,} variants, with {most:,} trials less those that are stored"
+        print(said, file=sys.stderr)
+        for name, found in try_all(chosen, folder, engine, ProgressBar).items():
+            print(f"{name}: {found.summary(kind)}")
         return
     outcome = run_all(publications, folder, engine, ProgressBar, quick=quick)
     print(outcome.summary(), file=sys.stderr)

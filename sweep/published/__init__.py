@@ -14,7 +14,11 @@ computed.
     running             runs what is missing of a publication
     drawings            draws the figures of a publication that are out of date
     forest              the claims of a document as one picture
-    mutations           which claims notice wrong versions of a study
+    variants            a publication with changed studies: its mutants, and others
+    details             variants with other values of single settings
+    numerics            variants with another time step, order of updates or seed
+    trying              which verdicts of a document turn with variants
+    turned              what variants turned, stored below the results
     reproduce           runs, draws and judges everything
     scorecard           the rows of the scorecard, one a claim
     scorecard_html      the scorecard as a page

@@ -13,13 +13,14 @@ from sweep.campaigns.progress import Display
 from sweep.errors import OutputError
 from sweep.published.drawings import FigureFile, ForestFile
 from sweep.published.judging import Stored, judged, stored_studies
-from sweep.published.mutations import Mutations, fingerprint, read_mutations
 from sweep.published.publications import FULL, QUICK, Publication
 from sweep.published.running import run_studies
 from sweep.published.scorecard import Page, Picture, Section
 from sweep.published.scorecard_html import as_html
 from sweep.published.scorecard_json import as_json
 from sweep.published.scorecard_markdown import as_markdown
+from sweep.published.trying import fingerprint
+from sweep.published.turned import DocumentVariants, read_turned
 from sweep.published.verdicts import Status
 from sweep.spec.study_folder import SCORECARD
 from sweep.store.new_files import replacing
@@ -96,13 +97,13 @@ def reproduce(
         quick         whether the publications were read at the quick scale
 
     Raises SpecError and StoreError as a launch does, and StoreError for a damaged file
-    of mutants. If a trial, a figure or a measure fails, that is noted and the rest goes
-    on.
+    of variants. If a trial, a figure or a measure fails, that is noted and the rest
+    goes on.
     """
     wanted = [publication for publication in publications if publication.asked]
     root = results / QUICK if quick else results
     outcome, times = Outcome(root / SCORECARD[0]), [time.monotonic()]
-    mutations = read_mutations(results)
+    known = read_turned(results)
     for publication in wanted:
         ran = run_studies(publication.studies.values(), results, engine, display)
         outcome.new += ran.new
@@ -130,7 +131,7 @@ def reproduce(
             stored[one.name],
             files[one.name],
             folder,
-            mutations.get(one.name),
+            known.get(one.name),
             outcome,
         )
         for one in publications
@@ -158,7 +159,7 @@ def _section(
     stored: Stored,
     files: Sequence[FigureFile],
     folder: PageFolder,
-    tried: Mutations | None,
+    tried: DocumentVariants | None,
     outcome: Outcome,
 ) -> Section:
     """The section of a publication. The picture of its rows is drawn."""

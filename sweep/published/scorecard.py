@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 
 from sweep.analysis.notation import number, with_interval
 from sweep.published.judging import Row
-from sweep.published.mutations import Mutations
 from sweep.published.publications import Publication
 from sweep.published.statements import Group, tallies
+from sweep.published.turned import SLIGHT, DocumentVariants
+from sweep.published.variants import Kind
 from sweep.published.verdicts import (
     LEVEL,
     Above,
@@ -61,11 +62,19 @@ HEADINGS = (
     "trials",
     "noticeable",
     "verdict",
-    "mutants that turn it",
+    "what turns it",
     "see",
 )
 BEYOND = "it cannot be confirmed with these trials"
 UNTURNED = "no mutant turns it"
+TRIED: dict[Kind, str] = {
+    "mutants": "Mutants that are noticed",
+    "details": "Details that turn verdicts",
+    "numerics": "Verdicts that another time step, order or seed turns",
+}
+"""The kinds of variants, and their headings."""
+MOST_NAMED = 8
+"""The variants of a kind that are named in a row."""
 
 
 class Picture(NamedTuple):
@@ -86,7 +95,7 @@ class Section:
     forest     the picture of its rows
     folders    the stored studies by spec
     origins    their provenance
-    mutations  what its mutants turned; None if they were not tried as it is now
+    variants   what its variants turned; None if none was tried as it is now
     """
 
     publication: Publication
@@ -95,7 +104,7 @@ class Section:
     forest: Picture | None
     folders: Mapping[str, Path]
     origins: Sequence[dict[str, Any]]
-    mutations: Mutations | None = None
+    variants: DocumentVariants | None = None
 
     def ordered(self) -> list[Row]:
         """The rows, those refuted first and those confirmed last."""
@@ -114,9 +123,32 @@ class Section:
         """How many statements, hypotheses and fits have which verdict."""
         return tallies(self.rows)
 
+    def tried(self, kind: Kind) -> DocumentVariants | None:
+        """What variants turned; None if none of this kind was tried, or not all
+        mutants.
+        """
+        found = self.variants.tried(kind) if self.variants else {}
+        whole = kind != "mutants" or len(found) >= len(self.publication.mutants)
+        return self.variants if found and whole else None
+
+    def turning(self, kind: Kind, row: Row) -> dict[str, Status] | None:
+        """The variants that turn a row, and to which verdict; None if none was tried.
+        A row that had no verdict is turned by none.
+        """
+        found = self.tried(kind)
+        return found.turning(kind, row.claim.id) if found else None
+
     def mutants(self, row: Row) -> list[str] | None:
-        """The mutants that turn a row; None if none was tried."""
-        return self.mutations.killing(row.claim.id) if self.mutations else None
+        """The mutants that a row kills; None if none was tried."""
+        found = self.tried("mutants")
+        if found is None:
+            return None
+        return [name for name, ids in found.killed_by.items() if row.claim.id in ids]
+
+    def least_share(self, row: Row) -> float | None:
+        """The smallest share by which the change of one setting turns a row."""
+        found = self.tried("details")
+        return found.least_share(row.claim.id) if found else None
 
     def weaknesses(self, row: Row) -> list[str]:
         """Why a row shows little; none where it does not."""
@@ -206,8 +238,9 @@ def rule() -> list[str]:
             "Noticeable is half the width of the simultaneous interval. A row is weak"
             " where that is more than its margin, since these trials cannot confirm it,"
             " or where it is confirmed although no mutant, which is a wrong version of"
-            " the study, turns it. Trials that did not come to their end, and those in"
-            " which the measure has no value, are left out and counted."
+            " the study, turns it. Variants are tried with few trials: what another"
+            " seed turns is turned by chance. Trials that did not come to their end,"
+            " and those in which the measure has no value, are left out and counted."
         ),
     ]
 
@@ -223,12 +256,12 @@ def family_text(section: Section) -> str:
     )
 
 
-def mutants_text(section: Section) -> str:
-    """How many mutants of a document are noticed."""
-    found = section.mutations
+def variants_text(section: Section, kind: Kind) -> str:
+    """How many verdicts the variants of a document turn."""
+    found = section.tried(kind)
     if found is None:
-        return "no mutants were tried with these claims, specs and kernels"
-    return found.summary()
+        return f"no {kind} were tried with these claims, specs and kernels"
+    return found.summary(kind)
 
 
 def kind_text(row: Row) -> str:
@@ -250,12 +283,27 @@ def weakness_text(section: Section, row: Row) -> str:
     return f"weak: {' and '.join(found)}" if found else ""
 
 
-def killers_text(section: Section, row: Row) -> str:
-    """The mutants that turn a row; "" where none was tried or it does not count."""
-    found = section.mutants(row)
-    if found is None or not row.claim.counted:
-        return ""
-    return ", ".join(found) or "none"
+def turning_texts(section: Section, row: Row) -> list[str]:
+    """The variants that turn a row, a text a kind; none where it does not count."""
+    if not row.claim.counted:
+        return []
+    killers = section.mutants(row)
+    parts = [] if killers is None else [f"mutants: {', '.join(killers) or 'none'}"]
+    for kind in ("details", "numerics"):
+        found = section.turning(kind, row)
+        if found is not None:
+            parts.append(f"{kind}: {_listed(found) or 'none'}")
+    share = section.least_share(row)
+    if share is not None and share <= SLIGHT:
+        parts.append(f"a change of {100 * share:.2g} % turns it")
+    return parts
+
+
+def _listed(found: Mapping[str, Status]) -> str:
+    """The first variants, and what a row becomes with them, as `n-up-2 (refuted)`."""
+    names = [f"{name} ({status})" for name, status in found.items()]
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def reason(row: Row) -> str:

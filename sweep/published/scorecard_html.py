@@ -15,13 +15,12 @@ from sweep.published.scorecard import (
     MARKS,
     ORDER,
     TITLE,
+    TRIED,
     Page,
     Picture,
     Section,
     family_text,
-    killers_text,
     kind_text,
-    mutants_text,
     noticeable_text,
     origin_lines,
     ours_text,
@@ -30,6 +29,8 @@ from sweep.published.scorecard import (
     rule,
     sentence,
     trials_text,
+    turning_texts,
+    variants_text,
     weakness_text,
 )
 from sweep.published.statements import Group
@@ -81,11 +82,12 @@ def _summary(page: Page) -> Iterator[str]:
     yield "<section>"
     for group in COUNTED:
         yield from _counts(page, group)
-    yield '<h2>Mutants that are noticed</h2>\n<ul class="list">'
-    for section in page.sections:
-        name = escape(section.publication.name)
-        yield f"<li>{name}: {escape(mutants_text(section))}</li>"
-    yield "</ul>"
+    for kind, heading in TRIED.items():
+        yield f'<h2>{heading}</h2>\n<ul class="list">'
+        for section in page.sections:
+            name = escape(section.publication.name)
+            yield f"<li>{name}: {escape(variants_text(section, kind))}</li>"
+        yield "</ul>"
     for status, heading in LISTED.items():
         yield from _list(page, status, heading)
     yield "</section>\n<section>\n<h2>The rule</h2>"
@@ -172,7 +174,7 @@ def _row(page: Page, section: Section, row: Row) -> str:
             f'<td class="{CLASSES[status]}">{_verdict(status)}{_weak(section, row)}'
             f" {_reason(row)}</td>"
         ),
-        f"<td>{escape(killers_text(section, row))}</td>",
+        f"<td>{'<br>'.join(map(escape, turning_texts(section, row)))}</td>",
         f"<td>{'<br>'.join(links)}</td>",
     ]
     return f'<tr id="{escape(section.anchor(row))}">{"".join(cells)}</tr>'

@@ -6,8 +6,9 @@ from collections import Counter
 from typing import Any
 
 from sweep.published.judging import Row
-from sweep.published.mutations import Mutations
 from sweep.published.scorecard import ORDER, Page, Section
+from sweep.published.turned import DocumentVariants
+from sweep.published.variants import Kind
 from sweep.published.verdicts import Expectation, Status, Value, Within
 
 VERSION = 1
@@ -35,7 +36,9 @@ def _document(section: Section) -> dict[str, Any]:
         "statements": _counts(tallies["statement"]),
         "hypotheses": _counts(tallies["hypothesis"]),
         "fits": _counts(tallies["fit"]),
-        "mutants": _mutants(section.mutations),
+        "mutants": _mutants(section.tried("mutants")),
+        "details": _variants(section, "details"),
+        "numerics": _variants(section, "numerics"),
     }
 
 
@@ -43,13 +46,23 @@ def _counts(found: Counter[Status]) -> dict[Status, int]:
     return {status: found[status] for status in ORDER}
 
 
-def _mutants(found: Mutations | None) -> dict[str, Any] | None:
+def _mutants(found: DocumentVariants | None) -> dict[str, Any] | None:
     if found is None:
         return None
     return {
-        "tried": len(found.killed_by),
+        "tried": len(found.tried("mutants")),
         "noticed": found.noticed,
-        "killed_by": {name: list(ids) for name, ids in found.killed_by.items()},
+        "killed_by": found.killed_by,
+    }
+
+
+def _variants(section: Section, kind: Kind) -> dict[str, Any] | None:
+    found = section.tried(kind)
+    if found is None:
+        return None
+    return {
+        "before": found.before,
+        "variants": {name: vars(one) for name, one in found.tried(kind).items()},
     }
 
 
@@ -84,6 +97,9 @@ def _row(section: Section, row: Row) -> dict[str, Any]:
         "looked": claim.looked,
         "alternatives": claim.alternatives,
         "mutants": section.mutants(row),
+        "details": section.turning("details", row),
+        "numerics": section.turning("numerics", row),
+        "least_share": section.least_share(row),
     }
 
 

@@ -10,13 +10,12 @@ from sweep.published.scorecard import (
     MARKS,
     ORDER,
     TITLE,
+    TRIED,
     Page,
     Picture,
     Section,
     family_text,
-    killers_text,
     kind_text,
-    mutants_text,
     noticeable_text,
     origin_lines,
     ours_text,
@@ -25,6 +24,8 @@ from sweep.published.scorecard import (
     rule,
     sentence,
     trials_text,
+    turning_texts,
+    variants_text,
     weakness_text,
 )
 from sweep.text import harmless
@@ -54,9 +55,11 @@ def _lines(page: Page) -> Iterator[str]:
             yield f"|---|{'---:|' * len(ORDER)}"
         for name, found in counts.items():
             yield f"| {name} | {' | '.join(str(found[one]) for one in ORDER)} |"
-    yield "\n## Mutants that are noticed\n"
-    for section in page.sections:
-        yield f"- {_text(section.publication.name)}: {_text(mutants_text(section))}"
+    for kind, tried in TRIED.items():
+        yield f"\n## {tried}\n"
+        for section in page.sections:
+            said = _text(variants_text(section, kind))
+            yield f"- {_text(section.publication.name)}: {said}"
     for status, heading in LISTED.items():
         listed = list(page.of_status(status))
         if listed:
@@ -114,7 +117,7 @@ def _cells(page: Page, section: Section, row: Row) -> list[str]:
             for words in (published_text, ours_text, trials_text, noticeable_text)
         ),
         f"{verdict}. {_text(reason(row))}",
-        _text(killers_text(section, row)),
+        "; ".join(map(_text, turning_texts(section, row))),
         ", ".join(f"[{text}]({address})" for text, address in page.links(section, row)),
     ]
 

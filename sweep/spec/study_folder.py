@@ -12,10 +12,10 @@ PLAN, ASKED, SPEC = "plan.parquet", "asked.parquet", "spec.yaml"
 CODE = re.compile(r"code-([0-9a-f]{64})\.json")
 """The code of the user's own by which trials were computed, a file for each sha256."""
 SCORECARD = ("scorecard.html", "scorecard.md", "scorecard.json")
-MUTATIONS = "mutants.json"
+VARIANTS = "variants.json"
 STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
 """What a launch writes; figures are drawn from it."""
-OWN = (*STORED, FIGURES, *SCORECARD, MUTATIONS)
+OWN = (*STORED, FIGURES, *SCORECARD, VARIANTS)
 
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
 """The time at which the part was stored, in ns, and a token. The first digit is 0 until

@@ -115,9 +115,9 @@ def test_figures_of_publications_are_not_drawn_elsewhere(
     assert untouched(folder)
 
 
-def test_mutants_are_not_read_through_a_link(folder: Path) -> None:
-    (folder / "results" / "mutants.json").symlink_to(folder / "mine")
-    with pytest.raises(StoreError, match=r"mutants.json: is a symbolic link"):
+def test_variants_are_not_read_through_a_link(folder: Path) -> None:
+    (folder / "results" / "variants.json").symlink_to(folder / "mine")
+    with pytest.raises(StoreError, match=r"variants.json: is a symbolic link"):
         reproduced(folder)
     assert untouched(folder)
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from sweep.cli.progress import ProgressBar
-from sweep.published.mutations import Mutations, try_all
 from sweep.published.publications import FILE, read_all
+from sweep.published.trying import chosen_variants, try_all
+from sweep.published.turned import DocumentVariants
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.strict_yaml import dump, read_document
 from sweep.workers.executors import Loky, Serial, core_count
@@ -36,7 +37,7 @@ def reduced(folder: Path) -> Path:
     return folder
 
 
-def noticed(found: Mutations) -> float:
+def noticed(found: DocumentVariants) -> float:
     """The share of mutants that a counted claim kills."""
     return found.noticed / len(found.killed_by)
 
@@ -44,7 +45,8 @@ def noticed(found: Mutations) -> float:
 def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     """Seeds are fixed, and so is what comes out."""
     publications = read_all(reduced(tmp_path), quick=True)
-    found = try_all(publications, tmp_path / "results", Serial(), ProgressBar)
+    chosen = chosen_variants(publications, "mutants")
+    found = try_all(chosen, tmp_path / "results", Serial(), ProgressBar)
     assert noticed(found["nguyen2024"]) == 1.0, found["nguyen2024"]
 
 
@@ -53,6 +55,7 @@ def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
 def test_wrong_versions_of_each_study_are_noticed(name: str, tmp_path: Path) -> None:
     """At the quick scale, with fixed seeds."""
     publications = read_all(EXPERIMENTS, quick=True, only=(name,))
-    found = try_all(publications, tmp_path, Loky(core_count()), ProgressBar)
-    assert noticed(found[name]) >= LEAST, found[name].summary()
+    chosen = chosen_variants(publications, "mutants")
+    found = try_all(chosen, tmp_path, Loky(core_count()), ProgressBar)
+    assert noticed(found[name]) >= LEAST, found[name].summary("mutants")
     assert len(found[name].killed_by) >= 8

@@ -1,4 +1,4 @@
-"""Mutants: what wrong versions of a study turn, and what the page says of it."""
+"""Variants: which verdicts they turn, and what the page says of it."""
 
 import json
 from pathlib import Path
@@ -8,13 +8,15 @@ import pytest
 
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError, StoreError
-from sweep.published.mutations import Mutations, read_mutations, try_all
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
+from sweep.published.trying import chosen_variants, try_all
+from sweep.published.turned import DocumentVariants, read_turned
+from sweep.published.variants import Kind, Variant
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.commands import sweep
-from tests.publications import PUBLISHED, experiments
+from tests.publications import PUBLISHED, SPEC, experiments
 
 MUTANTS = """
   - id: some-speed
@@ -46,10 +48,25 @@ TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
 )
 
 
-def tried(folder: Path, published: str = TURNED) -> dict[str, Mutations]:
-    """What the mutants of the tiny publication turn."""
+def variants(
+    folder: Path, kind: Kind, published: str = TURNED, spec: str = SPEC
+) -> dict[str, Variant]:
+    """The variants of the tiny publication, by name."""
+    publications = read_all(experiments(folder, published, spec), quick=True)
+    [(_, found)] = chosen_variants(publications, kind)
+    return {one.name: one for one in found}
+
+
+def tried(
+    folder: Path,
+    published: str = TURNED,
+    kind: Kind = "mutants",
+    named: tuple[str, ...] = (),
+) -> DocumentVariants:
+    """What variants of the tiny publication turn."""
     publications = read_all(experiments(folder, published), quick=True)
-    return try_all(publications, folder / "results", Serial(), ProgressBar)
+    chosen = chosen_variants(publications, kind, named)
+    return try_all(chosen, folder / "results", Serial(), ProgressBar)["tiny"]
 
 
 def rows(folder: Path, published: str = TURNED) -> dict[str, dict[str, Any]]:
@@ -64,15 +81,15 @@ def test_a_mutant_is_killed_by_what_is_no_longer_confirmed(tmp_path: Path) -> No
     """At speed 3 the number is refuted and "above 0.1" still holds. Drag changes no
     start. The fit is turned too, and does not count.
     """
-    found = tried(tmp_path)["tiny"]
+    found = tried(tmp_path)
     assert found.confirmed == ["start-speed", "some-speed"]
     assert found.killed_by == {"fast": ["start-speed"], "heavy": []}
     assert found.noticed == 1
-    assert found.summary() == (
+    assert found.summary("mutants") == (
         "1 of 2 mutants are noticed; 1 of 2 confirmed claims notice one;"
         " not noticed: heavy"
     )
-    assert read_mutations(tmp_path / "results") == {"tiny": found}
+    assert read_turned(tmp_path / "results") == {"tiny": found}
 
 
 def test_mutants_are_stored_apart_with_the_same_random_numbers(tmp_path: Path) -> None:
@@ -80,8 +97,8 @@ def test_mutants_are_stored_apart_with_the_same_random_numbers(tmp_path: Path) -
     results = tmp_path / "results"
     assert sorted(path.name for path in results.iterdir()) == [
         "mutants",
-        "mutants.json",
         "quick",
+        "variants.json",
     ]
     right, wrong = (
         StoredStudy(f"{where}/tiny/small", results).trials
@@ -137,19 +154,19 @@ def test_a_mutant_without_the_trials_of_a_measure_is_an_error(tmp_path: Path) ->
 def test_a_mutant_whose_trials_fail_is_not_noticed(tmp_path: Path) -> None:
     """No place is free for its boids, which says nothing about the claims."""
     failing = TURNED.replace("{small: {fixed.drag: 0.2}}", NO_ROOM)
-    assert tried(tmp_path, failing)["tiny"].killed_by["heavy"] == []
+    assert tried(tmp_path, failing).killed_by["heavy"] == []
 
 
 @pytest.mark.parametrize(
     "content",
     [b"", b"[]", b"{}", b'{"version": 1, "documents": {"tiny": {}}}', b"[" * 100_000],
 )
-def test_a_damaged_file_of_mutants_is_one_line(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_file_of_variants_is_one_line(tmp_path: Path, content: bytes) -> None:
     results = tmp_path / "results"
     results.mkdir()
-    (results / "mutants.json").write_bytes(content)
-    with pytest.raises(StoreError, match=r"mutants.json: .*; remove it and try the"):
-        read_mutations(results)
+    (results / "variants.json").write_bytes(content)
+    with pytest.raises(StoreError, match=r"variants.json: .*; remove it and try the"):
+        read_turned(results)
 
 
 def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
@@ -157,4 +174,4 @@ def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("tiny: 1 of 2 mutants are noticed;")
-    assert (tmp_path / "results" / "mutants.json").is_file()
+    assert (tmp_path / "results" / "variants.json").is_file()

@@ -1,0 +1,140 @@
+"""Variants: a publication with some of its studies changed.
+
+Each variant runs and is judged as the publication at the quick scale is, with the same
+random numbers. What its claims say with it is compared with what they say without it.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, get_args
+
+from sweep.design.design import expand
+from sweep.errors import SpecError
+from sweep.own_code.reading import study_of
+from sweep.published.claims import Claim
+from sweep.published.measures import specs_of
+from sweep.published.publications import FIXED, QUICK, Publication, read_mutant
+from sweep.spec.settings import Value
+from sweep.spec.strict_yaml import parse_document
+from sweep.spec.study import Study
+
+Kind = Literal["mutants", "details", "numerics"]
+"""mutants: wrong versions that published.yaml names; details: other values of settings;
+numerics: another time step, order of updates or seed.
+"""
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A publication with changed studies.
+
+    kind         what is changed
+    name         its name, once in a kind
+    about        what is changed, in words
+    publication  the publication with the changed studies
+    share        by which share of its value one setting is changed; None for what is no
+                 such change
+    unfit        by id the claims that it cannot judge, and why
+    """
+
+    kind: Kind
+    name: str
+    about: str
+    publication: Publication
+    share: float | None = None
+    unfit: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a variant changes in a spec: values under `fixed`, and whole keys."""
+
+    fixed: Mapping[str, Value] = field(default_factory=dict)
+    keys: Mapping[str, Any] = field(default_factory=dict)
+
+
+def mutants(publication: Publication) -> Iterator[Variant]:
+    """The mutants of a publication. Raises SpecError for one with which a measure finds
+    no trials.
+    """
+    for one in publication.mutants:
+        changed = read_mutant(publication, one.name)
+        yield Variant("mutants", one.name, one.about, changed)
+
+
+def counted(publication: Publication) -> list[Claim]:
+    """The claims whose verdicts are compared."""
+    return [claim for claim in publication.claims if claim.counted]
+
+
+def needed_studies(publication: Publication) -> dict[str, Study]:
+    """The studies of the claims whose verdicts are compared, by their specs."""
+    return {
+        spec: publication.studies[spec]
+        for claim in counted(publication)
+        if claim.measure
+        for spec in specs_of(claim.measure, publication.studies)
+    }
+
+
+def is_free(study: Study, setting: str) -> bool:
+    """Whether a study has this setting, and one value of it for all its points."""
+    place = study.place_of(setting)
+    return setting in study.settings and place in (None, (FIXED, setting))
+
+
+def value_of(study: Study, setting: str) -> Value:
+    """The one value of a setting that is free."""
+    return (study.preset_settings | study.fixed)[setting]
+
+
+def altered(
+    publication: Publication,
+    kind: Kind,
+    name: str,
+    about: str,
+    changes: Mapping[str, Change],
+    *,
+    share: float | None = None,
+    unfit: Mapping[str, str] | None = None,
+) -> Variant:
+    """The publication with the changes, by spec. A spec that they make wrong stays as
+    it is, and the claims that it tests are unfit.
+    """
+    studies, refused = dict(publication.studies), {}
+    for spec, change in changes.items():
+        try:
+            studies[spec] = _changed(studies[spec], change, f"{kind}/{name}")
+        except SpecError as error:
+            said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
+            refused[spec] = f"{spec}.yaml cannot be changed so: {said}"
+    known = unfit_claims(publication, refused) | dict(unfit or {})
+    changed = replace(publication, studies=studies)
+    return Variant(kind, name, about, changed, share, known)
+
+
+def unfit_claims(
+    publication: Publication, refused: Mapping[str, str]
+) -> dict[str, str]:
+    """By id the claims that specs test which cannot be changed, and why. `refused` has
+    these specs. A function is tested by the spec of its claim.
+    """
+    return {
+        claim.id: refused[spec]
+        for claim in counted(publication)
+        if claim.measure and claim.spec
+        for spec in specs_of(claim.measure, [claim.spec])
+        if spec in refused
+    }
+
+
+def _changed(study: Study, change: Change, prefix: str) -> Study:
+    """The study with a change, under another name. Raises SpecError."""
+    spec = parse_document(study.text, study.path).value
+    fixed = spec.get(FIXED, {}) | dict(change.fixed)
+    name = f"{prefix}/{study.name.removeprefix(f'{QUICK}/')}"
+    new = {**change.keys, "study": name} | ({FIXED: fixed} if fixed else {})
+    made = study_of(spec | new, study.path)
+    expand(made)
+    return made
