@@ -30,6 +30,10 @@ def constant(studies):
     return np.zeros(len(studies["small"].trials))
 
 
+def speeds(studies):
+    return studies["small"].trials["speed"].to_numpy()
+
+
 def two_groups(studies):
     return np.arange(4.0), np.arange(5.0)
 

@@ -84,6 +84,54 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     return [measure.spec]
 
 
+def misfit(
+    measure: Measure, spec: str, designs: Mapping[str, tuple[Study, Design]]
+) -> str:
+    """Why a measure, once read, does not fit other `designs` of its specs: no point has
+    its settings, or its frames are not recorded. "" where it fits. `spec` is that of
+    its claim.
+    """
+    sides: list[Mean] = []
+    if isinstance(measure, Mean):
+        sides = [measure]
+    elif isinstance(measure, MeanDifference):
+        sides = [measure.first, measure.second]
+    else:
+        spec = measure.spec if isinstance(measure, RankCorrelation) else spec
+        return _without_points(spec, measure.settings, designs)
+    reasons = (
+        _without_points(one.spec, one.settings, designs)
+        or _without_frames(one, designs)
+        for one in sides
+    )
+    return next(filter(None, reasons), "")
+
+
+def _without_points(
+    spec: str,
+    settings: Mapping[str, Value],
+    designs: Mapping[str, tuple[Study, Design]],
+) -> str:
+    if spec in designs:
+        try:
+            _chooser(designs[spec][1]).having(settings)
+        except ChoiceError as error:
+            return f"{spec}.yaml: {error.reason}"
+    return ""
+
+
+def _without_frames(mean: Mean, designs: Mapping[str, tuple[Study, Design]]) -> str:
+    if mean.frames is None or mean.spec not in designs:
+        return ""
+    study, design = designs[mean.spec]
+    chooser = _chooser(design)
+    taken = np.unique(chooser.values("steps")[chooser.having(mean.settings)])
+    first, last = mean.frames
+    if all(_recorded(first, last, int(steps), study.record.every) for steps in taken):
+        return ""
+    return f"{mean.spec}.yaml records no frame from {first} to {last}"
+
+
 class MeasureReader:
     """Reads measures. It checks them against `designs`, by the names of their specs,
     and against the `functions` of figures.py.

@@ -9,16 +9,14 @@ from dataclasses import replace
 from typing import Any, cast
 
 from sweep.published.claims import Claim
-from sweep.published.measures import Call, Mean, MeanDifference, Measure
+from sweep.published.measures import Call, Mean, MeanDifference
 from sweep.published.publications import Publication
 from sweep.published.variants import (
     Change,
     Variant,
     altered,
-    counted,
     is_free,
     needed_studies,
-    unfit_claims,
     value_of,
 )
 from sweep.spec.strict_yaml import parse_document
@@ -50,21 +48,14 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
             changes[spec] = Change(_halved(study), {"record": _half_as_often(study)})
         else:
             refused[spec] = f"{spec}.yaml has no single {TIME_STEP} and {STEPS}"
-    own = {
-        claim.id: f"{claim.measure.function} may read frames, and their numbers change"
-        for claim in counted(publication)
-        if isinstance(claim.measure, Call)
-        and claim.spec in changes
-        and _records_frames(studies[claim.spec])
-    }
-    claims = [_at_same_times(claim, changes) for claim in publication.claims]
+    claims = [_at_same_times(claim, studies, changes) for claim in publication.claims]
     return altered(
         replace(publication, claims=claims),
         "numerics",
         f"{TIME_STEP}-half",
         f"half the {TIME_STEP}, twice the {STEPS}",
         changes,
-        unfit=unfit_claims(publication, refused) | own,
+        refused=refused,
     )
 
 
@@ -85,15 +76,28 @@ def _records_frames(study: Study) -> bool:
     return bool(study.record.series) or study.record.trajectories
 
 
-def _at_same_times(claim: Claim, changed: Mapping[str, Change]) -> Claim:
-    """The claim with twice the numbers of its frames, in specs that are changed."""
-    measure: Measure | None = claim.measure
+def _at_same_times(
+    claim: Claim, studies: Mapping[str, Study], changed: Mapping[str, Change]
+) -> Claim:
+    """The claim with twice the numbers of its frames, in specs that are changed; or why
+    it cannot be tested.
+    """
+    measure = claim.measure
     if isinstance(measure, Mean):
-        measure = _doubled(measure, changed)
-    elif isinstance(measure, MeanDifference):
-        sides = (_doubled(one, changed) for one in (measure.first, measure.second))
-        measure = MeanDifference(*sides)
-    return replace(claim, measure=measure)
+        return replace(claim, measure=_doubled(measure, changed))
+    if isinstance(measure, MeanDifference):
+        first, second = measure.first, measure.second
+        sides = _doubled(first, changed), _doubled(second, changed)
+        return replace(claim, measure=MeanDifference(*sides))
+    if (
+        isinstance(measure, Call)
+        and claim.spec
+        and claim.spec in changed
+        and _records_frames(studies[claim.spec])
+    ):
+        said = f"{measure.function} may read frames, and their numbers change"
+        return replace(claim, untestable=said)
+    return claim
 
 
 def _doubled(mean: Mean, changed: Mapping[str, Change]) -> Mean:
@@ -127,7 +131,7 @@ def _other_updates(
                 f"{UPDATE}-{order}",
                 f"updates are {order}",
                 changes,
-                unfit=unfit_claims(publication, fixed),
+                refused=fixed,
             )
 
 

@@ -138,9 +138,9 @@ def _turned(
 ) -> Turned:
     """What a variant turned, given the verdicts before and the rows after it."""
     unjudged = {
-        claim: variant.unfit.get(claim) or after[claim].verdict.reason
+        claim: after[claim].verdict.reason
         for claim in before
-        if claim in variant.unfit or not _is_judged(after[claim])
+        if not _is_judged(after[claim])
     }
     turned = {
         claim: after[claim].verdict.status

@@ -179,6 +179,7 @@ def read_turned(results: Path) -> dict[str, DocumentVariants]:
                     for variant, found in one[kind].items()
                 }
                 for kind in KINDS
+                if one[kind]
             },
         )
         for name, one in content["documents"].items()

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
-from sweep.design.design import expand
+from sweep.design.design import Design, expand
 from sweep.errors import SpecError
 from sweep.own_code.reading import study_of
 from sweep.published.claims import Claim
-from sweep.published.measures import specs_of
+from sweep.published.measures import misfit, specs_of
 from sweep.published.publications import FIXED, QUICK, Publication, read_mutant
 from sweep.spec.settings import Value
 from sweep.spec.strict_yaml import parse_document
@@ -35,7 +35,6 @@ class Variant:
     publication  the publication with the changed studies
     share        by which share of its value one setting is changed; None for what is no
                  such change
-    unfit        by id the claims that it cannot judge, and why
     """
 
     kind: Kind
@@ -43,7 +42,6 @@ class Variant:
     about: str
     publication: Publication
     share: float | None = None
-    unfit: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -97,44 +95,50 @@ def altered(
     changes: Mapping[str, Change],
     *,
     share: float | None = None,
-    unfit: Mapping[str, str] | None = None,
+    refused: Mapping[str, str] | None = None,
 ) -> Variant:
-    """The publication with the changes, by spec. A spec that they make wrong stays as
-    it is, and the claims that it tests are unfit.
+    """The publication with the changes, by spec, and with its counted claims alone.
+
+    A spec that they make wrong stays as it is. The claims that it tests cannot be
+    tested then, and neither can those on specs that are `refused`, by spec with the
+    reason, or on points and frames that are no longer there.
     """
-    studies, refused = dict(publication.studies), {}
+    made, wrong = {}, dict(refused or {})
     for spec, change in changes.items():
         try:
-            studies[spec] = _changed(studies[spec], change, f"{kind}/{name}")
+            made[spec] = _changed(publication.studies[spec], change, f"{kind}/{name}")
         except SpecError as error:
             said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
-            refused[spec] = f"{spec}.yaml cannot be changed so: {said}"
-    known = unfit_claims(publication, refused) | dict(unfit or {})
-    changed = replace(publication, studies=studies)
-    return Variant(kind, name, about, changed, share, known)
+            wrong[spec] = f"{spec}.yaml cannot be changed so: {said}"
+    changed = replace(
+        publication,
+        studies={**publication.studies, **{spec: made[spec][0] for spec in made}},
+        claims=[_fitted(claim, made, wrong) for claim in counted(publication)],
+    )
+    return Variant(kind, name, about, changed, share)
 
 
-def unfit_claims(
-    publication: Publication, refused: Mapping[str, str]
-) -> dict[str, str]:
-    """By id the claims that specs test which cannot be changed, and why. `refused` has
-    these specs. A function is tested by the spec of its claim.
+def _fitted(
+    claim: Claim,
+    made: Mapping[str, tuple[Study, Design]],
+    refused: Mapping[str, str],
+) -> Claim:
+    """The claim, or why it cannot be tested. A function of figures.py is tested by the
+    spec of its claim.
     """
-    return {
-        claim.id: refused[spec]
-        for claim in counted(publication)
-        if claim.measure and claim.spec
-        for spec in specs_of(claim.measure, [claim.spec])
-        if spec in refused
-    }
+    if claim.measure is None or claim.spec is None:
+        return claim
+    specs = specs_of(claim.measure, [claim.spec])
+    reasons = [refused[spec] for spec in specs if spec in refused]
+    reason = "; ".join(reasons) or misfit(claim.measure, claim.spec, made)
+    return replace(claim, untestable=claim.untestable or reason)
 
 
-def _changed(study: Study, change: Change, prefix: str) -> Study:
-    """The study with a change, under another name. Raises SpecError."""
+def _changed(study: Study, change: Change, prefix: str) -> tuple[Study, Design]:
+    """The study with a change, under another name, and its design. Raises SpecError."""
     spec = parse_document(study.text, study.path).value
     fixed = spec.get(FIXED, {}) | dict(change.fixed)
     name = f"{prefix}/{study.name.removeprefix(f'{QUICK}/')}"
     new = {**change.keys, "study": name} | ({FIXED: fixed} if fixed else {})
     made = study_of(spec | new, study.path)
-    expand(made)
-    return made
+    return made, expand(made)

@@ -1,18 +1,24 @@
 """Variants: which verdicts they turn, and what the page says of it."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError, StoreError
+from sweep.published.details import moved
+from sweep.published.measures import Mean
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.trying import chosen_variants, try_all
 from sweep.published.turned import DocumentVariants, read_turned
 from sweep.published.variants import Kind, Variant
+from sweep.spec.settings import Setting, preset_settings
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.commands import sweep
@@ -45,6 +51,25 @@ NO_ROOM = "{small: {fixed.n_obstacles: 4000, fixed.obstacle_radius: 250,\
   fixed.start_free: true}}"
 TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
     "{replicates: 3,", "{replicates: 6,"
+)
+
+SLOW = TURNED.replace("{above: 0.1}", "{below: 0.77}")
+FRAMES = TURNED.replace(
+    "{mean: speed, frame: 0, for: {separation_weight: 1}}\n    expect: {above: 0.1}",
+    "{mean: speed, frames: [2, 4], for: {separation_weight: 1}}\n"
+    "    expect: {above: 0.1}",
+).replace(
+    "  - id: fitted-speed",
+    """  - id: counting
+    where: "Figure 2"
+    says: "there are boids"
+    kind: reading
+    registered: 2024-03-01
+    spec: small
+    measure: {call: speeds}
+    expect: {above: 0.1}
+    looked: before
+  - id: fitted-speed""",
 )
 
 
@@ -104,7 +129,10 @@ def test_mutants_are_stored_apart_with_the_same_random_numbers(tmp_path: Path) -
         StoredStudy(f"{where}/tiny/small", results).trials
         for where in ("quick", "mutants/heavy")
     )
-    assert (right["drag"].unique(), wrong["drag"].unique()) == ([0.1], [0.2])
+    assert (list(right["drag"].unique()), list(wrong["drag"].unique())) == (
+        [0.1],
+        [0.2],
+    )
     assert list(right["seed"]) == list(wrong["seed"])
 
 
@@ -175,3 +203,242 @@ def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("tiny: 1 of 2 mutants are noticed;")
     assert (tmp_path / "results" / "variants.json").is_file()
+
+
+def test_each_number_is_moved_by_its_shares(tmp_path: Path) -> None:
+    """Up and down, from the value of the preset or of `fixed`. What is varied, is 0 or
+    cannot be moved stays; whole numbers move by 1 at least, and once each.
+    """
+    found = variants(tmp_path, "details")
+    small = {
+        name: one.publication.studies["small"]
+        for name, one in found.items()
+        if name.startswith(("n-", "steps-", "drag-", "separation_weight-", "fov-"))
+    }
+    values = {
+        name: {key: study.fixed[key] for key in ("n", "steps", "drag")}
+        for name, study in small.items()
+        if "drag" in study.fixed
+    }
+    assert values == {
+        name: {"n": 40, "steps": 4, "drag": value}
+        for name, value in {
+            "drag-up-2": 0.102,
+            "drag-down-2": 0.098,
+            "drag-up-10": pytest.approx(0.11),
+            "drag-down-10": 0.09,
+        }.items()
+    }
+    assert {
+        name: one.fixed["n"] for name, one in small.items() if name.startswith("n-")
+    } == {"n-up-2": 41, "n-down-2": 39, "n-up-10": 44, "n-down-10": 36}
+    steps = [name for name in small if name.startswith("steps-")]
+    assert steps == ["steps-up-2", "steps-down-2"]
+    assert (found["n-up-2"].about, found["n-up-2"].share) == ("n 40 to 41", 0.025)
+    assert found["drag-down-10"].share == 0.1
+    assert not any("separation_weight" in name for name in found)
+    assert len({one.publication.studies["small"].name for one in found.values()}) == (
+        len(found)
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "percent", "new"),
+    [
+        ("int", 200, 2, 204),
+        ("int", 149, 2, 151),
+        ("int", 3, -10, 2),
+        ("int", 1, -2, 1),
+        ("int", 0, 10, 0),
+        ("float", 95.0, 10, 100.0),
+        ("float", 100.0, 2, 100.0),
+        ("float", 0.0, -2, 0.0),
+        ("float", 50.0, -10, 45.0),
+    ],
+)
+def test_a_number_stays_within_its_bounds(
+    kind: str, value: float, percent: int, new: float
+) -> None:
+    high = 100.0 if kind == "float" else 10_000
+    setting = Setting("one", kind, "parameters", "a number", low=1, high=high)
+    if value == 0:
+        setting = replace(setting, low=0)
+    assert moved(setting, value, percent) == new
+
+
+def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
+    """What the spec gives stays as given, and so do numbers that a share moves so."""
+    found = variants(tmp_path, "details")
+    preset = preset_settings("nguyen2024", "as_run", BUILT_IN)
+    other = preset_settings("nguyen2024", "as_written", BUILT_IN)
+    given = {"n", "steps", "separation_weight"}
+    differing = {name for name in preset if preset[name] != other[name]} - given
+    alone = {
+        name: one for name, one in found.items() if name.endswith("-of-as_written")
+    }
+    assert set(alone) == {f"{name}-of-as_written" for name in differing}
+    for name, one in alone.items():
+        setting = name.removesuffix("-of-as_written")
+        small = one.publication.studies["small"]
+        assert small.fixed == {"n": 40, "steps": 4, setting: other[setting]}
+        assert one.share is None
+
+
+def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
+    """Boids start at 0.765: the claim that it is below 0.77 does not survive 2 % more,
+    and holds with less. The weight of cohesion changes no start.
+    """
+    names = ("start_speed-*", "cohesion_weight-up-2")
+    assert rows(tmp_path, SLOW)["some-speed"]["least_share"] is None
+    found = tried(tmp_path, SLOW, "details", names)
+    assert found.before == {"start-speed": "confirmed", "some-speed": "confirmed"}
+    turned = {name: one.turned for name, one in found.tried("details").items()}
+    assert turned == {
+        "start_speed-up-2": {"some-speed": "refuted"},
+        "start_speed-down-2": {},
+        "start_speed-up-10": {"some-speed": "refuted"},
+        "start_speed-down-10": {},
+        "start_speed-of-as_written": {
+            "start-speed": "refuted",
+            "some-speed": "refuted",
+        },
+        "cohesion_weight-up-2": {},
+    }
+    assert found.summary("details") == (
+        "2 of 2 verdicts turn with one of 6 details, 1 of them with a change of 2 %"
+    )
+    row = rows(tmp_path, SLOW)["some-speed"]
+    assert list(row["details"]) == [
+        "start_speed-up-2",
+        "start_speed-up-10",
+        "start_speed-of-as_written",
+    ]
+    assert (row["least_share"], row["numerics"], row["mutants"]) == (0.02, None, None)
+    for name in ("scorecard.html", "scorecard.md"):
+        text = (tmp_path / "results" / name).read_text(encoding="utf-8")
+        plain = re.sub(r"\\(.)", r"\1", text)
+        assert plain.count("a change of 2 % turns it") == 1
+        assert "details: start_speed-up-2 (refuted), start_speed-up-10" in plain
+        assert "tiny: 2 of 2 verdicts turn with one of 6 details" in plain
+
+
+def test_kinds_are_stored_beside_each_other(tmp_path: Path) -> None:
+    """A later kind, and a later variant of a kind, leave what is there. What was tried
+    with other claims goes.
+    """
+    tried(tmp_path)
+    tried(tmp_path, kind="details", named=("n-up-2",))
+    both = tried(tmp_path, kind="details", named=("n-down-2",))
+    assert set(both.tried("mutants")) == {"fast", "heavy"}
+    assert set(both.tried("details")) == {"n-up-2", "n-down-2"}
+    other = tried(tmp_path, SLOW, "details", ("n-up-10",))
+    assert {kind: set(found) for kind, found in other.kinds.items()} == {
+        "details": {"n-up-10"}
+    }
+
+
+def test_a_part_of_the_mutants_marks_nothing_weak(tmp_path: Path) -> None:
+    tried(tmp_path, named=("heavy",))
+    row = rows(tmp_path)["start-speed"]
+    assert (row["mutants"], row["weaknesses"]) == (None, [])
+
+
+def test_half_a_time_step_keeps_the_times_of_frames(tmp_path: Path) -> None:
+    half = variants(tmp_path, "numerics", FRAMES)["dt-half"].publication
+    small = half.studies["small"]
+    assert small.fixed == {"n": 40, "steps": 8, "dt": 0.5}
+    assert (small.record.every, small.record.series) == (4, ("speed", "dispersion"))
+    claims = {claim.id: claim for claim in half.claims}
+    measure = claims["some-speed"].measure
+    assert isinstance(measure, Mean)
+    assert measure.frames == (4, 8)
+    assert claims["counting"].untestable == (
+        "speeds may read frames, and their numbers change"
+    )
+
+
+def test_numerics_are_judged_where_they_can_be(tmp_path: Path) -> None:
+    """The start does not depend on the time step, the order or the seed; the function
+    is judged with another order and another seed.
+    """
+    found = tried(tmp_path, FRAMES, "numerics")
+    assert found.before["start-speed"] == "confirmed"
+    assert {
+        name: list(one.unjudged) for name, one in found.tried("numerics").items()
+    } == {"dt-half": ["counting"], "update-synchronous": [], "seed-other": []}
+    assert not any(
+        "start-speed" in one.turned for one in found.tried("numerics").values()
+    )
+    results = tmp_path / "results"
+    before, other = (
+        StoredStudy(f"{where}tiny/small", results).trials["seed"]
+        for where in ("quick/", "numerics/seed-other/")
+    )
+    assert not set(before) & set(other)
+    row = rows(tmp_path, FRAMES)["start-speed"]
+    assert (row["numerics"], row["details"]) == ({}, None)
+
+
+def test_a_spec_that_varies_its_steps_has_no_half_step(tmp_path: Path) -> None:
+    """Both claims are on the spec, and say why they are not judged."""
+    spec = SPEC.replace(", steps: 6}", "}").replace(
+        "sweep:\n", "sweep:\n  steps: [4]\n"
+    )
+    published = TURNED.replace(", fixed.steps: 4}", "}").replace(
+        "_weight: 1}", "_weight: 1}"
+    )
+    half = variants(tmp_path, "numerics", published, spec)["dt-half"].publication
+    assert {claim.untestable for claim in half.claims} == {
+        "small.yaml has no single dt and steps"
+    }
+    assert half.studies["small"].name == "quick/tiny/small"
+
+
+def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None:
+    """One names the value of a setting that a detail moves, one the last frame."""
+    published = FRAMES.replace(
+        "{mean: speed, frames: [2, 4], for: {separation_weight: 1}}",
+        "{mean: speed, frame: 4, for: {separation_weight: 1, n: 40}}",
+    )
+    found = variants(tmp_path, "details", published)
+    claims = {
+        name: {claim.id: claim.untestable for claim in found[name].publication.claims}
+        for name in ("n-up-2", "steps-down-2", "drag-up-2")
+    }
+    assert claims["n-up-2"]["some-speed"].startswith("small.yaml: no point has n = 40")
+    assert claims["steps-down-2"]["some-speed"] == (
+        "small.yaml records no frame from 4 to 4"
+    )
+    assert not any(claims["drag-up-2"].values())
+
+
+def test_a_detail_that_cannot_be_says_so(tmp_path: Path) -> None:
+    """Boids start in a world without a margin as wide as itself."""
+    spec = SPEC.replace("steps: 6", "steps: 6, width: 100, start_margin: 49.5")
+    found = variants(tmp_path, "details", TURNED, spec)["start_margin-up-2"].publication
+    assert found.studies["small"].name == "quick/tiny/small"
+    for claim in found.claims:
+        assert claim.untestable.startswith("small.yaml cannot be changed so: ")
+
+
+def test_an_unknown_variant_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r'^unknown variant of the details "mass-\*"'):
+        tried(tmp_path, TURNED, "details", ("mass-*",))
+    assert not (tmp_path / "results").exists()
+
+
+def test_the_command_tries_what_is_named(tmp_path: Path) -> None:
+    experiments(tmp_path, TURNED)
+    asked = ("reproduce", "--workers", "1", "--variant", "drag-up-*")
+    done = sweep(tmp_path, *asked, "--scale", "details")
+    assert done.returncode == 0, done.stderr
+    assert "2 variants, with 36 trials less those that are stored" in done.stderr
+    assert done.stdout == (
+        "tiny: 0 of 2 verdicts turn with one of 2 details, 0 of them with a change of"
+        " 2 %\n"
+    )
+    wrong = sweep(tmp_path, *asked)
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "--variant needs --scale mutants or details or numerics, not full" in (
+        wrong.stderr
+    )
