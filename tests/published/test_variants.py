@@ -53,7 +53,7 @@ TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
     "{replicates: 3,", "{replicates: 6,"
 )
 
-SLOW = TURNED.replace("{above: 0.1}", "{below: 0.77}")
+SLOW = TURNED.replace("{above: 0.1}", "{below: 0.83}")
 FRAMES = TURNED.replace(
     "{mean: speed, frame: 0, for: {separation_weight: 1}}\n    expect: {above: 0.1}",
     "{mean: speed, frames: [2, 4], for: {separation_weight: 1}}\n"
@@ -218,12 +218,12 @@ def test_each_number_is_moved_by_its_shares(tmp_path: Path) -> None:
     values = {
         name: {key: study.fixed[key] for key in ("n", "steps", "drag")}
         for name, study in small.items()
-        if "drag" in study.fixed
+        if name.startswith("drag-") and "-of-" not in name
     }
     assert values == {
         name: {"n": 40, "steps": 4, "drag": value}
         for name, value in {
-            "drag-up-2": 0.102,
+            "drag-up-2": pytest.approx(0.102),
             "drag-down-2": 0.098,
             "drag-up-10": pytest.approx(0.11),
             "drag-down-10": 0.09,
@@ -285,8 +285,8 @@ def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
 
 
 def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
-    """Boids start at 0.765: the claim that it is below 0.77 does not survive 2 % more,
-    and holds with less. The weight of cohesion changes no start.
+    """The start speed is proportional to its setting. Its interval ends at 0.823,
+    so that with 2 % more it is no longer below 0.83. Cohesion changes no start.
     """
     names = ("start_speed-*", "cohesion_weight-up-2")
     assert rows(tmp_path, SLOW)["some-speed"]["least_share"] is None
@@ -294,9 +294,9 @@ def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
     assert found.before == {"start-speed": "confirmed", "some-speed": "confirmed"}
     turned = {name: one.turned for name, one in found.tried("details").items()}
     assert turned == {
-        "start_speed-up-2": {"some-speed": "refuted"},
+        "start_speed-up-2": {"some-speed": "undecided"},
         "start_speed-down-2": {},
-        "start_speed-up-10": {"some-speed": "refuted"},
+        "start_speed-up-10": {"some-speed": "undecided"},
         "start_speed-down-10": {},
         "start_speed-of-as_written": {
             "start-speed": "refuted",
@@ -318,7 +318,7 @@ def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
         text = (tmp_path / "results" / name).read_text(encoding="utf-8")
         plain = re.sub(r"\\(.)", r"\1", text)
         assert plain.count("a change of 2 % turns it") == 1
-        assert "details: start_speed-up-2 (refuted), start_speed-up-10" in plain
+        assert "details: start_speed-up-2 (undecided), start_speed-up-10" in plain
         assert "tiny: 2 of 2 verdicts turn with one of 6 details" in plain
 
 
@@ -405,7 +405,7 @@ def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None
         name: {claim.id: claim.untestable for claim in found[name].publication.claims}
         for name in ("n-up-2", "steps-down-2", "drag-up-2")
     }
-    assert claims["n-up-2"]["some-speed"].startswith("small.yaml: no point has n = 40")
+    assert claims["n-up-2"]["some-speed"].startswith("small.yaml: no point with")
     assert claims["steps-down-2"]["some-speed"] == (
         "small.yaml records no frame from 4 to 4"
     )
@@ -413,9 +413,11 @@ def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None
 
 
 def test_a_detail_that_cannot_be_says_so(tmp_path: Path) -> None:
-    """Boids start in a world without a margin as wide as itself."""
-    spec = SPEC.replace("steps: 6", "steps: 6, width: 100, start_margin: 49.5")
-    found = variants(tmp_path, "details", TURNED, spec)["start_margin-up-2"].publication
+    """In a world 740 high no obstacle has a margin of 376.4."""
+    spec = SPEC.replace("steps: 6", "steps: 6, obstacle_margin: 369")
+    found = variants(tmp_path, "details", TURNED, spec)[
+        "obstacle_margin-up-2"
+    ].publication
     assert found.studies["small"].name == "quick/tiny/small"
     for claim in found.claims:
         assert claim.untestable.startswith("small.yaml cannot be changed so: ")
