@@ -10,7 +10,7 @@ from typing import cast
 
 from sweep.published.publications import Publication
 from sweep.published.variants import (
-    Change,
+    SpecChange,
     Variant,
     altered,
     is_free,
@@ -43,7 +43,7 @@ def details(publication: Publication) -> Iterator[Variant]:
                 "details",
                 name,
                 _about(studies, moves),
-                {spec: Change(values) for spec, values in moves.items()},
+                {spec: SpecChange(values) for spec, values in moves.items()},
                 share=_share(studies, moves) if name in shifted else None,
             )
 

@@ -12,7 +12,7 @@ from sweep.published.claims import Claim
 from sweep.published.measures import Call, Mean, MeanDifference
 from sweep.published.publications import Publication
 from sweep.published.variants import (
-    Change,
+    SpecChange,
     Variant,
     altered,
     is_free,
@@ -32,7 +32,9 @@ def numerics(publication: Publication) -> Iterator[Variant]:
     studies = needed_studies(publication)
     yield _half_step(publication, studies)
     yield from _other_updates(publication, studies)
-    seeds = {spec: Change(keys=_other_seeds(study)) for spec, study in studies.items()}
+    seeds = {
+        spec: SpecChange(keys=_other_seeds(study)) for spec, study in studies.items()
+    }
     yield altered(publication, "numerics", "seed-other", "all seeds plus 1", seeds)
 
 
@@ -45,7 +47,9 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
     changes, refused = {}, {}
     for spec, study in studies.items():
         if is_free(study, TIME_STEP) and is_free(study, STEPS):
-            changes[spec] = Change(_halved(study), {"record": _half_as_often(study)})
+            changes[spec] = SpecChange(
+                _halved(study), {"record": _half_as_often(study)}
+            )
         else:
             refused[spec] = f"{spec}.yaml has no single {TIME_STEP} and {STEPS}"
     claims = [_at_same_times(claim, studies, changes) for claim in publication.claims]
@@ -77,7 +81,7 @@ def _records_frames(study: Study) -> bool:
 
 
 def _at_same_times(
-    claim: Claim, studies: Mapping[str, Study], changed: Mapping[str, Change]
+    claim: Claim, studies: Mapping[str, Study], changed: Mapping[str, SpecChange]
 ) -> Claim:
     """The claim with twice the numbers of its frames, in specs that are changed; or why
     it cannot be tested.
@@ -100,7 +104,7 @@ def _at_same_times(
     return claim
 
 
-def _doubled(mean: Mean, changed: Mapping[str, Change]) -> Mean:
+def _doubled(mean: Mean, changed: Mapping[str, SpecChange]) -> Mean:
     if mean.frames is None or mean.spec not in changed:
         return mean
     first, last = mean.frames
@@ -120,7 +124,7 @@ def _other_updates(
     }
     for order in dict.fromkeys(orders):
         changes = {
-            spec: Change({UPDATE: order})
+            spec: SpecChange({UPDATE: order})
             for spec, study in free.items()
             if value_of(study, UPDATE) != order
         }

@@ -45,7 +45,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Change:
+class SpecChange:
     """What a variant changes in a spec: values under `fixed`, and whole keys."""
 
     fixed: Mapping[str, Value] = field(default_factory=dict)
@@ -92,7 +92,7 @@ def altered(
     kind: Kind,
     name: str,
     about: str,
-    changes: Mapping[str, Change],
+    changes: Mapping[str, SpecChange],
     *,
     share: float | None = None,
     refused: Mapping[str, str] | None = None,
@@ -134,7 +134,7 @@ def _fitted(
     return replace(claim, untestable=claim.untestable or reason)
 
 
-def _changed(study: Study, change: Change, prefix: str) -> tuple[Study, Design]:
+def _changed(study: Study, change: SpecChange, prefix: str) -> tuple[Study, Design]:
     """The study with a change, under another name, and its design. Raises SpecError."""
     spec = parse_document(study.text, study.path).value
     fixed = spec.get(FIXED, {}) | dict(change.fixed)
