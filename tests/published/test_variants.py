@@ -15,9 +15,10 @@ from sweep.published.details import moved
 from sweep.published.measures import Mean
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
-from sweep.published.trying import chosen_variants, try_all
-from sweep.published.turned import DocumentVariants, read_turned
+from sweep.published.trying import chosen_variants, most_trials, try_all
+from sweep.published.turned import DocumentVariants, Turned, read_turned
 from sweep.published.variants import Kind, Variant
+from sweep.published.verdicts import Status
 from sweep.spec.settings import Setting, preset_settings
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
@@ -284,6 +285,29 @@ def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
         assert one.share is None
 
 
+def test_a_setting_that_a_spec_gives_is_no_detail_of_a_preset(tmp_path: Path) -> None:
+    spec = SPEC.replace("steps: 6", "steps: 6, drag: 0.1")
+    found = variants(tmp_path, "details", TURNED, spec)
+    assert "drag-up-10" in found
+    assert "start_speed-of-as_written" in found
+    assert "drag-of-as_written" not in found
+
+
+def test_only_a_slight_change_is_called_so() -> None:
+    found = {
+        "n-up-2": Turned("n 50 to 51", 0.02, {"one": "undecided"}, {}),
+        "n-up-10": Turned("n 50 to 55", 0.1, {"other": "undecided"}, {}),
+        "drag-of-as_run": Turned("drag 0 to 1", None, {"third": "refuted"}, {}),
+    }
+    before: dict[str, Status] = dict.fromkeys(("one", "other", "third"), "confirmed")
+    document = DocumentVariants("", before, {"details": found})
+    assert document.summary("details") == (
+        "3 of 3 verdicts turn with one of 3 details, 1 of them with a change of 2 %"
+    )
+    shares = [document.least_share(name) for name in before]
+    assert shares == [0.02, 0.1, None]
+
+
 def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
     """The start speed is proportional to its setting. Its interval ends at 0.823,
     so that with 2 % more it is no longer below 0.83. Cohesion changes no start.
@@ -413,14 +437,16 @@ def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None
 
 
 def test_a_detail_that_cannot_be_says_so(tmp_path: Path) -> None:
-    """In a world 740 high no obstacle has a margin of 376.4."""
+    """In a world 740 high no obstacle has a margin of 376.4. Then no trial is added."""
     spec = SPEC.replace("steps: 6", "steps: 6, obstacle_margin: 369")
-    found = variants(tmp_path, "details", TURNED, spec)[
-        "obstacle_margin-up-2"
-    ].publication
-    assert found.studies["small"].name == "quick/tiny/small"
-    for claim in found.claims:
+    publications = read_all(experiments(tmp_path, TURNED, spec), quick=True)
+    named = ("obstacle_margin-up-2",)
+    chosen = chosen_variants(publications, "details", named)
+    [(_, [found])] = chosen
+    assert found.publication.studies == publications[0].studies
+    for claim in found.publication.claims:
         assert claim.untestable.startswith("small.yaml cannot be changed so: ")
+    assert most_trials(chosen) == 12
 
 
 def test_an_unknown_variant_is_one_line(tmp_path: Path) -> None:
