@@ -132,11 +132,16 @@ class Section:
         return self.variants if found and whole else None
 
     def turning(self, kind: Kind, row: Row) -> dict[str, Status] | None:
-        """The variants that turn a row, and to which verdict; None if none was tried.
-        A row that had no verdict is turned by none.
+        """The variants that turn a row, and to which verdict; None if none was tried,
+        or it had no verdict without them.
         """
+        found, claim = self.tried(kind), row.claim.id
+        return found.turning(kind, claim) if found and claim in found.before else None
+
+    def unjudging(self, kind: Kind, row: Row) -> list[str]:
+        """The variants that say nothing on a row."""
         found = self.tried(kind)
-        return found.turning(kind, row.claim.id) if found else None
+        return found.unjudging(kind, row.claim.id) if found else []
 
     def mutants(self, row: Row) -> list[str] | None:
         """The mutants that a row kills; None if none was tried."""
@@ -293,6 +298,8 @@ def turning_texts(section: Section, row: Row) -> list[str]:
         found = section.turning(kind, row)
         if found is not None:
             parts.append(f"{kind}: {_listed(found) or 'none'}")
+        if unjudging := section.unjudging(kind, row):
+            parts.append(f"not judged with {_named(unjudging)}")
     share = section.least_share(row)
     if share is not None and share <= SLIGHT:
         parts.append(f"a change of {100 * share:.2g} % turns it")
@@ -301,7 +308,10 @@ def turning_texts(section: Section, row: Row) -> list[str]:
 
 def _listed(found: Mapping[str, Status]) -> str:
     """The first variants, and what a row becomes with them, as `n-up-2 (refuted)`."""
-    names = [f"{name} ({status})" for name, status in found.items()]
+    return _named([f"{name} ({status})" for name, status in found.items()])
+
+
+def _named(names: Sequence[str]) -> str:
     more = len(names) - MOST_NAMED
     return ", ".join(names[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 

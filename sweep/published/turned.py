@@ -80,6 +80,10 @@ class DocumentVariants:
         ranked = sorted(found, key=lambda name: found[name].share or 1.0)
         return {name: found[name].turned[claim] for name in ranked}
 
+    def unjudging(self, kind: Kind, claim: str) -> list[str]:
+        """The variants that say nothing on a claim."""
+        return [name for name, one in self.tried(kind).items() if claim in one.unjudged]
+
     def least_share(self, claim: str) -> float | None:
         """The smallest share by which the change of one setting turns a claim."""
         shares = [

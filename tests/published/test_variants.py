@@ -401,6 +401,8 @@ def test_numerics_are_judged_where_they_can_be(tmp_path: Path) -> None:
     assert not set(before) & set(other)
     row = rows(tmp_path, FRAMES)["start-speed"]
     assert (row["numerics"], row["details"]) == ({}, None)
+    text = (results / "scorecard.html").read_text(encoding="utf-8")
+    assert text.count("not judged with dt-half") == 1
 
 
 def test_a_spec_that_varies_its_steps_has_no_half_step(tmp_path: Path) -> None:
