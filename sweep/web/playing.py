@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NoReturn, TypeVar
 
-from sweep.errors import UserError
+from sweep.errors import SpecError, UserError
 from sweep.web.history import Cursor
 from sweep.web.messages import Export, Hello, Ready
 from sweep.web.outbox import Line, Outbox
@@ -38,6 +38,13 @@ IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
 """The beginning of an error about the page's spec. Its line is cut off: nobody has seen
 this spec as a file.
 """
+
+
+def without_lines(error: Exception) -> str:
+    """What an error says, in one line, without the lines of the page's spec."""
+    mistakes = error.mistakes if isinstance(error, SpecError) else (error,)
+    return "; ".join(IN_SPEC.sub("", str(one)) for one in mistakes)
+
 
 R = TypeVar("R")
 log = logging.getLogger("sweep")
@@ -267,7 +274,7 @@ def _reason(error: Exception) -> str:
     mend it.
     """
     if isinstance(error, UserError | MessageError):
-        return IN_SPEC.sub("", str(error))
+        return without_lines(error)
     log.error("the simulator failed", exc_info=error)
     return (
         f"the simulator failed: {type(error).__name__}; it goes on,"

@@ -19,7 +19,7 @@ from sweep.web.filing import KINDS
 from sweep.web.live import Live
 from sweep.web.messages import Spec
 from sweep.web.page import script, style
-from sweep.web.playing import IN_SPEC, Player
+from sweep.web.playing import Player, without_lines
 from sweep.web.protocol import Reply
 from sweep.web.replaying import Replay
 from sweep.web.state import begin
@@ -177,7 +177,7 @@ def live(
         state = begin(model, preset, seed, known)
         return View(Live(state.with_settings(settings) if settings else state))
     except SpecError as error:
-        raise SpecError(IN_SPEC.sub("", str(error))) from None
+        raise SpecError(without_lines(error)) from None
 
 
 def replay(study: StoredStudy, trial: str) -> View:
