@@ -4,6 +4,7 @@ point is needed.
 
 import json
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -103,21 +104,22 @@ def test_tables_need_no_package(folder: Path, tmp_path: Path) -> None:
     assert 'swirling.model: unknown installed package "swirling"' in refused
 
 
-def test_a_package_with_other_code_does_not_run_stored_trials(tmp_path: Path) -> None:
-    install(tmp_path, {}, INSTALLED)
-    (tmp_path / "spec.yaml").write_text(SPEC)
-    said(tmp_path, "launch", "spec.yaml")
+def test_a_package_with_other_code_does_not_run_stored_trials(
+    folder: Path, tmp_path: Path
+) -> None:
+    here = tmp_path / "edited"
+    shutil.copytree(folder, here)
     comment = RULES.replace('"""As the rule', '"""Like the rule')
-    install(tmp_path, {}, INSTALLED | {"rules.py": comment})
-    assert "nothing was missing" in said(tmp_path, "launch", "spec.yaml")
-    assert "4 of 4" in said(tmp_path, "verify", "named", "--fraction", "1")
+    install(here, {}, INSTALLED | {"rules.py": comment})
+    assert "nothing was missing" in said(here, "launch", "spec.yaml")
     other = RULES.replace("SIGN = 1.0", "SIGN = -1.0")
-    install(tmp_path, {}, INSTALLED | {"rules.py": other})
-    refused = said(tmp_path, "verify", "named", code=2)
+    install(here, {}, INSTALLED | {"rules.py": other})
+    refused = said(here, "verify", "named", code=2)
     assert (
         "the code of swirling 1.0, by which the trials are computed, is not" in refused
     )
-    assert "4 new trials" in said(tmp_path, "launch", "spec.yaml")
+    changed = said(here, "diff", "spec.yaml")
+    assert "the code has changed (model swirl standard)" in changed
 
 
 @pytest.mark.parametrize(
