@@ -7,14 +7,16 @@ import pandas as pd
 from sweep.errors import UserError
 from sweep.tables.stored_study import StoredStudy, launched_studies
 
+COUNTS = ("trials", "done", "not_done", "missing")
+
 
 def studies(results: Path) -> pd.DataFrame:
     """A row a study: `study`, `model`, `preset`, `trials`, `done`, `not_done`,
     `missing`, and `error`, which says why it cannot be read, if it cannot.
     """
     rows = [_study(name, results) for name in launched_studies(results)]
-    columns = ["study", "model", "preset", "trials", "done", "not_done", "missing"]
-    return pd.DataFrame(rows, columns=[*columns, "error"])
+    columns = ["study", "model", "preset", *COUNTS, "error"]
+    return pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(COUNTS, "Int64"))
 
 
 def _study(name: str, results: Path) -> dict[str, object]:

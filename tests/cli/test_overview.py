@@ -30,6 +30,8 @@ def test_studies_are_listed_with_how_far_they_are(folder: Path) -> None:
     assert "damaged/plan.parquet" in damaged["error"]
     assert group["study"] == f"group/{small['study']}"
     assert (small["trials"], small["done"], small["missing"]) == (6, 6, 0)
+    assert isinstance(small["trials"], int)
+    assert damaged["trials"] is None
     assert (small["model"], small["error"]) == ("nguyen2024", "")
     text = sweep(folder, "list").stdout
     assert "not_done" in text
