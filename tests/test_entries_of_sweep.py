@@ -663,6 +663,7 @@ SOUGHT = edited(
 SOUGHT = SOUGHT.replace("KNOWN", ", ".join(f"{one}: {BEST[one]}" for one in BEST))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "written"),
     [

@@ -87,6 +87,7 @@ def test_commands_take_them_as_they_take_ours(folder: Path) -> None:
     assert trials(folder)["rightwards"].notna().all()
 
 
+@pytest.mark.slow
 def test_an_edit_of_what_they_use_runs_their_trials_again(tmp_path: Path) -> None:
     """And numba compiles it again, though the rule and the model that calls it stand in
     two files.
@@ -128,6 +129,7 @@ def test_a_rule_that_cannot_be_compiled_is_one_sentence_before_any_work(
     assert not list(tmp_path.glob("results/**/*.parquet"))
 
 
+@pytest.mark.slow
 def test_a_study_of_a_package_that_is_gone_is_read_and_not_run(folder: Path) -> None:
     bare, trial = {"PYTHONPATH": ""}, trials(folder)["trial_id"].iloc[0]
     for command in (["table", "swirling", "--json"], ["status", "swirling"]):
@@ -163,6 +165,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BROKEN)
 def test_what_cannot_be_used_is_said_and_harms_no_other(
     name: str, tmp_path: Path
@@ -186,6 +189,7 @@ CIRCLES = {
 }
 
 
+@pytest.mark.slow
 def test_a_model_with_state_and_kinds_runs_in_workers(tmp_path: Path) -> None:
     install(tmp_path, CIRCLES, {"__init__.py": "", "model.py": OSCILLATORS})
     (tmp_path / "spec.yaml").write_text(SPEC_OF_CIRCLES)
@@ -260,6 +264,7 @@ def test_no_package_is_asked_while_ours_are_imported() -> None:
     subprocess.run([sys.executable, "-c", IMPORTS], check=True, cwd=ROOT)
 
 
+@pytest.mark.slow
 def test_a_package_is_not_imported_for_a_study_that_does_without(
     tmp_path: Path,
 ) -> None:

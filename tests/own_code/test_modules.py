@@ -89,6 +89,7 @@ def test_nothing_is_imported_without_a_word(folder: Path) -> None:
     assert refused == f"spec.yaml:3: {runs}; no code may run\n"
 
 
+@pytest.mark.slow
 def test_stored_trials_are_read_verified_and_run_again(folder: Path) -> None:
     assert "rightwards" in said(folder, "table", "named")
     assert "4 of 4 the same" in said(folder, "verify", "named", "--fraction", "1")
@@ -104,6 +105,7 @@ def test_tables_need_no_package(folder: Path, tmp_path: Path) -> None:
     assert 'swirling.model: unknown installed package "swirling"' in refused
 
 
+@pytest.mark.slow
 def test_a_package_with_other_code_does_not_run_stored_trials(
     folder: Path, tmp_path: Path
 ) -> None:
