@@ -532,7 +532,7 @@ def test_constraints_are_respected(
 
     replace_trials(monkeypatch, run)
     bound = (
-        "  constraints: {speed: {at_most: 1, statistic: worst}}\n  budget: 100\n "
+        "  constraints: {speed: {at_most: 1, statistic: worst}}\n  budget: 200\n "
         " batch: 5\n"
     )
     asked = asked_by(edited(TINY, ("  budget: 30\n  batch: 4\n", bound)), tmp_path)

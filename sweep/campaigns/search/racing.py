@@ -1,14 +1,12 @@
 """Races: candidates that are clearly worse than the best one so far get no more trials.
 
 Candidates are compared block by block, on the same random numbers. A mean is tested by
-Student's one-sided test of the paired differences, with one standard deviation for the
-differences of all candidates: so one block can be enough. Other statistics are tested
-by resampling blocks. After each rung every candidate left is tested once, at `level`.
+Student's one-sided test of the candidate's own paired differences, from two blocks on:
+how noisy other candidates are does not matter. Other statistics are tested by
+resampling blocks. After each rung every candidate left is tested once, at `level`.
 
-What that costs, for normal values with the same deviation, at level 0.1 and rungs of 1,
-2, 4, 8 and 16 blocks: of candidates as good as the leader 11 % are dropped by the first
-test and 26 % by any, of those better by one deviation of their noise 4 %; one that is
-worse by two deviations gets 2.1 blocks in the mean, by four 1.1.
+What that costs is measured on the page of the decision:
+docs/decisions/races-drop-clearly-worse-candidates.md.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,8 +23,8 @@ Samples = Mapping[str, Floats]
 shape (blocks, scenarios).
 """
 
-LEAST_FREEDOM = 5
-"""Degrees of freedom of the standard deviation below which no mean is tested."""
+SAME = 1e-12
+"""Differences that vary by less than this share of themselves are equal."""
 
 LEAST_BLOCKS = 5
 """Blocks below which nothing is resampled."""
@@ -54,9 +52,8 @@ class Race:
         before. None of the samples may be empty or NaN.
         """
         everyone = [*earlier, *running]
-        bounds = [_Bound(constraint, everyone) for constraint in self.constraints]
         out = [
-            any(bound.violated(samples, self.level) for bound in bounds)
+            any(_violates(samples, one, self.level) for one in self.constraints)
             for samples in running
         ]
         leaders = self.leaders(everyone)
@@ -69,12 +66,9 @@ class Race:
                 ]
             )
         for leader in leaders:
-            rivalries = [
-                _Rivalry(objective, leader, everyone) for objective in self.objectives
-            ]
             for place, samples in enumerate(running):
                 out[place] |= samples is not leader and all(
-                    one.lost(samples, self.level) for one in rivalries
+                    _lost(samples, leader, one, self.level) for one in self.objectives
                 )
         return out
 
@@ -122,113 +116,60 @@ class Race:
         ]
 
 
-class _Rivalry:
-    """One objective and one leader, with the spread of the paired differences between
-    candidates and the leader.
+def _lost(
+    samples: Samples, leader: Samples, objective: Objective, level: float
+) -> bool:
+    """Whether a candidate is worse than the leader in an objective, at this level."""
+    values, best = samples[objective.column], leader[objective.column]
+    shared = min(len(values), len(best))
+    values, best = values[:shared], best[:shared]
+    if objective.statistic.about.averages:
+        gains = values.mean(axis=1) - best.mean(axis=1)
+        return _below_zero(gains if objective.maximize else -gains, level)
+    if shared < LEAST_BLOCKS:
+        return False
+    own, theirs = (_resampled(side, objective) for side in (values, best))
+    as_good = own >= theirs if objective.maximize else own <= theirs
+    return bool(as_good.mean() < level)
+
+
+def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
+    """Whether a candidate violates a constraint: surely for a statistic that more
+    trials can only make worse, else at this level.
     """
-
-    def __init__(
-        self, objective: Objective, leader: Samples, everyone: Sequence[Samples]
-    ) -> None:
-        self.objective = objective
-        self.leader = leader[objective.column]
-        self.mean = objective.statistic.about.averages
-        others = [
-            samples[objective.column] for samples in everyone if samples is not leader
-        ]
-        self.spread = _Spread(
-            [self._differences(other) for other in others] if self.mean else []
-        )
-
-    def lost(self, samples: Samples, level: float) -> bool:
-        """Whether a candidate is worse than the leader at this level."""
-        values = samples[self.objective.column]
-        if self.mean:
-            return self.spread.is_below_zero(self._differences(values), level)
-        shared = min(len(values), len(self.leader))
-        if shared < LEAST_BLOCKS:
-            return False
-        own, theirs = (
-            _resampled(side[:shared], self.objective) for side in (values, self.leader)
-        )
-        as_good = own >= theirs if self.objective.maximize else own <= theirs
-        return bool(as_good.mean() < level)
-
-    def _differences(self, values: Floats) -> Floats:
-        """How much better than the leader a candidate is in each block that they share,
-        shape (blocks,).
-        """
-        shared = min(len(values), len(self.leader))
-        gains: Floats = values[:shared].mean(axis=1) - self.leader[:shared].mean(axis=1)
-        return gains if self.objective.maximize else -gains
+    values, statistic = samples[constraint.column], constraint.statistic
+    if statistic.about.extreme:
+        return constraint.violation(values) > 0
+    if statistic.about.averages:
+        slack = constraint.bound - values.mean(axis=1)
+        return _below_zero(slack if constraint.at_most else -slack, level)
+    if len(values) < LEAST_BLOCKS:
+        return False
+    found = _resampled(
+        values, Objective(constraint.column, not constraint.at_most, statistic)
+    )
+    within = (
+        found <= constraint.bound if constraint.at_most else found >= constraint.bound
+    )
+    return bool(within.mean() < level)
 
 
-class _Bound:
-    """One constraint, and how much its column varies within the candidates."""
+def _below_zero(sample: Floats, level: float) -> bool:
+    """Whether the mean of a sample (blocks,) is below zero, by Student's one-sided
+    test; never for one block, which has no deviation.
 
-    def __init__(self, constraint: Constraint, everyone: Sequence[Samples]) -> None:
-        self.constraint = constraint
-        self.mean = constraint.statistic.about.averages
-        self.spread = _Spread(
-            [self._slack(samples) for samples in everyone] if self.mean else []
-        )
-
-    def violated(self, samples: Samples, level: float) -> bool:
-        """Whether a candidate violates the constraint: surely for a statistic that more
-        trials can only make worse, else at this level.
-        """
-        values = samples[self.constraint.column]
-        statistic = self.constraint.statistic
-        if statistic.about.extreme:
-            return self.constraint.violation(values) > 0
-        if self.mean:
-            return self.spread.is_below_zero(self._slack(samples), level)
-        if len(values) < LEAST_BLOCKS:
-            return False
-        found = _resampled(
-            values,
-            Objective(self.constraint.column, not self.constraint.at_most, statistic),
-        )
-        within = (
-            found <= self.constraint.bound
-            if self.constraint.at_most
-            else found >= self.constraint.bound
-        )
-        return bool(within.mean() < level)
-
-    def _slack(self, samples: Samples) -> Floats:
-        """How far within the bound each block is, shape (blocks,)."""
-        slack: Floats = self.constraint.bound - samples[self.constraint.column].mean(
-            axis=1
-        )
-        return slack if self.constraint.at_most else -slack
-
-
-class _Spread:
-    """The pooled standard deviation of samples (blocks,), each about its own mean; NaN
-    where there are too few values.
+    Blocks that are all equal have none either, as those of a rare event: they are
+    tested by their signs.
     """
+    from scipy.special import stdtrit
 
-    def __init__(self, samples: Sequence[Floats]) -> None:
-        counted = [sample for sample in samples if len(sample) > 1]
-        self.freedom = sum(len(sample) - 1 for sample in counted)
-        squares = sum(
-            float(((sample - sample.mean()) ** 2).sum()) for sample in counted
-        )
-        self.deviation = (
-            np.sqrt(squares / self.freedom) if self.freedom >= LEAST_FREEDOM else np.nan
-        )
-
-    def is_below_zero(self, sample: Floats, level: float) -> bool:
-        """Whether the mean of `sample` is below zero, by a one-sided Student test."""
-        from scipy.special import stdtrit
-
-        if np.isnan(self.deviation):
-            return False
-        return bool(
-            sample.mean()
-            < stdtrit(self.freedom, level) * self.deviation / np.sqrt(len(sample))
-        )
+    count, mean = len(sample), sample.mean()
+    if count < 2 or mean >= 0.0:
+        return False
+    if np.ptp(sample) <= SAME * np.abs(mean):
+        return bool(0.5**count < level)
+    error = sample.std(ddof=1) / np.sqrt(count)
+    return bool(mean < stdtrit(count - 1, level) * error)
 
 
 def _resampled(values: Floats, objective: Objective) -> Floats:
