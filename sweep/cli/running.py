@@ -179,6 +179,14 @@ def reproduce(
             " repeated."
         ),
     ] = None,
+    plan_only: Annotated[
+        bool,
+        typer.Option(
+            "--plan",
+            help="Run nothing: say which difference each claim could notice with all"
+            " its trials, from those that are stored at the full or the quick scale.",
+        ),
+    ] = False,
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
@@ -194,8 +202,12 @@ def reproduce(
     moved by 2 and 10 %, and each detail of other presets; half the time step, the other
     order of updates, and another seed. It says which verdicts turn, and stores that in
     variants.json below the results, for the page.
+
+    With --plan it says first what the trials could show: a claim whose noticeable
+    difference exceeds its margin is weak, and how many trials would do.
     """
     from sweep.cli.progress import ProgressBar
+    from sweep.published.foresight import outlook_lines, outlooks
     from sweep.published.publications import FILE, code_files, read_all
     from sweep.published.reproduce import reproduce as run_all
     from sweep.published.trying import chosen_variants, most_trials, try_all
@@ -212,6 +224,8 @@ def reproduce(
     if variant and kind is None:
         allowed = " or ".join(KINDS)
         raise ChoiceError(f"--variant needs --scale {allowed}, not {scale}")
+    if plan_only and scale is not Scale.full:
+        raise ChoiceError(f"--plan is of the full scale, not of {scale}")
     if experiments is None:
         experiments = Path(EXPERIMENTS.name)
         if not any(experiments.glob(f"*/{FILE}")):
@@ -225,6 +239,13 @@ def reproduce(
     if files and experiments.resolve() != EXPERIMENTS:
         print(f"this runs code: {', '.join(map(str, files))}", file=sys.stderr)
     publications = read_all(experiments, quick=quick, only=only or ())
+    if plan_only:
+        few = read_all(experiments, quick=True, only=only or ())
+        for full, pilot in zip(publications, few, strict=True):
+            if full.asked:
+                foreseen = outlooks(full, pilot, folder)
+                print(*outlook_lines(full.name, foreseen), sep="\n")
+        return
     engine = Loky(workers or core_count())
     if kind:
         chosen = chosen_variants(publications, kind, variant or ())

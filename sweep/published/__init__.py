@@ -8,12 +8,16 @@ computed.
     measures            what a claim measures, and in which trials
     estimates           a measure as an estimate from stored trials
     verdicts            what an estimate shows about a claim
+    clocks              stored studies told in the steps of another one
     judging             the verdicts on a document by its stored trials
+    foresight           what the planned trials could notice, before they run
     statements          claims on the same statement, counted once
     published_code      runs figures.py of a publication
     running             runs what is missing of a publication
     drawings            draws the figures of a publication that are out of date
+    margins             claims of different units in one picture
     forest              the claims of a document as one picture
+    numerics_figure     what numerics do to them, as one picture
     variants            a publication with changed studies: its mutants, and others
     details             variants with other values of single settings
     numerics            variants with another time step, order of updates or seed

@@ -4,7 +4,7 @@ changed.
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -15,11 +15,18 @@ from kernels.identity import kernels_sha
 from sweep.figures import STYLE, save, saved_about
 from sweep.published.forest import forest_figure
 from sweep.published.judging import Row
+from sweep.published.numerics_figure import compared, numerics_figure
 from sweep.published.publications import Publication
+from sweep.published.turned import DocumentVariants
 from sweep.spec.study_folder import FIGURES
 from sweep.tables.stored_study import StoredStudy
 
-FOREST = Path(__file__).with_name("forest.py")
+WATERMARK = "QUICK: FEW TRIALS"
+"""Across pages and figures of the quick scale."""
+CLAIM_SOURCES = [
+    Path(__file__).with_name(f"{name}.py")
+    for name in ("forest", "numerics_figure", "margins")
+]
 
 
 class FigureFile:
@@ -105,55 +112,101 @@ class FigureFile:
         }
 
 
-class ForestFile:
-    """The picture of the rows of a document, and its two files.
+class ClaimsFile:
+    """A picture of the claims of a document, and its two files.
 
     publication  the document
-    rows         its rows, judged
+    name         what the picture is called
+    text         what it shows, in a line
+    make         makes the figure
+    inputs       what the figure shows
     root         the folder below which the picture is written
     watermark    a text across it; "" for none
     results      the folder that the user has named; `root` is it, or lies in it
     """
 
-    text = "every tested claim: ours, both intervals, what was published, the margin"
-
     def __init__(
         self,
         publication: Publication,
-        rows: Sequence[Row],
+        name: str,
+        text: str,
+        make: Callable[[], Figure],
+        inputs: object,
         root: Path,
         watermark: str,
         results: Path,
     ) -> None:
-        self.publication, self.rows = publication, rows
+        self.publication, self.name, self.text = publication, name, text
+        self.make, self.inputs = make, inputs
         self.results, self.watermark = results, watermark
-        self.path = root / FIGURES / f"scorecard-{publication.name}"
-
-    @property
-    def possible(self) -> bool:
-        """Whether there is a row to draw."""
-        return any(row.verdict.interval for row in self.rows)
+        self.path = root / FIGURES / f"{name}-{publication.name}"
 
     def current(self) -> bool:
-        """Whether the files exist and show these rows."""
+        """Whether the files exist and show these claims."""
         return saved_about(self.path).get("Inputs") == self.about["Inputs"]
 
     def draw(self) -> None:
         """Draw and save it."""
-        title, family = self.publication.title, self.publication.family
-        figure = forest_figure(title, self.rows, family)
-        save(figure, self.path, self.about, self.watermark, below=self.results)
+        save(self.make(), self.path, self.about, self.watermark, below=self.results)
 
     @cached_property
     def about(self) -> dict[str, str]:
         """The metadata of the files."""
-        source = FOREST.read_text(encoding="utf-8")
-        shown = [repr(row) for row in self.rows]
-        inputs = [shown, source, _house_sources(), matplotlib.__version__]
+        sources = [file.read_text(encoding="utf-8") for file in CLAIM_SOURCES]
+        inputs = [repr(self.inputs), sources, _house_sources(), matplotlib.__version__]
         return {
             "Document": self.publication.name,
             "Inputs": _hash(json.dumps([*inputs, self.watermark])),
         }
+
+
+def forest_file(
+    publication: Publication,
+    rows: Sequence[Row],
+    root: Path,
+    watermark: str,
+    results: Path,
+) -> ClaimsFile | None:
+    """The picture of the judged rows of a document; None where none has an interval."""
+    if not any(row.verdict.interval for row in rows):
+        return None
+    title, family = publication.title, publication.family
+    return ClaimsFile(
+        publication,
+        "scorecard",
+        "every tested claim: ours, both intervals, what was published, the margin",
+        lambda: forest_figure(title, rows, family),
+        rows,
+        root,
+        watermark,
+        results,
+    )
+
+
+def numerics_file(
+    publication: Publication,
+    tried: DocumentVariants | None,
+    root: Path,
+    results: Path,
+) -> ClaimsFile | None:
+    """The picture of what numerics do to the claims of a document; None where none were
+    tried. They are tried at the quick scale, and it has the watermark of that.
+    """
+    claims = publication.claims
+    if not (tried and tried.tried("numerics") and compared(claims, tried)):
+        return None
+    title, family = publication.title, publication.family
+    return ClaimsFile(
+        publication,
+        "numerics",
+        "every tested claim with few trials, as it is and with half the time step,"
+        " another order of updates and another seed",
+        lambda: numerics_figure(title, claims, tried, family),
+        (compared(claims, tried), tried.tried("numerics")),
+        root,
+        WATERMARK,
+        results,
+    )
 
 
 @cache

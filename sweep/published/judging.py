@@ -7,6 +7,7 @@ from typing import NamedTuple
 from sweep.design.code import study_code
 from sweep.errors import StoreError
 from sweep.published.claims import Claim
+from sweep.published.clocks import RetoldStudy
 from sweep.published.estimates import Measured, MeasureError, measure
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
@@ -36,13 +37,19 @@ def stored_studies(publication: Publication, results: Path) -> dict[str, StoredS
     found = {}
     for spec, study in publication.studies.items():
         try:
-            stored = StoredStudy(study.name, results)
+            stored = _stored(study.name, results, publication.clocks.get(spec, 1))
         except StoreError:
             continue
         same = stored.spec == study.text and stored.code == study_code(study)
         if same and stored.statuses()["done"]:
             found[spec] = stored
     return found
+
+
+def _stored(name: str, results: Path, clock: int) -> StoredStudy:
+    if clock > 1:
+        return RetoldStudy(name, results, clock)
+    return StoredStudy(name, results)
 
 
 def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[str]]:

@@ -4,12 +4,11 @@ They have half the time step, another order of updates, or another seed. What th
 turns is turned by chance: it says how much the others mean.
 """
 
+import copy
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any, cast
 
-from sweep.published.claims import Claim
-from sweep.published.measures import Call, Mean, MeanDifference
+from sweep.published.clocks import IN_STEPS, STEPS, TIME_STEP
 from sweep.published.publications import Publication
 from sweep.published.variants import (
     SpecChange,
@@ -19,10 +18,13 @@ from sweep.published.variants import (
     needed_studies,
     value_of,
 )
+from sweep.spec.settings import Value
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import Study
 
-TIME_STEP, STEPS, UPDATE = "dt", "steps", "update"
+UPDATE = "update"
+PARTS = 2
+"""The shorter steps that one step is cut into."""
 
 
 def numerics(publication: Publication) -> Iterator[Variant]:
@@ -41,74 +43,75 @@ def numerics(publication: Publication) -> Iterator[Variant]:
 def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Variant:
     """Half the time step and twice the steps, with a frame recorded at the same times.
 
-    Claims on frames get the frames of the same times. A function of figures.py has its
-    own numbers of frames, so it is not judged where the spec of its claim records any.
+    Its studies are told in the steps of the original, so that each claim finds the
+    frames, and durations, that it names.
     """
     changes, refused = {}, {}
     for spec, study in studies.items():
-        if is_free(study, TIME_STEP) and is_free(study, STEPS):
-            changes[spec] = SpecChange(
-                _halved(study), {"record": _half_as_often(study)}
-            )
+        if not is_free(study, TIME_STEP):
+            refused[spec] = f"{spec}.yaml has no single {TIME_STEP}"
+        elif unlisted := [one for one in _counted(study) if not _listed(study, one)]:
+            refused[spec] = f"{spec}.yaml has no list of {' and '.join(unlisted)}"
         else:
-            refused[spec] = f"{spec}.yaml has no single {TIME_STEP} and {STEPS}"
-    claims = [_at_same_times(claim, studies, changes) for claim in publication.claims]
+            changes[spec] = _halved(study)
     return altered(
-        replace(publication, claims=claims),
+        publication,
         "numerics",
         f"{TIME_STEP}-half",
         f"half the {TIME_STEP}, twice the {STEPS}",
         changes,
         refused=refused,
+        clock=PARTS,
     )
 
 
-def _halved(study: Study) -> dict[str, float]:
-    step, steps = (cast(float, value_of(study, name)) for name in (TIME_STEP, STEPS))
-    return {TIME_STEP: step / 2, STEPS: 2 * steps}
+def _counted(study: Study) -> list[str]:
+    """The settings of a study that are counted in steps."""
+    return [name for name in IN_STEPS if name in study.settings]
 
 
-def _half_as_often(study: Study) -> dict[str, Any]:
-    """The section `record` of a spec, with twice as many steps between frames."""
-    given: dict[str, Any] = parse_document(study.text, study.path).value.get(
-        "record", {}
-    )
-    return given | {"every": 2 * study.record.every}
+def _listed(study: Study, setting: str) -> bool:
+    """Whether the values of a setting are a list, or a single one."""
+    return is_free(study, setting) or _axis_with(study, setting) is not None
 
 
-def _records_frames(study: Study) -> bool:
-    return bool(study.record.series) or study.record.trajectories
+def _halved(study: Study) -> SpecChange:
+    """Half the time step, and all that is counted in steps doubled."""
+    step = cast(float, value_of(study, TIME_STEP))
+    fixed: dict[str, Value] = {TIME_STEP: step / PARTS}
+    spec = copy.deepcopy(_spec(study))
+    keys: dict[str, Any] = {
+        "record": spec.get("record", {}) | {"every": PARTS * study.record.every}
+    }
+    for name in _counted(study):
+        if is_free(study, name):
+            fixed[name] = PARTS * cast(int, value_of(study, name))
+            continue
+        axis = cast(dict[str, Any], _axis_with(study, name, spec))
+        axis[name] = [PARTS * value for value in axis[name]]
+        keys["sweep"] = spec["sweep"]
+    return SpecChange(fixed, keys)
 
 
-def _at_same_times(
-    claim: Claim, studies: Mapping[str, Study], changed: Mapping[str, SpecChange]
-) -> Claim:
-    """The claim with twice the numbers of its frames, in specs that are changed; or why
-    it cannot be tested.
-    """
-    measure = claim.measure
-    if isinstance(measure, Mean):
-        return replace(claim, measure=_doubled(measure, changed))
-    if isinstance(measure, MeanDifference):
-        first, second = measure.first, measure.second
-        sides = _doubled(first, changed), _doubled(second, changed)
-        return replace(claim, measure=MeanDifference(*sides))
-    if (
-        isinstance(measure, Call)
-        and claim.spec
-        and claim.spec in changed
-        and _records_frames(studies[claim.spec])
-    ):
-        said = f"{measure.function} may read frames, and their numbers change"
-        return replace(claim, untestable=said)
-    return claim
+def _spec(study: Study) -> dict[str, Any]:
+    found: dict[str, Any] = parse_document(study.text, study.path).value
+    return found
 
 
-def _doubled(mean: Mean, changed: Mapping[str, SpecChange]) -> Mean:
-    if mean.frames is None or mean.spec not in changed:
-        return mean
-    first, last = mean.frames
-    return replace(mean, frames=(2 * first, 2 * last))
+def _axis_with(
+    study: Study, setting: str, spec: dict[str, Any] | None = None
+) -> dict[str, Any] | None:
+    """The mapping of a spec in which the values of a setting on an axis are a list."""
+    place = study.place_of(setting)
+    if place is None or place[0] != "sweep":
+        return None
+    sweep = (spec or _spec(study))["sweep"]
+    axis = sweep[place[1]]
+    zipped = axis.get("zip") if isinstance(axis, dict) else None
+    for found in (sweep, zipped):
+        if isinstance(found, dict) and isinstance(found.get(setting), list):
+            return found
+    return None
 
 
 def _other_updates(

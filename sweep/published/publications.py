@@ -7,7 +7,7 @@ and its results are stored under another name.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,8 @@ class Publication:
     of their specs.
 
     If the publication is not `asked` for, its code is not run: then it has no figures,
-    and its claims have no measures.
+    and its claims have no measures. `clocks` has, by spec, how many steps of a study
+    with a shorter time step are one of the steps that claims and functions speak of.
     """
 
     folder: Path
@@ -77,6 +78,7 @@ class Publication:
     drawings: Mapping[str, Drawing]
     functions: Mapping[str, Callable[..., Any]]
     asked: bool
+    clocks: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

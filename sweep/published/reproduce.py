@@ -11,7 +11,13 @@ from typing import NamedTuple
 
 from sweep.campaigns.progress import Display
 from sweep.errors import OutputError
-from sweep.published.drawings import FigureFile, ForestFile
+from sweep.published.drawings import (
+    WATERMARK,
+    ClaimsFile,
+    FigureFile,
+    forest_file,
+    numerics_file,
+)
 from sweep.published.judging import Stored, judged, stored_studies
 from sweep.published.publications import FULL, QUICK, Publication
 from sweep.published.running import run_studies
@@ -25,8 +31,6 @@ from sweep.published.verdicts import Status
 from sweep.spec.study_folder import SCORECARD
 from sweep.store.new_files import replacing
 from sweep.workers.executors import ExecutorFactory
-
-WATERMARK = "QUICK: FEW TRIALS"
 
 
 class PageFolder(NamedTuple):
@@ -143,7 +147,7 @@ def reproduce(
     return outcome
 
 
-def _draw(file: FigureFile | ForestFile, what: str, outcome: Outcome) -> None:
+def _draw(file: FigureFile | ClaimsFile, what: str, outcome: Outcome) -> None:
     if file.current():
         outcome.kept += 1
         return
@@ -162,33 +166,41 @@ def _section(
     tried: DocumentVariants | None,
     outcome: Outcome,
 ) -> Section:
-    """The section of a publication. The picture of its rows is drawn."""
+    """The section of a publication. The pictures of its claims are drawn."""
     rows, failures = judged(publication, stored)
     outcome.failures += failures
-    forest = ForestFile(publication, rows, *folder)
-    if forest.possible:
-        _draw(forest, f"picture of the claims of {publication.name}", outcome)
-    pictures = [
-        Picture(file.name, file.drawing.text, file.path if file.current() else None)
-        for file in files
+    if tried and tried.inputs != fingerprint(publication):
+        tried = None
+    of_claims = [
+        file
+        for file in (
+            forest_file(publication, rows, *folder),
+            numerics_file(publication, tried, folder.root, folder.results),
+        )
+        if file
     ]
-    shown = forest.path if forest.possible and forest.current() else None
+    for file in of_claims:
+        _draw(file, f"picture {file.name} of {publication.name}", outcome)
     section = Section(
         publication,
         rows,
-        {picture.name: picture for picture in pictures},
-        Picture("of all claims", forest.text, shown) if forest.possible else None,
+        {file.name: _picture(file, file.drawing.text) for file in files},
+        [_picture(file, file.text) for file in of_claims],
         {
             spec: folder.results / study.name
             for spec, study in publication.studies.items()
             if spec in stored
         },
         [study.provenance for study in stored.values()],
-        tried if tried and tried.inputs == fingerprint(publication) else None,
+        tried,
     )
     if publication.asked:
         outcome.statements[publication.name] = section.tallies["statement"]
     return section
+
+
+def _picture(file: FigureFile | ClaimsFile, text: str) -> Picture:
+    return Picture(file.name, text, file.path if file.current() else None)
 
 
 def _write(page: Page, results: Path) -> None:

@@ -65,7 +65,6 @@ HEADINGS = (
     "what turns it",
     "see",
 )
-BEYOND = "it cannot be confirmed with these trials"
 UNTURNED = "no mutant turns it"
 TRIED: dict[Kind, str] = {
     "mutants": "Mutants that are noticed",
@@ -92,7 +91,7 @@ class Section:
     """The rows and figures of a publication.
 
     pictures   its figures by name
-    forest     the picture of its rows
+    of_claims  the pictures of all its claims
     folders    the stored studies by spec
     origins    their provenance
     variants   what its variants turned; None if none was tried as it is now
@@ -101,7 +100,7 @@ class Section:
     publication: Publication
     rows: Sequence[Row]
     pictures: Mapping[str, Picture]
-    forest: Picture | None
+    of_claims: Sequence[Picture]
     folders: Mapping[str, Path]
     origins: Sequence[dict[str, Any]]
     variants: DocumentVariants | None = None
@@ -109,10 +108,6 @@ class Section:
     def ordered(self) -> list[Row]:
         """The rows, those refuted first and those confirmed last."""
         return sorted(self.rows, key=lambda row: ORDER.index(row.verdict.status))
-
-    def drawn(self) -> list[Picture]:
-        """The picture of its rows, where some were tested."""
-        return [self.forest] if self.forest else []
 
     def anchor(self, row: Row) -> str:
         """The name of a row, for links."""
@@ -138,10 +133,10 @@ class Section:
         found, claim = self.tried(kind), row.claim.id
         return found.turning(kind, claim) if found and claim in found.before else None
 
-    def unjudging(self, kind: Kind, row: Row) -> list[str]:
-        """The variants that say nothing on a row."""
+    def unjudging(self, kind: Kind, row: Row) -> dict[str, str]:
+        """The variants that say nothing on a row, and why."""
         found = self.tried(kind)
-        return found.unjudging(kind, row.claim.id) if found else []
+        return found.unjudging(kind, row.claim.id) if found else {}
 
     def mutants(self, row: Row) -> list[str] | None:
         """The mutants that a row kills; None if none was tried."""
@@ -157,7 +152,7 @@ class Section:
 
     def weaknesses(self, row: Row) -> list[str]:
         """Why a row shows little; none where it does not."""
-        found = [BEYOND] if row.verdict.weak else []
+        found = [_beyond(row)] if row.verdict.weak else []
         confirmed = row.claim.counted and row.verdict.status == "confirmed"
         return found + ([UNTURNED] if confirmed and self.mutants(row) == [] else [])
 
@@ -241,13 +236,22 @@ def rule() -> list[str]:
         ),
         (
             "Noticeable is half the width of the simultaneous interval. A row is weak"
-            " where that is more than its margin, since these trials cannot confirm it,"
-            " or where it is confirmed although no mutant, which is a wrong version of"
-            " the study, turns it. Variants are tried with few trials: what another"
-            " seed turns is turned by chance. Trials that did not come to their end,"
-            " and those in which the measure has no value, are left out and counted."
+            " where that is more than its margin, since these trials cannot confirm it."
+            " It says how many could, if our spread stayed and our mean were what is"
+            " expected. A row is weak too where it is confirmed although no mutant,"
+            " which is a wrong version of the study, turns it. Variants are tried with"
+            " few trials: what another seed turns is turned by chance. Trials that did"
+            " not come to their end, and those in which the measure has no value, are"
+            " left out and counted."
         ),
     ]
+
+
+def _beyond(row: Row) -> str:
+    """Why a row cannot be confirmed with its trials, and how many could."""
+    enough = row.verdict.enough
+    said = "no number of trials could" if enough is None else f"about {enough:,} could"
+    return f"it cannot be confirmed with these trials, {said}"
 
 
 def family_text(section: Section) -> str:
@@ -299,21 +303,18 @@ def turning_texts(section: Section, row: Row) -> list[str]:
         if found is not None:
             parts.append(f"{kind}: {_listed(found) or 'none'}")
         if unjudging := section.unjudging(kind, row):
-            parts.append(f"not judged with {_named(unjudging)}")
+            parts.append(f"not judged with {_listed(unjudging)}")
     share = section.least_share(row)
     if share is not None and share <= SLIGHT:
         parts.append(f"a change of {100 * share:.2g} % turns it")
     return parts
 
 
-def _listed(found: Mapping[str, Status]) -> str:
-    """The first variants, and what a row becomes with them, as `n-up-2 (refuted)`."""
-    return _named([f"{name} ({status})" for name, status in found.items()])
-
-
-def _named(names: Sequence[str]) -> str:
-    more = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
+def _listed(found: Mapping[str, str]) -> str:
+    """The first variants, and what is said of each, as `n-up-2 (refuted)`."""
+    named = [f"{name} ({said})" for name, said in found.items()]
+    more = len(named) - MOST_NAMED
+    return ", ".join(named[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def reason(row: Row) -> str:

@@ -149,7 +149,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
             where, says = escape(contradiction.where), escape(contradiction.says)
             yield f"<dt>{where}</dt><dd>{says}</dd>"
         yield "</dl>"
-    yield from _pictures(page, [*section.drawn(), *section.pictures.values()])
+    yield from _pictures(page, [*section.of_claims, *section.pictures.values()])
     yield "</section>"
 
 

@@ -89,6 +89,7 @@ def _row(section: Section, row: Row) -> dict[str, Any]:
         "margin": expect.margin if isinstance(expect, Value) else None,
         "noticeable": verdict.noticeable,
         "needed": verdict.needed,
+        "enough": verdict.enough,
         "weak": bool(section.weaknesses(row)),
         "weaknesses": section.weaknesses(row),
         "trials": found.used if found else 0,

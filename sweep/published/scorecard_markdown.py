@@ -91,7 +91,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
         yield "\n### Where the document contradicts itself or its data\n"
     for contradiction in publication.contradictions:
         yield f"- {_text(contradiction.where)}: {_text(contradiction.says)}"
-    for picture in [*section.drawn(), *section.pictures.values()]:
+    for picture in [*section.of_claims, *section.pictures.values()]:
         yield from _picture(page, picture)
 
 

@@ -5,6 +5,7 @@ confirmed claim is killed by it. A claim that kills none could hardly have faile
 """
 
 import hashlib
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -20,6 +21,7 @@ from sweep.published.publications import Publication
 from sweep.published.running import run_studies
 from sweep.published.turned import (
     DocumentVariants,
+    Estimated,
     Turned,
     joined,
     read_turned,
@@ -95,17 +97,17 @@ def try_all(
     for publication, variants in chosen:
         needed = needed_studies(publication).values()
         run_studies(needed, results, engine, display)
+        rows = _rows(publication, results)
         before = {
-            claim: row.verdict.status
-            for claim, row in _rows(publication, results).items()
-            if _is_judged(row)
+            claim: row.verdict.status for claim, row in rows.items() if _is_judged(row)
         }
+        estimates = _estimates(rows)
         inputs = fingerprint(publication)
         for one in variants:
             run_studies(_changed(publication, one), results, engine, display)
             turned = _turned(one, before, _rows(one.publication, results))
             kinds = {one.kind: {one.name: turned}}
-            found = DocumentVariants(inputs, before, kinds)
+            found = DocumentVariants(inputs, before, kinds, estimates)
             known = joined(known, publication.name, found, one.kind)
             write_turned(known, results)
     return {publication.name: known[publication.name] for publication, _ in chosen}
@@ -147,7 +149,23 @@ def _turned(
         for claim, status in before.items()
         if claim not in unjudged and after[claim].verdict.status != status
     }
-    return Turned(variant.about, variant.share, turned, unjudged)
+    estimates = _estimates(
+        {claim: after[claim] for claim in before if claim not in unjudged}
+    )
+    return Turned(variant.about, variant.share, turned, unjudged, estimates)
+
+
+def _estimates(rows: Mapping[str, Row]) -> dict[str, Estimated]:
+    """What was measured of the rows that have a finite interval, by id."""
+    found = {}
+    for claim, row in rows.items():
+        if _is_judged(row) and row.measured and row.verdict.simultaneous:
+            ours, (low, high) = row.measured.estimate.value, row.verdict.simultaneous
+            if math.isfinite(low) and math.isfinite(high):
+                found[claim] = Estimated(
+                    ours=ours, low=low, high=high, trials=row.measured.used
+                )
+    return found
 
 
 def fingerprint(publication: Publication) -> str:

@@ -4,22 +4,23 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from sweep.errors import OutputError, StoreError
 from sweep.published.variants import KINDS, Kind
 from sweep.published.verdicts import Status
 from sweep.spec.study_folder import VARIANTS
 from sweep.store.new_files import replacing
-from sweep.store.regular import read_json
+from sweep.store.regular import fits, read_json
 
 VERSION = 1
 MOST_BYTES = 100_000_000
 SLIGHT = 0.02
 """A verdict that so small a change of one setting turns says so."""
+NUMBER = float | int
 FIELDS: dict[str, Any] = {
     "about": str,
-    "share": float | int | None,
+    "share": NUMBER | None,
     "turned": {str: str},
     "unjudged": {str: str},
 }
@@ -33,38 +34,54 @@ SHAPE: dict[str, Any] = {
         }
     },
 }
+ESTIMATE = {"ours": NUMBER, "low": NUMBER, "high": NUMBER, "trials": int}
+
+
+class Estimated(TypedDict):
+    """What was measured of a claim: the estimate, the bounds of the simultaneous
+    interval, and the number of trials.
+    """
+
+    ours: float
+    low: float
+    high: float
+    trials: int
 
 
 @dataclass(frozen=True)
 class Turned:
     """What one variant turned.
 
-    about     what is changed, in words
-    share     by which share of its value one setting is changed; None for what is no
-              such change
-    turned    by id the claims with another verdict, and which
-    unjudged  by id the claims on which it says nothing, and why
+    about      what is changed, in words
+    share      by which share of its value one setting is changed; None for what is no
+               such change
+    turned     by id the claims with another verdict, and which
+    unjudged   by id the claims on which it says nothing, and why
+    estimates  by id what was measured of the claims that have an interval
     """
 
     about: str
     share: float | None
     turned: Mapping[str, Status]
     unjudged: Mapping[str, str]
+    estimates: Mapping[str, Estimated] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class DocumentVariants:
     """What the variants of a document turned.
 
-    inputs  a hash of all that decides it
-    before  the verdicts of the counted claims without a change, by id; without those
-            that miss trials or whose measure fails
-    kinds   by kind and name what each variant turned
+    inputs     a hash of all that decides it
+    before     the verdicts of the counted claims without a change, by id; without those
+               that miss trials or whose measure fails
+    kinds      by kind and name what each variant turned
+    estimates  by id what was measured of these claims without a change
     """
 
     inputs: str
     before: Mapping[str, Status]
     kinds: Mapping[Kind, Mapping[str, Turned]] = field(default_factory=dict)
+    estimates: Mapping[str, Estimated] = field(default_factory=dict)
 
     def tried(self, kind: Kind) -> Mapping[str, Turned]:
         """The variants of a kind."""
@@ -80,9 +97,13 @@ class DocumentVariants:
         ranked = sorted(found, key=lambda name: found[name].share or 1.0)
         return {name: found[name].turned[claim] for name in ranked}
 
-    def unjudging(self, kind: Kind, claim: str) -> list[str]:
-        """The variants that say nothing on a claim."""
-        return [name for name, one in self.tried(kind).items() if claim in one.unjudged]
+    def unjudging(self, kind: Kind, claim: str) -> dict[str, str]:
+        """The variants that say nothing on a claim, and why."""
+        return {
+            name: one.unjudged[claim]
+            for name, one in self.tried(kind).items()
+            if claim in one.unjudged
+        }
 
     def least_share(self, claim: str) -> float | None:
         """The smallest share by which the change of one setting turns a claim."""
@@ -143,6 +164,7 @@ class DocumentVariants:
         return "; ".join(
             f"{name} turns {len(one.turned)} of"
             f" {len(self.before) - len(one.unjudged)} verdicts"
+            + (f" ({', '.join(one.turned)})" if one.turned else "")
             for name, one in self.tried("numerics").items()
         )
 
@@ -167,27 +189,36 @@ def read_turned(results: Path) -> dict[str, DocumentVariants]:
     path = results / VARIANTS
     try:
         content: dict[str, Any] = read_json(path, MOST_BYTES, SHAPE)
+        return {name: _read(one) for name, one in content["documents"].items()}
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
         raise StoreError(
             f"{path}: {error}; remove it and try the variants again"
         ) from None
-    return {
-        name: DocumentVariants(
-            one["inputs"],
-            one["before"],
-            {
-                kind: {
-                    variant: Turned(**{key: found[key] for key in FIELDS})
-                    for variant, found in one[kind].items()
-                }
-                for kind in KINDS
-                if one[kind]
-            },
-        )
-        for name, one in content["documents"].items()
+
+
+def _read(document: Mapping[str, Any]) -> DocumentVariants:
+    """What is stored of a document. Raises ValueError."""
+    kinds = {
+        kind: {
+            name: Turned(**{key: one[key] for key in FIELDS}, estimates=_estimates(one))
+            for name, one in document[kind].items()
+        }
+        for kind in KINDS
+        if document[kind]
     }
+    return DocumentVariants(
+        document["inputs"], document["before"], kinds, _estimates(document)
+    )
+
+
+def _estimates(stored: Mapping[str, Any]) -> dict[str, Estimated]:
+    """What is stored of measures: up to 0.9.0 nothing. Raises ValueError."""
+    found: dict[str, Estimated] = stored.get("estimates", {})
+    if not fits(found, {str: ESTIMATE}):
+        raise ValueError("its estimates do not have the entries that they should")
+    return found
 
 
 def write_turned(found: Mapping[str, DocumentVariants], results: Path) -> None:
@@ -196,6 +227,7 @@ def write_turned(found: Mapping[str, DocumentVariants], results: Path) -> None:
         name: {
             "inputs": one.inputs,
             "before": dict(one.before),
+            "estimates": dict(one.estimates),
             **{
                 kind: {variant: vars(it) for variant, it in one.tried(kind).items()}
                 for kind in KINDS

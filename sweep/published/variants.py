@@ -96,12 +96,16 @@ def altered(
     *,
     share: float | None = None,
     refused: Mapping[str, str] | None = None,
+    clock: int = 1,
 ) -> Variant:
     """The publication with the changes, by spec, and with its counted claims alone.
 
     A spec that they make wrong stays as it is. The claims that it tests cannot be
     tested then, and neither can those on specs that are `refused`, by spec with the
     reason, or on points and frames that are no longer there.
+
+    `clock` of the new steps are one of the old. The new studies are told in the old
+    ones, and so have all their points and frames.
     """
     made, wrong = {}, dict(refused or {})
     for spec, change in changes.items():
@@ -110,10 +114,15 @@ def altered(
         except SpecError as error:
             said = "; ".join(str(one).split(": ", 1)[-1] for one in error.mistakes)
             wrong[spec] = f"{spec}.yaml cannot be changed so: {said}"
+    told = clock > 1
     changed = replace(
         publication,
         studies={**publication.studies, **{spec: made[spec][0] for spec in made}},
-        claims=[_fitted(claim, made, wrong) for claim in counted(publication)],
+        claims=[
+            _fitted(claim, {} if told else made, wrong)
+            for claim in counted(publication)
+        ],
+        clocks=dict.fromkeys(made, clock) if told else {},
     )
     return Variant(kind, name, about, changed, share)
 

@@ -11,6 +11,7 @@ at most 0.05.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -94,6 +95,8 @@ class Verdict:
     weak          whether it could not be confirmed with these trials
     needed        the number of trials that would decide what is undecided, if our mean
                   and spread stayed; None where a million times as many would not
+    enough        the number of trials with which what is weak could be confirmed, if
+                  our spread stayed; None where a million times as many would not do
 
     Intervals are None if nothing was tested.
     """
@@ -104,14 +107,14 @@ class Verdict:
     simultaneous: tuple[float, float] | None = None
     weak: bool = False
     needed: int | None = None
+    enough: int | None = None
 
     @property
     def noticeable(self) -> float | None:
         """Half the width of the simultaneous interval; None if nothing was tested."""
         if self.simultaneous is None:
             return None
-        low, high = self.simultaneous
-        return (high - low) / 2.0
+        return _half(*self.simultaneous)
 
 
 def untestable(reason: str) -> Verdict:
@@ -160,23 +163,115 @@ def judge(
         )
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")
-    published = expectation.trials if isinstance(expectation, Value) else None
-    confidence = simultaneous_confidence(max(family, 1))
-    low, high = estimate.interval(confidence, published)
-    allowed = region(expectation)
+    grows = _Growing(estimate, expectation, family)
+    allowed, (low, high) = grows.allowed, grows.interval(1.0)
     status = allowed.verdict(low, high)
     reason, needed = _found(estimate, expectation, status, (low, high)), None
     if status == "undecided":
-        needed = _needed(estimate, allowed, confidence, published, trials)
-        reason = f"{reason}; {_foresight(needed, trials, published)}"
+        needed = grows.decisive(trials)
+        reason = f"{reason}; {_foresight(needed, trials, grows.published)}"
+    weak = _half(low, high) > allowed.half_width
     return Verdict(
         status,
         reason,
         estimate.interval(),
         (low, high),
-        weak=(high - low) / 2.0 > allowed.half_width,
+        weak=weak,
         needed=needed,
+        enough=grows.enough(trials) if weak else None,
     )
+
+
+class Foreseen(NamedTuple):
+    """What a claim could notice with more trials, if their spread stayed.
+
+    trials      so many
+    noticeable  half the width of the simultaneous interval
+    margin      half the width of what is expected; infinite with a single bound
+    enough      the number of trials with which the margin could be noticed, or that
+                would decide for a single bound if our mean stayed too; None where a
+                million times as many would not do
+    """
+
+    trials: int
+    noticeable: float
+    margin: float
+    enough: int | None
+
+    @property
+    def weak(self) -> bool:
+        """Whether the claim could not be confirmed."""
+        return self.noticeable > self.margin
+
+
+def foresee(
+    estimate: Estimate,
+    expectation: Expectation,
+    family: int,
+    trials: int,
+    times: float,
+) -> Foreseen:
+    """What a claim could notice with `times` as many trials as an estimate rests on,
+    which must be testable. The others as of `judge`.
+    """
+    grows = _Growing(estimate, expectation, family)
+    margin = grows.allowed.half_width
+    return Foreseen(
+        round(trials * times),
+        _half(*grows.interval(times)),
+        margin,
+        grows.enough(trials) if margin < math.inf else grows.decisive(trials),
+    )
+
+
+class _Growing:
+    """The simultaneous interval of a claim with more trials, if mean and spread stay.
+    The arguments are those of `judge`.
+    """
+
+    def __init__(
+        self, estimate: Estimate, expectation: Expectation, family: int
+    ) -> None:
+        self.estimate = estimate
+        self.published = expectation.trials if isinstance(expectation, Value) else None
+        self.confidence = simultaneous_confidence(max(family, 1))
+        self.allowed = region(expectation)
+
+    def interval(self, times: float) -> tuple[float, float]:
+        """The interval with `times` as many trials."""
+        estimate = self.estimate if times == 1.0 else self.estimate.grown(times)
+        return estimate.interval(self.confidence, self.published)
+
+    def enough(self, trials: int) -> int | None:
+        """The number of trials whose interval is as narrow as the margin."""
+        margin = self.allowed.half_width
+        return self._least(trials, lambda *bounds: _half(*bounds) <= margin)
+
+    def decisive(self, trials: int) -> int | None:
+        """The number of trials whose interval confirms or refutes."""
+        return self._least(
+            trials, lambda *bounds: self.allowed.verdict(*bounds) != "undecided"
+        )
+
+    def _least(self, trials: int, holds: Callable[[float, float], bool]) -> int | None:
+        """The number of trials from which on something `holds` of the interval, rounded
+        up to two digits: `trials` where these are enough, None where a million times as
+        many are too few.
+        """
+        if holds(*self.interval(1.0)):
+            return trials
+        if not holds(*self.interval(MOST_TIMES)):
+            return None
+        low, high = 0.0, math.log(MOST_TIMES)
+        for _ in range(STEPS):
+            middle = (low + high) / 2.0
+            found = holds(*self.interval(math.exp(middle)))
+            low, high = (low, middle) if found else (middle, high)
+        return _two_digits(math.ceil(trials * math.exp(high)))
+
+
+def _half(low: float, high: float) -> float:
+    return (high - low) / 2.0
 
 
 def _found(
@@ -204,28 +299,6 @@ def _found(
 
 def _range(interval: tuple[float, float]) -> str:
     return f"the simultaneous interval {brief(interval[0])} to {brief(interval[1])}"
-
-
-def _needed(
-    estimate: Estimate,
-    allowed: Region,
-    confidence: float,
-    published: int | None,
-    trials: int,
-) -> int | None:
-    """The number of trials that would decide, rounded up to two digits."""
-
-    def decides(times: float) -> bool:
-        bounds = estimate.grown(times).interval(confidence, published)
-        return allowed.verdict(*bounds) != "undecided"
-
-    if not decides(MOST_TIMES):
-        return None
-    low, high = 0.0, math.log(MOST_TIMES)
-    for _ in range(STEPS):
-        middle = (low + high) / 2.0
-        low, high = (low, middle) if decides(math.exp(middle)) else (middle, high)
-    return _two_digits(math.ceil(trials * math.exp(high)))
 
 
 def _two_digits(count: int) -> int:

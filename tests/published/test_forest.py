@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweep.published.claims import Kind
-from sweep.published.forest import EDGE, LOOK, forest_figure
+from sweep.published.forest import forest_figure
 from sweep.published.judging import Row
+from sweep.published.margins import EDGE, LOOK
 from sweep.published.measures import Call
 from sweep.published.verdicts import (
     Above,

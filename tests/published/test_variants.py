@@ -11,8 +11,8 @@ import pytest
 from kernels.catalogue import BUILT_IN
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError, StoreError
+from sweep.published.clocks import RetoldStudy
 from sweep.published.details import moved
-from sweep.published.measures import Mean
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
 from sweep.published.trying import chosen_variants, most_trials, try_all
@@ -20,10 +20,11 @@ from sweep.published.turned import DocumentVariants, Turned, read_turned
 from sweep.published.variants import Kind, Variant
 from sweep.published.verdicts import Status
 from sweep.spec.settings import Setting, preset_settings
+from sweep.spec.strict_yaml import parse_document
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.commands import sweep
-from tests.publications import PUBLISHED, SPEC, experiments
+from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 MUTANTS = """
   - id: some-speed
@@ -55,6 +56,15 @@ TURNED = PUBLISHED.replace("\ncontradictions:", MUTANTS).replace(
 )
 
 SLOW = TURNED.replace("{above: 0.1}", "{below: 0.83}")
+LAST = FIGURES.replace(
+    "def two_groups",
+    """def last_speeds(studies):
+    series = studies["small"].series
+    return series[series["frame"] == 4]["speed"].to_numpy()
+
+
+def two_groups""",
+)
 FRAMES = TURNED.replace(
     "{mean: speed, frame: 0, for: {separation_weight: 1}}\n    expect: {above: 0.1}",
     "{mean: speed, frames: [2, 4], for: {separation_weight: 1}}\n"
@@ -67,7 +77,7 @@ FRAMES = TURNED.replace(
     kind: reading
     registered: 2024-03-01
     spec: small
-    measure: {call: speeds}
+    measure: {call: last_speeds}
     expect: {above: 0.1}
     looked: before
   - id: fitted-speed""",
@@ -78,7 +88,7 @@ def variants(
     folder: Path, kind: Kind, published: str = TURNED, spec: str = SPEC
 ) -> dict[str, Variant]:
     """The variants of the tiny publication, by name."""
-    publications = read_all(experiments(folder, published, spec), quick=True)
+    publications = read_all(experiments(folder, published, spec, LAST), quick=True)
     [(_, found)] = chosen_variants(publications, kind)
     return {one.name: one for one in found}
 
@@ -90,14 +100,14 @@ def tried(
     named: tuple[str, ...] = (),
 ) -> DocumentVariants:
     """What variants of the tiny publication turn."""
-    publications = read_all(experiments(folder, published), quick=True)
+    publications = read_all(experiments(folder, published, figures=LAST), quick=True)
     chosen = chosen_variants(publications, kind, named)
     return try_all(chosen, folder / "results", Serial(), ProgressBar)["tiny"]
 
 
 def rows(folder: Path, published: str = TURNED) -> dict[str, dict[str, Any]]:
     """The rows of the page for machines at the full scale, by id."""
-    publications = read_all(experiments(folder, published), quick=False)
+    publications = read_all(experiments(folder, published, figures=LAST), quick=False)
     reproduce(publications, folder / "results", Serial(), ProgressBar)
     found = json.loads((folder / "results" / "scorecard.json").read_text())
     return {row["id"]: row for row in found["rows"]}
@@ -368,32 +378,46 @@ def test_a_part_of_the_mutants_marks_nothing_weak(tmp_path: Path) -> None:
 
 
 def test_half_a_time_step_keeps_the_times_of_frames(tmp_path: Path) -> None:
+    """Claims stay as they are: its studies are told in the steps of the original."""
+    folder = experiments(tmp_path, FRAMES, figures=LAST)
+    original = read_all(folder, quick=True)[0]
     half = variants(tmp_path, "numerics", FRAMES)["dt-half"].publication
     small = half.studies["small"]
-    assert small.fixed == {"n": 40, "steps": 8, "dt": 0.5}
+    assert {name: small.fixed[name] for name in ("dt", "steps")} == {
+        "dt": 0.5,
+        "steps": 8,
+    }
+    before = original.studies["small"].preset_settings["equilibrium_steps"]
+    assert small.fixed["equilibrium_steps"] == 2 * before
     assert (small.record.every, small.record.series) == (4, ("speed", "dispersion"))
-    claims = {claim.id: claim for claim in half.claims}
-    measure = claims["some-speed"].measure
-    assert isinstance(measure, Mean)
-    assert measure.frames == (4, 8)
-    assert claims["counting"].untestable == (
-        "speeds may read frames, and their numbers change"
-    )
+    assert half.claims == [claim for claim in original.claims if claim.counted]
+    assert half.clocks == {"small": 2}
 
 
-def test_numerics_are_judged_where_they_can_be(tmp_path: Path) -> None:
-    """The start does not depend on the time step, the order or the seed; the function
-    is judged with another order and another seed.
+def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
+    """The start does not depend on the time step, the order or the seed. A function
+    that reads frames finds those of the same times.
     """
     found = tried(tmp_path, FRAMES, "numerics")
     assert found.before["start-speed"] == "confirmed"
-    assert {
-        name: list(one.unjudged) for name, one in found.tried("numerics").items()
-    } == {"dt-half": ["counting"], "update-synchronous": [], "seed-other": []}
+    assert not any(one.unjudged for one in found.tried("numerics").values())
     assert not any(
         "start-speed" in one.turned for one in found.tried("numerics").values()
     )
     results = tmp_path / "results"
+    half = "numerics/dt-half/tiny/small"
+    raw, told = StoredStudy(half, results), RetoldStudy(half, results, 2)
+    assert list(raw.series["frame"].unique()) == [0, 4, 8]
+    assert list(told.series["frame"].unique()) == [0, 2, 4]
+    for name, value in {"dt": 1.0, "steps": 4}.items():
+        assert list(told.trials[name].unique()) == [value]
+    assert told.units == raw.units
+    assert told.where(separation_weight=1).series["frame"].max() == 4
+    last = raw.series[raw.series["frame"] == 8]["speed"].mean()
+    counted = found.tried("numerics")["dt-half"].estimates["counting"]
+    assert counted["ours"] == pytest.approx(last)
+    assert counted["low"] < counted["ours"] < counted["high"]
+    assert counted["trials"] == 12
     before, other = (
         StoredStudy(f"{where}tiny/small", results).trials["seed"]
         for where in ("quick/", "numerics/seed-other/")
@@ -402,22 +426,56 @@ def test_numerics_are_judged_where_they_can_be(tmp_path: Path) -> None:
     row = rows(tmp_path, FRAMES)["start-speed"]
     assert (row["numerics"], row["details"]) == ({}, None)
     text = (results / "scorecard.html").read_text(encoding="utf-8")
-    assert text.count("not judged with dt-half") == 1
+    assert "figures/numerics-tiny.png" in text
+    picture = (results / "figures" / "numerics-tiny.pdf").read_bytes()
+    assert b"tiny" in picture
+    about = json.loads((results / "scorecard.json").read_text())["documents"][0]
+    shown = about["numerics"]["variants"]["dt-half"]["estimates"]["counting"]
+    assert shown == counted
 
 
-def test_a_spec_that_varies_its_steps_has_no_half_step(tmp_path: Path) -> None:
-    """Both claims are on the spec, and say why they are not judged."""
-    spec = SPEC.replace(", steps: 6}", "}").replace(
-        "sweep:\n", "sweep:\n  steps: [4]\n"
-    )
-    published = TURNED.replace(", fixed.steps: 4}", "}").replace(
-        "_weight: 1}", "_weight: 1}"
-    )
-    half = variants(tmp_path, "numerics", published, spec)["dt-half"].publication
-    assert {claim.untestable for claim in half.claims} == {
-        "small.yaml has no single dt and steps"
+LONGER = SPEC.replace(", steps: 6}", "}").replace("sweep:\n", "sweep:\n  AXIS\n")
+FEWER = TURNED.replace(", fixed.steps: 4}", "}")
+
+
+@pytest.mark.parametrize(
+    ("axis", "doubled"),
+    [
+        ("steps: [4]", {"steps": [8]}),
+        (
+            "length: {zip: {steps: [4], start_speed: [0.765]}}",
+            {"length": {"zip": {"steps": [8], "start_speed": [0.765]}}},
+        ),
+    ],
+)
+def test_steps_on_an_axis_are_doubled(
+    tmp_path: Path, axis: str, doubled: dict[str, Any]
+) -> None:
+    spec = LONGER.replace("AXIS", axis)
+    half = variants(tmp_path, "numerics", FEWER, spec)["dt-half"].publication
+    assert not any(claim.untestable for claim in half.claims)
+    small = half.studies["small"]
+    assert parse_document(small.text, small.path).value["sweep"] == {
+        **doubled,
+        "separation_weight": [0.5, 1],
     }
+
+
+@pytest.mark.parametrize(
+    ("axis", "reason"),
+    [
+        ("steps: {linspace: [4, 4, 1]}", "small.yaml has no list of steps"),
+        ("both: {zip: {dt: [0.5], steps: [4]}}", "small.yaml has no single dt"),
+    ],
+)
+def test_half_a_step_says_why_a_claim_is_not_judged(
+    tmp_path: Path, axis: str, reason: str
+) -> None:
+    spec = LONGER.replace("AXIS", axis)
+    half = variants(tmp_path, "numerics", FEWER, spec)["dt-half"].publication
+    assert {claim.untestable for claim in half.claims} == {reason}
     assert half.studies["small"].name == "quick/tiny/small"
+    assert half.clocks == {}
 
 
 def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None:
@@ -436,6 +494,15 @@ def test_claims_whose_points_or_frames_go_are_not_judged(tmp_path: Path) -> None
         "small.yaml records no frame from 4 to 4"
     )
     assert not any(claims["drag-up-2"].values())
+
+
+def test_a_row_says_why_it_is_not_judged(tmp_path: Path) -> None:
+    published = FRAMES.replace("frames: [2, 4]", "frame: 4")
+    tried(tmp_path, published, "details", ("steps-down-2",))
+    rows(tmp_path, published)
+    text = (tmp_path / "results" / "scorecard.html").read_text(encoding="utf-8")
+    said = "not judged with steps-down-2 (small.yaml records no frame from 4 to 4)"
+    assert text.count(said) == 1
 
 
 def test_a_detail_that_cannot_be_says_so(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from sweep.published.verdicts import (
     Value,
     Verdict,
     Within,
+    foresee,
     judge,
     partial,
 )
@@ -264,6 +265,43 @@ def test_trials_of_a_correlation_are_foretold_too() -> None:
     points = math.ceil(found.needed / 3)
     assert status(RankEstimate(0.3, points), Above(0.0)) == "confirmed"
     assert status(RankEstimate(0.3, int(points * 0.8)), Above(0.0)) == "undecided"
+
+
+def test_a_weak_claim_says_how_many_trials_could_confirm_it() -> None:
+    """With so many of the same spread the half width is the margin, and with a tenth
+    fewer it is wider. What is not weak says nothing.
+    """
+    values = SAMPLES[0]
+    found = judge(estimate(*values), Value(0.0, margin=0.2), 5, len(values))
+    assert found.weak
+    assert found.enough is not None
+    assert found.enough > len(values)
+    for share, weak in ((1.0, False), (0.9, True)):
+        times = found.enough * share / len(values)
+        more = foresee(estimate(*values), Value(0.0, margin=0.2), 5, 30, times)
+        assert more.weak is weak
+        assert more.enough == found.enough
+        base = np.linspace(-1.0, 1.0, more.trials)
+        base *= values.std(ddof=1) / base.std(ddof=1)
+        judged = judge(estimate(*base), Value(0.0, margin=0.2), 5, more.trials)
+        assert judged.noticeable == pytest.approx(more.noticeable)
+        assert judged.weak is weak
+    strong = judge(estimate(*values), Value(0.0, margin=50.0), 5, len(values))
+    assert (strong.weak, strong.enough) == (False, None)
+
+
+def test_what_is_foreseen_of_a_bound_is_what_decides() -> None:
+    values, bound = SAMPLES[0], Above(0.1)
+    few = judge(estimate(*values), bound, 20, 30)
+    found = foresee(estimate(*values), bound, 20, 30, 3.0)
+    assert (found.trials, found.margin, found.weak) == (90, math.inf, False)
+    assert found.enough == few.needed
+    assert few.noticeable
+    assert found.noticeable < few.noticeable
+    never = foresee(estimate(*values), Value(0.0, margin=0.2, trials=3), 1, 30, 1.0)
+    assert (never.weak, never.enough) == (True, None)
+    sure = foresee(estimate(*values), Above(-50.0), 1, 30, 1.0)
+    assert sure.enough == 30
 
 
 def test_partial_is_no_verdict_and_keeps_its_numbers() -> None:
