@@ -208,6 +208,26 @@ def test_a_damaged_file_of_variants_is_one_line(tmp_path: Path, content: bytes) 
         read_turned(results)
 
 
+def test_variants_of_0_9_have_no_estimates(tmp_path: Path) -> None:
+    """They are read; what stands in the place of estimates and is none is not."""
+    one: dict[str, Any] = {"about": "x", "share": None, "turned": {}, "unjudged": {}}
+    empty = {"mutants": {}, "details": {}, "numerics": {"seed-other": one}}
+    tiny: dict[str, Any] = {"inputs": "", "before": {"a": "confirmed"}, **empty}
+    file = tmp_path / "variants.json"
+    file.write_text(json.dumps({"version": 1, "documents": {"tiny": tiny}}))
+    found = read_turned(tmp_path)["tiny"]
+    assert (found.estimates, found.tried("numerics")["seed-other"].estimates) == (
+        {},
+        {},
+    )
+    for place in (tiny, one):
+        place["estimates"] = {"a": {"ours": 1.0, "low": "0", "high": 2.0, "trials": 3}}
+        file.write_text(json.dumps({"version": 1, "documents": {"tiny": tiny}}))
+        with pytest.raises(StoreError, match=r"its estimates .*; remove it and try"):
+            read_turned(tmp_path)
+        del place["estimates"]
+
+
 def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     experiments(tmp_path, TURNED)
     done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants")
