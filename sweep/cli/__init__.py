@@ -10,7 +10,7 @@ themselves, so that `sweep --help` answers at once.
     running          launch, search, plan, reproduce
     reading          status, table, plot, compare
     overview         list, columns: what there is
-    maintenance      replay, verify, diff, gc, export
+    maintenance      replay, verify, diff, gc, rename, rm, export
     own_code         code: that of a stored study
     viewing          view: the live simulator
     checking         check: whether a model keeps its promises

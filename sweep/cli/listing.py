@@ -1,7 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
-from typing import Any, Literal
+from typing import Any
 
 import pandas as pd
 from rich.table import Table
@@ -14,13 +14,13 @@ from kernels.worlds import MAPS
 from sweep.analysis import MeanKind, by_point
 from sweep.analysis.notation import number, percent, plus_minus, with_interval
 from sweep.cli.terminal import console
-from sweep.design.jobs import TRIAL_ID
 from sweep.design.plan import duration
 from sweep.errors import ChoiceError
 from sweep.published.starting import built_in_studies
 from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_tables import command
 from sweep.text import shortened, unknown
 from sweep.workers.failures import in_a_line
 
@@ -154,15 +154,6 @@ def _views(study: str, trials: pd.DataFrame) -> list[str]:
     ]
 
 
-def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
-    """The command that shows a stored trial. It is made from checked names; the stored
-    text of a command is never used.
-    """
-    if not TRIAL_ID.fullmatch(str(trial)):
-        return "no command: the id of this trial is not 24 hexadecimal digits"
-    return f"sweep {verb} {study} {trial}"
-
-
 def table_text(
     study: StoredStudy,
     rows: pd.DataFrame,
@@ -192,9 +183,9 @@ def table_text(
         console().print(
             f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all"
         )
-    for command in rows["view"].head(1):
+    for shown in rows["view"].head(1):
         console().print(
-            f"a trial of the first point, and in --csv and --json of each: {command}",
+            f"a trial of the first point, and in --csv and --json of each: {shown}",
             soft_wrap=True,
         )
 

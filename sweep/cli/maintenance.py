@@ -1,5 +1,5 @@
 """Commands for stored results: check them, see what a changed spec would do, free
-space, write them for other programs.
+space, rename and remove them, write them for other programs.
 """
 
 import sys
@@ -21,6 +21,9 @@ from sweep.cli.app import (
     app,
     stop,
 )
+
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
 
 
 class Exportable(StrEnum):
@@ -164,10 +167,8 @@ def diff(
 @app.command()
 def gc(
     study: StudyName,
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only say what would go.")
-    ] = False,
+    yes: Yes = False,
+    dry_run: DryRun = False,
     results: Results = Path("results"),
 ) -> None:
     """Free space: drop trials that have left the spec or are of other kernels, after
@@ -183,15 +184,70 @@ def gc(
     if dry_run:
         return
     if waste.lasting and not yes:
-        if not sys.stdin.isatty():
-            stop(
-                "nothing was removed: there is no terminal to ask in; --yes removes it,"
-                " --dry-run only says what"
-            )
-        typer.confirm(
-            "Remove it? It cannot be undone.", default=False, abort=True, err=True
-        )
+        _ask_to_remove()
     print(f"freed      {size(clean(stored, waste))}")
+
+
+def _ask_to_remove() -> None:
+    """Go on if the user agrees."""
+    if not sys.stdin.isatty():
+        stop(
+            "nothing was removed: there is no terminal to ask in; --yes removes it,"
+            " --dry-run only says what"
+        )
+    typer.confirm(
+        "Remove it? It cannot be undone.", default=False, abort=True, err=True
+    )
+
+
+@app.command()
+def rename(
+    study: StudyName,
+    name: Annotated[str, typer.Argument(metavar="NEW", help="Its new name.")],
+    results: Results = Path("results"),
+) -> None:
+    """Give a stored study another name; all that is stored of it stays as it is."""
+    from sweep.store.whole_studies import rename_study
+    from sweep.tables.stored_study import StoredStudy
+    from sweep.text import shortened
+
+    place = rename_study(study, name, results)
+    print(place)
+    launched = StoredStudy(name, results).provenance
+    said, spec = launched.get("study"), launched.get("spec_path")
+    if said != name:
+        print(
+            f"the spec {shortened(str(spec))} has the study {shortened(str(said))}:"
+            f' write "study: {name}" there, or its next launch begins that study anew',
+            file=sys.stderr,
+        )
+
+
+@app.command()
+def rm(
+    study: StudyName,
+    yes: Yes = False,
+    dry_run: DryRun = False,
+    results: Results = Path("results"),
+) -> None:
+    """Delete all that is stored of a study, after asking; its spec stays."""
+    from sweep.design.plan import size
+    from sweep.store.whole_studies import place_of_study, remove_study, trials_in
+
+    place = place_of_study(study, results)
+    content = place.content()
+    print(f"study      {study}\nplace      {place.root}")
+    print(f"go         {trials_in(place):,} stored trials")
+    for name, count in content.items():
+        print(f"go         {name}: {size(count)}")
+    if dry_run:
+        return
+    if not yes:
+        _ask_to_remove()
+    left = remove_study(study, results)
+    print(f"freed      {size(sum(content.values()))}")
+    if left:
+        print(f"stay       {', '.join(left)}, which no launch has written")
 
 
 @app.command()

@@ -60,7 +60,7 @@ from sweep.spec.settings import (
     usual_preset,
 )
 from sweep.spec.strict_yaml import dump, parse_document
-from sweep.spec.study_folder import STUDY_NAME, taken_name
+from sweep.spec.study_folder import NAME_WORDS, STUDY_NAME, why_no_name
 
 Stream = Literal["common", "independent"]
 
@@ -163,18 +163,12 @@ class StudyName(Content[str]):
 
     @property
     def words(self) -> str:
-        return (
-            'names of letters, digits, "_", "-" and "." joined by "/",'
-            " none beginning with a dot"
-        )
+        return NAME_WORDS
 
     def read(self, entry: Entry) -> str:
         name = entry.text()
-        if not STUDY_NAME.fullmatch(name) or len(name) > 200:
-            raise entry.error(f'study "{name}" is not allowed: {self.words}')
-        if taken := taken_name(name):
-            said = "is a name that results use themselves"
-            raise entry.error(f'study "{name}" is not allowed: "{taken}" {said}')
+        if why := why_no_name(name):
+            raise entry.error(why)
         return name
 
     def schema(self) -> Schema:

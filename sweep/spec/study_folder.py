@@ -6,6 +6,8 @@ safe as long as no part of a study's name is a name that results use.
 
 import re
 
+from sweep.text import shortened
+
 PARTS, WRITING, DAMAGED, LOCK = "parts", "writing", "damaged", "lock"
 CHECKPOINTS, FIGURES = "checkpoints", "figures"
 PLAN, ASKED, SPEC = "plan.parquet", "asked.parquet", "spec.yaml"
@@ -24,6 +26,28 @@ the year 2286.
 
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 """What a folder can be called. A study of an older version may have a name of OWN."""
+
+
+MOST_NAME = 200
+NAME_WORDS = (
+    'names of letters, digits, "_", "-" and "." joined by "/",'
+    " none beginning with a dot"
+)
+
+
+def why_no_name(study: str) -> str:
+    """Why no study can be called so, in words; empty if one can."""
+    if not STUDY_NAME.fullmatch(study) or len(study) > MOST_NAME:
+        return f'study "{shortened(study)}" is not allowed: {NAME_WORDS}'
+    if taken := taken_name(study):
+        said = "is a name that results use themselves"
+        return f'study "{study}" is not allowed: "{taken}" {said}'
+    return ""
+
+
+def is_own(name: str) -> bool:
+    """Whether what has this name in the folder of a study is the study's."""
+    return name in (*STORED, FIGURES) or CODE.fullmatch(name) is not None
 
 
 def code_file(sha: str) -> str:

@@ -23,5 +23,6 @@ new_files   how a file comes to be
 durable     what outlives a loss of power
 regular     how a stored file is read
 bounds      how much a table may unpack to
+whole_studies a study renamed or removed
 processes   who this process is
 """

@@ -22,6 +22,7 @@ Parts are made in a local folder. Small files are replaced whole by one upload.
 
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -30,7 +31,7 @@ from typing import Any
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS
+from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS, PLAN, is_own
 from sweep.store.folders import LEFTOVER_SECONDS
 from sweep.store.locations import ListedObject, Location, ObjectPath, patiently
 from sweep.store.lock_files import claim_text
@@ -142,6 +143,58 @@ class Bucket:
             if _age(grave.found, now) > GRAVE_SECONDS:
                 _delete(grave)
 
+    def content(self) -> dict[str, int]:
+        """The bytes of what is the study's, by the first name below its prefix; not of
+        its lock.
+        """
+        sizes = Counter[str]()
+        for key, one in self._own().items():
+            sizes[key.partition("/")[0]] += one.st_size
+        return dict(sorted(sizes.items()))
+
+    def rename(self, target: ObjectPath) -> None:
+        """Copy what is the study's below the prefix `target`, its plan last, then
+        delete it here.
+
+        Without a plan nothing is a study, so there is always one of the two, or for a
+        moment both. After a crash the same call goes on. Raises StoreError where there
+        is anything else below `target`.
+        """
+        objects, there = self._own(), Bucket(target)._own()
+        other = [
+            key
+            for key, one in there.items()
+            if key not in objects or one.st_size != objects[key].st_size
+        ]
+        if other:
+            raise StoreError(f"{target}: exists already; choose another name")
+        for key in sorted(objects, key=_place, reverse=True):
+            path = ObjectPath(self.root.server, f"{self.root.key}/{key}")
+            _copy(path, ObjectPath(target.server, f"{target.key}/{key}"))
+        self.delete()
+
+    def delete(self) -> None:
+        """Delete what is the study's, its plan first and the manifest of each part
+        before its tables; its lock and all else stays.
+        """
+        for key in sorted(self._own(), key=_place):
+            _delete(ObjectPath(self.root.server, f"{self.root.key}/{key}"))
+
+    def left(self) -> list[str]:
+        """The names below the prefix; it is gone with the last of them."""
+        listed = patiently(self.root.listed)
+        return sorted(path.name for path in listed.iterdir() if path.name != LOCK)
+
+    def _own(self) -> dict[str, ListedObject]:
+        """The objects of the study by their keys below its prefix, but for its lock."""
+        found = patiently(self.root.listed).found or {}
+        first = {key: key.partition("/")[0] for key in found}
+        return {
+            key: one
+            for key, one in found.items()
+            if is_own(first[key]) and first[key] != LOCK
+        }
+
 
 class LockObjects:
     """Claims as objects. An object store cannot change an object only if it still
@@ -212,6 +265,11 @@ class LockObjects:
         with suppress(StoreError, FileNotFoundError):
             path = self._folder / f"{token}.json"
             path.server.ask(path, lambda files: files.delete_file(path.key))
+
+
+def _place(key: str) -> tuple[bool, bool, str]:
+    """Sorts the objects of a study: its plan, then manifests, then what these list."""
+    return key != PLAN, key.rpartition("/")[2] != MANIFEST, key
 
 
 def _age(found: Mapping[str, ListedObject] | None, now: int) -> float:

@@ -21,7 +21,16 @@ from itertools import accumulate
 from pathlib import Path
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS, STORED, WRITING
+from sweep.spec.study_folder import (
+    DAMAGED,
+    LOCK,
+    PART_NAME,
+    PARTS,
+    PLAN,
+    STORED,
+    WRITING,
+    is_own,
+)
 from sweep.store.durable import flush_to_disk, make_folders, move_durably
 from sweep.store.locations import Location
 from sweep.store.lock_files import LockFiles
@@ -143,6 +152,80 @@ class Folder:
             if dead:
                 shutil.rmtree(folder, ignore_errors=True)
 
+    def content(self) -> dict[str, int]:
+        """The bytes of what is the study's in its folder, by name; not of its lock."""
+        if self.root.is_symlink() or not self.root.is_dir():
+            return {}
+        with os.scandir(self.root) as entries:
+            names = [entry.name for entry in entries if is_own(entry.name)]
+        found = sorted(name for name in names if name != LOCK)
+        return {name: _bytes(self.root / name) for name in found}
+
+    def rename(self, target: Path) -> None:
+        """Move the whole folder to `target`, which may not exist, in one step.
+
+        What else lies in the folder goes along. Raises StoreError, also where another
+        study lies within.
+        """
+        for path in (self.root, target):
+            refuse_links(path, self._results)
+        if target.exists():
+            raise StoreError(f"{target}: exists already; choose another name")
+        if self.root in target.parents:
+            raise StoreError(f"{target}: lies within {self.root}; choose another name")
+        plans = self.root.glob(f"**/{PLAN}")
+        if inner := sorted(plan.parent for plan in plans if plan.parent != self.root):
+            raise StoreError(
+                f"{inner[0]}: is another study, within {self.root}; rename that first"
+            )
+        try:
+            make_folders(target.parent)
+            self.root.rename(target)
+        except OSError as error:
+            raise StoreError(
+                f"{self.root}: cannot be renamed to {target}"
+                f" ({error.strerror or error}); nothing has changed"
+            ) from error
+        self._flush(target.parent)
+        self._flush(self.root.parent)
+        self._without_empty_folders()
+
+    def delete(self) -> None:
+        """Delete what is the study's, its plan first and each part in one step; its
+        lock and all else stays. Raises StoreError.
+        """
+        refuse_links(self.root, self._results)
+        self.remove(PLAN)
+        for part in self.parts():
+            self.discard(part)
+        for name in self.content():
+            path = self.root / name
+            try:
+                if path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path)
+                else:
+                    path.unlink(missing_ok=True)
+            except OSError as error:
+                raise StoreError(
+                    f"{path}: cannot be deleted ({error.strerror or error});"
+                    " mend that, and remove the study again"
+                ) from error
+
+    def left(self) -> list[str]:
+        """The names of what lies in the folder, which goes if it is empty, and so do
+        those above it that held nothing else.
+        """
+        self._without_empty_folders()
+        if not self.root.is_dir():
+            return []
+        return sorted(path.name for path in self.root.iterdir())
+
+    def _without_empty_folders(self) -> None:
+        above = self.root.parents
+        for folder in (self.root, *above[: [*above].index(self._results)]):
+            with suppress(OSError):  # it is not empty, or not there
+                folder.rmdir()
+
     def _is_old(self, folder: Path) -> bool:
         """Whether nothing has appeared in a folder for LEFTOVER_SECONDS, by the clock
         of the place.
@@ -166,6 +249,15 @@ def refuse_links(folder: Path, results: Path) -> None:
     for path in (*way, *(folder / name for name in STORED)):
         if path.is_symlink():
             raise _not_followed(path)
+
+
+def _bytes(path: Path) -> int:
+    """The bytes of a file, or of all files below a folder; a link counts nothing."""
+    total = 0
+    for one in () if path.is_symlink() else (path, *path.rglob("*")):
+        with suppress(FileNotFoundError):  # a launch has just deleted it
+            total += one.lstat().st_size if one.is_file() else 0
+    return total
 
 
 def _not_followed(path: Path) -> StoreError:

@@ -7,7 +7,7 @@ nothing. `folders.py` and `buckets.py` say how.
 
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from sweep.store.buckets import Bucket
 from sweep.store.folders import Folder
@@ -54,6 +54,21 @@ class StudyPlace(Protocol):
         """Delete what dead processes were writing; with `whole`, nobody else is at work
         on the study.
         """
+
+    def content(self) -> dict[str, int]:
+        """The bytes of what is the study's, by name; not of its lock."""
+
+    def rename(self, target: Any) -> None:
+        """Make it the study in the place `target`, of the same kind: at no moment is
+        there half a study, and it is never in neither place. Raises StoreError where
+        something is there already.
+        """
+
+    def delete(self) -> None:
+        """Delete what is the study's, its plan first; its lock and all else stays."""
+
+    def left(self) -> list[str]:
+        """The names of what lies there still, once the study is gone and its lock."""
 
 
 def place_of(root: Location, results: Location) -> StudyPlace:

@@ -7,6 +7,7 @@ where none ever is, and that lists are as long as they say.
 
 import re
 from collections.abc import Callable, Iterable
+from typing import Literal
 
 import numpy as np
 import pyarrow as pa
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.settings import MOST_PIXELS
+from sweep.design.jobs import TRIAL_ID
 from sweep.errors import StoreError
 from sweep.spec.settings import settings_of
 from sweep.store.locations import Location
@@ -60,7 +62,24 @@ def checked(
         raise StoreError(
             f"the stored {name} are not what a launch writes: {error}", study
         ) from None
-    return table
+    return _with_commands(table, study) if "replay" in table.column_names else table
+
+
+def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
+    """The command that shows a stored trial. It is made from checked names; the stored
+    text of a command is never used: the study may have another name by now.
+    """
+    if not TRIAL_ID.fullmatch(str(trial)):
+        return "no command: the id of this trial is not 24 hexadecimal digits"
+    return f"sweep {verb} {study} {trial}"
+
+
+def _with_commands(table: pa.Table, study: str) -> pa.Table:
+    """Trials of `study` with the commands that replay them now."""
+    ids = table["trial_id"].to_pylist()
+    commands = pa.array([command("replay", study, one) for one in ids], pa.string())
+    index = table.column_names.index("replay")
+    return table.set_column(index, table.schema.field(index), commands)
 
 
 def _without_others(table: pa.Table, kept: Iterable[str]) -> pa.Table:

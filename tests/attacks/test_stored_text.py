@@ -17,13 +17,13 @@ import pytest
 
 import sweep as package
 from sweep.campaigns.progress import Progress
-from sweep.cli.listing import command
 from sweep.cli.progress import ProgressBar
 from sweep.cli.progress_line import ProgressLine
 from sweep.cli.terminal import Terminal
 from sweep.tables.exporting import export
 from sweep.tables.safe_csv import as_csv, without_formulas
 from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_tables import command
 from sweep.text import Harmless, guard_streams, harmless
 from sweep.workers.checkpoint import LOG
 from tests.attacks.hostile import give, give_plan
@@ -93,6 +93,8 @@ COMMANDS = [
     ("compare", "small:separation_weight=0.5", "small:separation_weight=1"),
     ("verify", "small"),
     ("gc", "small", "--dry-run"),
+    ("rm", "small", "--dry-run"),
+    ("rename", "small", "other"),
     ("plot", "small", "curves"),
     ("export", "small", "--to", "x.csv"),
 ]

@@ -1,0 +1,68 @@
+"""A whole study, renamed or removed while nobody launches it.
+
+A study is there as long as its plan is. In a folder it is renamed in one step. In an
+object store it is copied, its plan last, and then deleted, its plan first. Whatever
+crashes, there is a whole study, and the same command goes on with the rest.
+"""
+
+from pathlib import Path
+
+from sweep.errors import ChoiceError, StoreError
+from sweep.spec.study_folder import STUDY_NAME, why_no_name
+from sweep.store.locations import Location
+from sweep.store.lock import Lock
+from sweep.store.manifest import trials_of
+from sweep.store.places import StudyPlace, place_of
+
+
+def place_of_study(study: str, results: Location) -> StudyPlace:
+    """The place of what is stored of a study. Raises ChoiceError for what is no name of
+    one, and StoreError where nothing of it is stored.
+    """
+    if not STUDY_NAME.fullmatch(study):
+        raise ChoiceError(why_no_name(study))
+    place = place_of(results / study, results)
+    if not place.content():
+        raise StoreError(f"{place.root}: no study has been launched here")
+    return place
+
+
+def trials_in(place: StudyPlace) -> int:
+    """How many trials the parts hold, those that are damaged too as far as they say."""
+    return sum(trials_of(part) or 0 for part in place.parts())
+
+
+def rename_study(study: str, name: str, results: Location) -> Location:
+    """Make `study` the study `name`, and return its place.
+
+    Its tables stay as they are, to the byte: what they say of their origin has the name
+    under which it was launched. Raises ChoiceError for what is no name of a study, and
+    StoreError where there is none, where something has the new name already, and where
+    somebody launches one of the two.
+    """
+    if why := why_no_name(name):
+        raise ChoiceError(why)
+    source = place_of_study(study, results)
+    target = place_of(results / name, results)
+    with Lock(source) as lock:
+        if isinstance(target.root, Path):
+            source.rename(target.root)
+            # The claim has moved along with its folder.
+            target.lock.withdraw(lock.token)
+        else:
+            with Lock(target):
+                source.rename(target.root)
+    return target.root
+
+
+def remove_study(study: str, results: Location) -> list[str]:
+    """Delete all that is stored of a study, and return the names of what else lies in
+    its place, which stays.
+
+    Raises ChoiceError for what is no name of a study, and StoreError where there is
+    none, where somebody launches it, and where something cannot be deleted.
+    """
+    place = place_of_study(study, results)
+    with Lock(place):
+        place.delete()
+    return place.left()
