@@ -17,6 +17,7 @@ A study flows down this list, and each package imports only what stands above it
     figures/     tables -> pictures
     replays/     a stored trial again: bits, frames, film
     published/   claims, verdicts, scorecard
+    sharing/     a study for others: one file, citation, description
     web/         the live simulator, as a page and as a widget
     cli/         the commands and what they print
 """
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from sweep.campaigns.loaded import LoadedStudy
     from sweep.campaigns.search.plan import SearchPlan
     from sweep.design.plan import Plan
+    from sweep.sharing.citing import Citation
     from sweep.spec.settings import Value
     from sweep.spec.study import Study
     from sweep.store.locations import Location
@@ -44,12 +46,16 @@ if TYPE_CHECKING:
 
 __all__ = [
     "__version__",
+    "cite",
     "compare",
     "errors",
     "load",
+    "odd",
+    "pack",
     "plan",
     "replay",
     "run",
+    "unpack",
     "view",
 ]
 __version__ = "0.9.0"
@@ -218,6 +224,71 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
     from sweep.web.widget import replay
 
     return replay(study, trial)
+
+
+def pack(
+    study: "LoadedStudy | str",
+    path: str | Path | None = None,
+    results: "str | Location" = "results",
+    *,
+    force: bool = False,
+) -> Path:
+    """Write a stored study into one .zip file, as `sweep pack` does; the file's path.
+
+    `study` is what `load` returns, or a name below `results`. Raises StoreError where
+    it cannot be read, ChoiceError where it has no trials, and OutputError for a file
+    that is there already without `force`.
+    """
+    from sweep.sharing.packing import pack
+
+    stored = load(study, results) if isinstance(study, str) else study
+    return pack(stored, None if path is None else Path(path), force=force).path
+
+
+def unpack(
+    path: str | Path, name: str | None = None, results: "str | Location" = "results"
+) -> "LoadedStudy":
+    """Store the study of a file that `pack` has written below `results`, as `name` or
+    as it was called, and load it, as `sweep load` does. No code of it runs.
+
+    Raises StoreError for a file that is damaged or none of these, and where there is
+    such a study, and ChoiceError for what is no name of a study.
+    """
+    from sweep.sharing.unpacking import unpack
+    from sweep.store.locations import location
+
+    return load(unpack(Path(path), location(results), name).study, results)
+
+
+def cite(study: "LoadedStudy | None" = None) -> "Citation":
+    """What to cite with a study that `load` returns, or for the program alone.
+
+    The result has `works`, and is printed by `as_text()`, `as_bibtex()` and
+    `as_json()`. Raises ChoiceError where the study has no trials.
+    """
+    from sweep.sharing.citing import cite
+
+    return cite(study)
+
+
+def odd(
+    study: "LoadedStudy | str | Path | Mapping[str, Any]",
+    *,
+    code_from: str | Path | None = None,
+) -> str:
+    """An ODD description of a model and a study in Markdown, as `sweep odd` prints it.
+
+    `study` is what `load` returns, or a spec as `run` takes it. Raises ChoiceError for
+    a study without trials, and SpecError for what is wrong with a spec.
+    """
+    from sweep.campaigns.loaded import LoadedStudy
+    from sweep.design.design import expand
+    from sweep.sharing.odd import odd, of_spec, of_stored
+
+    if isinstance(study, LoadedStudy):
+        return odd(of_stored(study))
+    spec = _study(study, code_from)
+    return odd(of_spec(spec, expand(spec)))
 
 
 def _study(

@@ -121,10 +121,11 @@ MAY_IMPORT = {
         "kernels errors text analysis spec own_code design store workers tables"
         " campaigns figures"
     ),
+    "sharing": "kernels errors text spec design store tables published",
     "web": "kernels errors text spec design trial store tables figures replays",
     "cli": (
         "kernels errors text analysis spec own_code design store workers tables"
-        " testing campaigns figures replays published web"
+        " testing campaigns figures replays published sharing web"
     ),
 }
 """The house: what each package imports. A study flows down this list, and every arrow

@@ -58,6 +58,7 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
     listed = run(installed, tmp_path, sys.executable, "-c", code).split()
     assert listed == list(built_in_specs())
     first, *_ = (tmp_path / "quickstart.yaml").read_text().splitlines()
+    assert "version" in (installed / "sweep" / "CITATION.cff").read_text()
     schema = installed / "sweep" / "spec" / "spec.schema.json"
     assert first == f"# yaml-language-server: $schema={schema.as_uri()}"
     assert schema.is_file()

@@ -11,6 +11,7 @@ themselves, so that `sweep --help` answers at once.
     reading          status, table, plot, compare
     overview         list, columns: what there is
     maintenance      replay, verify, diff, gc, rename, rm, export
+    sharing          pack, load, cite, odd: a study for others
     own_code         code: that of a stored study
     viewing          view: the live simulator
     checking         check: whether a model keeps its promises
@@ -33,6 +34,7 @@ from sweep.cli import running as running
 from sweep.cli import reading as reading
 from sweep.cli import overview as overview
 from sweep.cli import maintenance as maintenance
+from sweep.cli import sharing as sharing
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
 from sweep.cli import checking as checking

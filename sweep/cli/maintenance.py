@@ -21,6 +21,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
+from sweep.store.locations import Location
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
@@ -208,11 +209,16 @@ def rename(
 ) -> None:
     """Give a stored study another name; all that is stored of it stays as it is."""
     from sweep.store.whole_studies import rename_study
+
+    print(rename_study(study, name, results))
+    say_what_the_spec_needs(name, results)
+
+
+def say_what_the_spec_needs(name: str, results: Location) -> None:
+    """Where a study was launched under another name, say what to change in its spec."""
     from sweep.tables.stored_study import StoredStudy
     from sweep.text import shortened
 
-    place = rename_study(study, name, results)
-    print(place)
     launched = StoredStudy(name, results).provenance
     said, spec = launched.get("study"), launched.get("spec_path")
     if said != name:

@@ -207,8 +207,9 @@ def reproduce(
     difference exceeds its margin is weak, and how many trials would do.
     """
     from sweep.cli.progress import ProgressBar
+    from sweep.published.bibliography import FILE
     from sweep.published.foresight import outlook_lines, outlooks
-    from sweep.published.publications import FILE, code_files, read_all
+    from sweep.published.publications import code_files, read_all
     from sweep.published.reproduce import reproduce as run_all
     from sweep.published.trying import chosen_variants, most_trials, try_all
     from sweep.published.variants import KINDS

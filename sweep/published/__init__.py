@@ -3,6 +3,7 @@ computed.
 
     starting            a study of one's own, begun as a copy of a built-in one
     creating            code of one's own, begun as a copy of an example
+    bibliography        who wrote a document, and when
     publications        a document with its specs, claims and mutants: published.yaml
     claims              what a document says, and what is expected of our trials
     measures            what a claim measures, and in which trials

@@ -15,6 +15,7 @@ from sweep.design.design import Design, expand
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
 from sweep.own_code.reading import code_of, study_of
+from sweep.published.bibliography import BIBLIOGRAPHIC, FILE, bibliography
 from sweep.published.claims import Claim, read_claims
 from sweep.published.measures import MeasureReader
 from sweep.published.published_code import (
@@ -28,7 +29,6 @@ from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study
 from sweep.text import unknown
 
-FILE = "published.yaml"
 FULL, QUICK = "full", "quick"
 MUTANTS = "mutants"
 FIXED = "fixed"
@@ -191,9 +191,10 @@ def read_publication(
     """
     root = read_document(file)
     root.keys(
-        ["title", "source", "specs", "claims", "mutants", "contradictions"],
+        [*BIBLIOGRAPHIC, "specs", "claims", "mutants", "contradictions"],
         required=["title", "source", "specs", "claims"],
     )
+    about = bibliography(root)
     specs = dict(root.child("specs").mapping())
     mutants = _mutants(root.get("mutants"), specs) if asked else []
     if mutant is None:
@@ -215,8 +216,8 @@ def read_publication(
     reader = MeasureReader(designs, functions) if asked else None
     return Publication(
         folder=file.parent,
-        title=root.child("title").text(),
-        source=root.child("source").text(),
+        title=about.title,
+        source=about.source,
         studies=studies,
         claims=read_claims(root.child("claims"), drawings, reader),
         mutants=mutants,

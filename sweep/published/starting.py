@@ -10,7 +10,7 @@ from sweep.campaigns.search.plan import SearchPlan
 from sweep.design.plan import Plan
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
-from sweep.published.publications import FILE
+from sweep.published.bibliography import FILE
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.document import Document
 from sweep.spec.schema import FILE_FOR_EDITORS
@@ -109,17 +109,7 @@ def for_editors(spec: str) -> str:
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
     at_most = study.search is not None or study.until is not None
     plan = plan_of(study, workers)
-    return BuiltInStudy(name, _comment(study.document), plan, at_most)
-
-
-def _comment(document: Document) -> str:
-    """The comment with which a spec begins, in one line."""
-    lines = []
-    for line in document.text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line.removeprefix("#").strip())
-    return " ".join(lines)
+    return BuiltInStudy(name, study.document.comment, plan, at_most)
 
 
 def _renamed(document: Document, old: str, new: str) -> str:

@@ -1,5 +1,5 @@
 """Where the built-in studies and the examples lie: specs, tables, published numbers,
-figures, and files of code of one's own.
+figures, files of code of one's own; and how the program is cited.
 
 A wheel has them within the package. In a checkout they are folders beside it, which
 have the same files and more.
@@ -19,3 +19,6 @@ EXPERIMENTS = _folder("experiments")
 """One folder a publication."""
 EXAMPLES = _folder("examples")
 """Models, metrics and maps as users write them."""
+CITATION = _PACKAGE / "CITATION.cff"
+CITATION = CITATION if CITATION.is_file() else _PACKAGE.parent / CITATION.name
+"""How the program is cited."""

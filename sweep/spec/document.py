@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,12 @@ class Document:
     path: Path
     text: str
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
+
+    @property
+    def comment(self) -> str:
+        """The comment with which the text begins, in one line."""
+        lines = takewhile(lambda line: line.startswith("#"), self.text.splitlines())
+        return " ".join(line.removeprefix("#").strip() for line in lines)
 
     def error(self, place: Place, message: str) -> SpecError:
         """The SpecError that says `message` with the line of `place`, or of the nearest

@@ -67,6 +67,11 @@ def export(
     return Exported(rows.num_rows, write_checksum(path), (path, *beside))
 
 
+def write_rows(study: StoredStudy, table: str, ending: str, file: Any) -> None:
+    """Write a table of `study` to an open file, in the format of this ending."""
+    WRITERS[ending](_rows(study, table), file, study)
+
+
 def _rows(study: StoredStudy, name: str) -> pa.Table:
     """A table of the spec's trials in the order of the plan, with the provenance of the
     study and of its parts.
@@ -85,17 +90,21 @@ def _rows(study: StoredStudy, name: str) -> pa.Table:
     )
     about = study.provenance | {
         "table": name,
-        "origins": list(_origins(study, listed.to_pylist())),
+        "origins": origins_of(study, listed.to_pylist()),
     }
     return table.take(pa.array(order)).replace_schema_metadata(
         {PROVENANCE: json.dumps(about, sort_keys=True)}
     )
 
 
-def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any]]:
+def origins_of(study: StoredStudy, trial_ids: list[str]) -> list[dict[str, Any]]:
     """What the trials come from, launch by launch; of a changed working tree only that
     it was changed.
     """
+    return list(_origins(study, trial_ids))
+
+
+def _origins(study: StoredStudy, trial_ids: list[str]) -> Iterator[dict[str, Any]]:
     for about, count in origins(study.store, trial_ids):
         machine = {
             name: about[name] for name in ("kernels_sha", "versions", "platform", "cpu")

@@ -39,6 +39,7 @@ WRITERS = {
 INTO_A_FILE = {
     "sweep/figures/saving.py savefig": "into a file of `unfinished`",
     "sweep/replays/animation.py save": "into a file of `unfinished`",
+    "sweep/sharing/packed_file.py open": "a member of a file of `unfinished`",
     "sweep/tables/exporting.py CSVWriter": "into a file of `unfinished`",
     "sweep/replays/video.py save": "into a file of `unfinished`",
     "sweep/store/parquet.py ParquetWriter": "into a file of `create` or `unfinished`",

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from sweep.cli.progress import ProgressBar
-from sweep.published.publications import FILE, read_all
+from sweep.published.bibliography import FILE
+from sweep.published.publications import read_all
 from sweep.published.trying import chosen_variants, try_all
 from sweep.published.turned import DocumentVariants
 from sweep.spec.built_in import EXPERIMENTS

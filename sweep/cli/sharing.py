@@ -1,0 +1,127 @@
+"""Commands that hand a study to others: as one file, a citation, a description."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweep.cli.app import (
+    CodeFrom,
+    Force,
+    Json,
+    NoCode,
+    Results,
+    StudyName,
+    Trust,
+    app,
+    stop,
+)
+
+
+@app.command()
+def pack(
+    study: StudyName,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            "--to", help="The .zip file; by default the study's name in this folder."
+        ),
+    ] = None,
+    force: Force = False,
+    results: Results = Path("results"),
+) -> None:
+    """Write a stored study into one file, which others can read without boidsweep: its
+    tables, spec, code, origin, citation and checksums.
+    """
+    from sweep.design.plan import size
+    from sweep.sharing.packing import pack as write
+    from sweep.tables.stored_study import StoredStudy
+
+    done = write(StoredStudy(study, results), to, force=force)
+    print(f"{done.path}: {size(done.size_bytes)}", file=sys.stderr)
+    if done.apart:
+        print(
+            f"it has {done.apart:,} trials too that are not of the spec as last"
+            f" launched; sweep gc {study} removes such",
+            file=sys.stderr,
+        )
+    print(f"{done.sha256}  {done.path}")
+
+
+@app.command()
+def load(
+    file: Annotated[Path, typer.Argument(help="A file that `sweep pack` has written.")],
+    name: Annotated[
+        str | None, typer.Option("--as", metavar="NAME", help="Call the study so.")
+    ] = None,
+    results: Results = Path("results"),
+) -> None:
+    """Make a study of a packed file again, after a check of all of it. No code of the
+    study runs.
+    """
+    from sweep.cli.maintenance import say_what_the_spec_needs
+    from sweep.sharing.unpacking import unpack
+
+    done = unpack(file, results, name)
+    print(done.place)
+    if done.own_code:
+        print(
+            f"trials are computed by code of the study: `sweep code {done.study}` shows"
+            " it; where you have not launched it yourself it runs only with --trust",
+            file=sys.stderr,
+        )
+    say_what_the_spec_needs(done.study, results)
+
+
+@app.command()
+def cite(
+    study: Annotated[
+        str | None,
+        typer.Argument(metavar="STUDY", help="A stored study; none: the program."),
+    ] = None,
+    bibtex: Annotated[bool, typer.Option("--bibtex", help="Print BibTeX.")] = False,
+    as_json: Json = False,
+    results: Results = Path("results"),
+) -> None:
+    """What to cite: the program, and with a study the work behind its model, and the
+    study with a hash of its content. --json prints CSL, as Zotero and pandoc read it.
+    """
+    from sweep.sharing.citing import cite as cited
+    from sweep.tables.stored_study import StoredStudy
+
+    if bibtex and as_json:
+        stop("--bibtex and --json are two formats: choose one")
+    found = cited(StoredStudy(study, results) if study else None)
+    if bibtex:
+        print(found.as_bibtex())
+    else:
+        print(found.as_json() if as_json else found.as_text())
+
+
+@app.command()
+def odd(
+    study: Annotated[
+        str,
+        typer.Argument(metavar="STUDY|SPEC", help="A stored study, or a .yaml file."),
+    ],
+    results: Results = Path("results"),
+    trust: Trust = False,
+    no_code: NoCode = False,
+    code_from: CodeFrom = None,
+) -> None:
+    """An ODD description (Grimm et al. 2020) of a model and a study in Markdown, made
+    of what the code and the spec say of themselves. What they do not say is a gap.
+    """
+    from sweep.design.design import expand
+    from sweep.own_code.reading import load_spec
+    from sweep.sharing.odd import odd as described
+    from sweep.sharing.odd import of_spec, of_stored
+    from sweep.tables.stored_study import StoredStudy
+
+    if study.endswith((".yaml", ".yml")):
+        spec = load_spec(Path(study), code=not no_code, code_from=code_from)
+        about = of_spec(spec, expand(spec))
+    else:
+        about = of_stored(StoredStudy(study, results, trust=trust))
+    print(described(about), end="")

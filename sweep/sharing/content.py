@@ -1,0 +1,64 @@
+"""One hash of what a study computed: equal numbers have an equal hash, wherever and in
+whichever parts they are stored, and under whichever name.
+"""
+
+import hashlib
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from sweep.tables.stored_study import TABLES, StoredStudy
+
+LEFT_OUT = ("seconds", "error", "replay")
+"""Columns that differ from run to run, or with the name of the study."""
+TRIALS_AT_A_TIME = 50_000
+
+
+def content_hash(study: StoredStudy) -> str:
+    """The sha256 of the stored tables of the trials of the spec, in its order and to
+    the last bit, in hexadecimal.
+
+    Each block of 50,000 trials enters table by table, and each table column by column
+    in the order of their names: name, type, number of rows, which of them are empty,
+    and values, texts and lists with their lengths first, all numbers as little-endian.
+    Wall times, error texts and commands are left out. Raises StoreError.
+    """
+    digest, ids = hashlib.sha256(), study.plan["trial_id"].combine_chunks()
+    for first in range(0, len(ids), TRIALS_AT_A_TIME):
+        block = ids.slice(first, TRIALS_AT_A_TIME)
+        for name in TABLES:
+            _add_table(digest, name, study.read(name, block), block)
+    return digest.hexdigest()
+
+
+def _add_table(digest: Any, name: str, table: pa.Table, ids: pa.Array) -> None:
+    place = pc.index_in(table["trial_id"], value_set=ids).to_numpy()
+    table = table.take(pa.array(np.argsort(place, kind="stable")))
+    for column in sorted(set(table.column_names) - {*LEFT_OUT}):
+        values = table[column].combine_chunks()
+        digest.update(f"{name}.{column} {values.type} {len(values)}\n".encode())
+        _add(digest, values)
+
+
+def _add(digest: Any, values: pa.Array) -> None:
+    if isinstance(values, pa.ChunkedArray):  # one without rows
+        values = pa.array([], values.type)
+    digest.update(pc.is_valid(values).to_numpy(zero_copy_only=False).tobytes())
+    values = values.drop_null()
+    if pa.types.is_null(values.type):
+        return
+    if pa.types.is_list(values.type):
+        _add_numbers(digest, pc.list_value_length(values))
+        _add(digest, values.flatten())
+    elif pa.types.is_string(values.type):
+        _add_numbers(digest, pc.binary_length(values))
+        digest.update("".join(values.to_pylist()).encode(errors="surrogatepass"))
+    else:
+        _add_numbers(digest, values)
+
+
+def _add_numbers(digest: Any, values: pa.Array) -> None:
+    numbers = values.to_numpy(zero_copy_only=False)
+    digest.update(numbers.astype(numbers.dtype.newbyteorder("<")).tobytes())

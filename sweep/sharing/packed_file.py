@@ -1,0 +1,241 @@
+"""A file of a study: a zip whose members are all listed in SHA256SUMS, with checksums.
+
+    README.md               what it is, for who has no boidsweep
+    ro-crate-metadata.json  the same for machines: RO-Crate 1.2
+    CITATION.bib            what to cite
+    provenance.json         spec, commits, versions, processors
+    code/                   code of the user's own, to be read
+    tables/                 trials.csv, and columns.csv, which says what they are
+    study/                  what is stored of the study, as it is
+    SHA256SUMS              for `sha256sum -c`
+
+Nothing in it is compressed: tables are already, and so a file cannot unpack to more
+than it is. The file may come from anyone. All of it is checked before anything is made
+of it: names, kinds of members, sizes, and each checksum.
+"""
+
+import hashlib
+import io
+import re
+import stat
+from collections.abc import Callable, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
+from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+
+from sweep.errors import StoreError
+from sweep.spec.study_folder import ASKED, CODE, PART_NAME, PARTS, PLAN, SPEC
+from sweep.store.manifest import NAME
+from sweep.text import shortened
+
+SUMS, CRATE, STUDY = "SHA256SUMS", "ro-crate-metadata.json", "study"
+SUM = re.compile(r"([0-9a-f]{64})  (.+)")
+MOST_SUMS, MOST_CRATE = 2**26, 2**20
+MOST_MEMBER_NAME = 500
+READ_BYTES = 2**20
+BEGINNING = (1980, 1, 1, 0, 0, 0)
+"""The time of every member, so that the same study is packed as the same bytes."""
+ENCRYPTED = 0x1
+NONE_OF_OURS = 'is no file that "sweep pack" writes'
+MADE_BY_UNIX, ORDINARY = 3, (stat.S_IFREG | 0o644) << 16
+
+
+class Sink(io.RawIOBase):
+    """A stream that writes to another one, and knows the sha256 of what went by."""
+
+    def __init__(self, stream: Any) -> None:
+        super().__init__()
+        self._stream, self._digest = stream, hashlib.sha256()
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        """Write `data`; the number of its bytes."""
+        content = memoryview(data).cast("B")
+        self._digest.update(content)
+        self._stream.write(content)
+        return content.nbytes
+
+    @property
+    def sha256(self) -> str:
+        """Of all that was written, in hexadecimal."""
+        return self._digest.hexdigest()
+
+
+Member = Callable[[Sink], None]
+"""Writes the content of a member."""
+
+
+def write_packed(file: BinaryIO, members: Mapping[str, Member]) -> None:
+    """Write a file of members, in their order, and then their checksums.
+
+    The same members give the same bytes.
+    """
+    file.seek(0)
+    file.truncate()
+    with ZipFile(file, "w", ZIP_STORED) as archive:
+        sums = {name: _add(archive, name, write) for name, write in members.items()}
+        lines = [f"{digest}  {name}\n" for name, digest in sorted(sums.items())]
+        text = "".join(lines).encode()
+        _add(archive, SUMS, lambda sink: _write(sink, text))
+
+
+def _write(sink: Sink, text: bytes) -> None:
+    sink.write(text)
+
+
+def _add(archive: ZipFile, name: str, write: Member) -> str:
+    """Write a member, and return its sha256."""
+    info = ZipInfo(name, BEGINNING)
+    info.create_system, info.external_attr = MADE_BY_UNIX, ORDINARY
+    with archive.open(info, "w", force_zip64=True) as stream:
+        sink = Sink(stream)
+        write(sink)
+        return sink.sha256
+
+
+class PackedFile:
+    """The file of a packed study, open for reading; all of it was checked.
+
+    Raises StoreError where it cannot be read, is no such file, or is damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            if not path.is_file():  # a pipe would be waited for
+                raise OSError(
+                    "is no ordinary file" if path.exists() else "no such file"
+                )
+            self._file = path.open("rb")
+        except OSError as error:
+            raise StoreError(
+                f"{path}: cannot be read ({error.strerror or error})"
+            ) from error
+        try:
+            self._check()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> "PackedFile":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def names(self) -> list[str]:
+        """The members of the study, by their paths in it."""
+        begin = f"{STUDY}/"
+        inside = (name for name in self.sums if name.startswith(begin))
+        return [name.removeprefix(begin) for name in inside]
+
+    def read(self, name: str, most: int) -> bytes:
+        """The content of a small member. Raises StoreError."""
+        if self._members[name].file_size > most:
+            raise self.error(f"{name} is larger than {most:,} bytes")
+        content = io.BytesIO()
+        self.copy(name, content)
+        return content.getvalue()
+
+    def copy(self, name: str, target: Any) -> None:
+        """Write the content of a member. Raises StoreError where it is not what was
+        packed.
+        """
+        sink = Sink(target)
+        try:
+            with self._archive.open(self._members[name]) as stream:
+                while content := stream.read(READ_BYTES):
+                    sink.write(content)
+        except (BadZipFile, EOFError, NotImplementedError, ValueError) as error:
+            raise self.error(f"{name} is damaged ({error})") from error
+        if name != SUMS and sink.sha256 != self.sums[name]:
+            raise self.error(
+                f"{name} is not what was packed: its sha256 is another one; get the"
+                " file again"
+            )
+
+    def error(self, wrong: str) -> StoreError:
+        """What is wrong with the file."""
+        return StoreError(f"{self.path}: {wrong}")
+
+    def _check(self) -> None:
+        try:
+            self._archive = ZipFile(self._file)
+        except (BadZipFile, NotImplementedError, ValueError, OSError) as error:
+            raise self.error(f"{NONE_OF_OURS} ({error})") from error
+        self._members = self._named()
+        self.sums: dict[str, str] = {}
+        self.sums = self._listed()
+        for name in self.sums:
+            self.copy(name, _Nowhere())
+
+    def _named(self) -> dict[str, ZipInfo]:
+        """The members by name, each an ordinary one."""
+        found = dict[str, ZipInfo]()
+        for info in self._archive.infolist():
+            shown = shortened(ascii(info.filename)[1:-1])
+            if info.filename in found:
+                raise self.error(f"{shown} stands in it twice")
+            if why := _strange(info):
+                raise self.error(f"{shown} {why}; nothing of it was written")
+            found[info.filename] = info
+        for name in (SUMS, CRATE):
+            if name not in found:
+                raise self.error(f"{NONE_OF_OURS}: it has no {name}")
+        size = self._file.seek(0, io.SEEK_END)
+        unpacked = sum(info.file_size for info in found.values())
+        if unpacked > size:
+            raise self.error(f"unpacks to {unpacked:,} bytes, and has {size:,} itself")
+        return found
+
+    def _listed(self) -> dict[str, str]:
+        """The sha256 of each member, as SHA256SUMS has it."""
+        lines = self.read(SUMS, MOST_SUMS).decode(errors="replace").splitlines()
+        rows = [SUM.fullmatch(line) for line in lines]
+        sums = {row[2]: row[1] for row in rows if row}
+        if len(sums) < len(lines):
+            raise self.error(f"{SUMS} is no list of checksums")
+        different = sums.keys() ^ (self._members.keys() - {SUMS})
+        if different:
+            shown = shortened(ascii(min(different))[1:-1])
+            lost = min(different) in sums
+            where = f"is in {SUMS} alone" if lost else "has no checksum"
+            raise self.error(f"{shown} {where}; get the file again")
+        return sums
+
+
+class _Nowhere:
+    def write(self, _content: object) -> None:
+        """Forget it."""
+
+
+def _strange(info: ZipInfo) -> str:
+    """Why a member is none of ours, in words; "" where it may be."""
+    name, kind = info.filename, stat.S_IFMT(info.external_attr >> 16)
+    path = PurePosixPath(name)
+    plain = path.as_posix() == name and name.isprintable() and "\\" not in name
+    if not plain or path.is_absolute() or ".." in path.parts or ":" in name:
+        return "is no plain path within the file"
+    if name != info.orig_filename or len(name) > MOST_MEMBER_NAME:
+        return "is no name that is allowed"
+    if kind not in (0, stat.S_IFREG):
+        return "is a link or another special file"
+    if info.flag_bits & ENCRYPTED:
+        return "is encrypted"
+    if info.compress_type != ZIP_STORED or info.compress_size != info.file_size:
+        return 'is compressed, and "sweep pack" compresses nothing'
+    if path.parts[0] == STUDY and not _is_of_a_study(path.parts[1:]):
+        return "is no file that a study has"
+    return ""
+
+
+def _is_of_a_study(parts: tuple[str, ...]) -> bool:
+    if len(parts) == 1:
+        return parts[0] in (PLAN, ASKED, SPEC) or bool(CODE.fullmatch(parts[0]))
+    return (
+        len(parts) == 3
+        and parts[0] == PARTS
+        and bool(PART_NAME.fullmatch(parts[1]) and NAME.fullmatch(parts[2]))
+    )

@@ -1,0 +1,125 @@
+"""A study as one file, for a colleague, an archive or another machine: all that is
+stored of it as it is, and beside it what a stranger needs to read it.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sweep.errors import ChoiceError, UnreadableError
+from sweep.sharing.citing import Citation, cite
+from sweep.sharing.packed_file import CRATE, STUDY, Member, Sink, write_packed
+from sweep.sharing.stranger import crate, readme
+from sweep.spec.study_folder import ASKED, PARTS, PLAN, SPEC, code_file
+from sweep.store.locations import Location
+from sweep.store.parquet import remedy_for
+from sweep.store.regular import open_stored
+from sweep.store.stored_code import kept_code
+from sweep.tables.exporting import origins_of, write_rows
+from sweep.tables.outputs import check_output, sha256, unfinished
+from sweep.tables.safe_csv import as_csv
+from sweep.tables.stored_study import StoredStudy
+
+READ_BYTES = 2**20
+ENDINGS = (".zip",)
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A file that was written: where, its bytes and sha256, and the trials in it that
+    do not belong to the spec as last launched.
+    """
+
+    path: Path
+    size_bytes: int
+    sha256: str
+    apart: int
+
+
+def packed_name(study: str) -> Path:
+    """The file that a study is packed to if its user names none."""
+    return Path(f"{study.replace('/', '-')}.zip")
+
+
+def pack(
+    study: StoredStudy, path: Path | None = None, *, force: bool = False
+) -> Packed:
+    """Write all that is stored of a study into one .zip file: see
+    `sweep.sharing.packed_file`.
+
+    The same study gives the same bytes. A launch may go on meanwhile: what it has
+    stored by then is packed. Raises OutputError for a file that exists without `force`
+    or cannot be written, ChoiceError where no trial is stored, or `where` has chosen
+    some, and StoreError for what cannot be read.
+    """
+    path = path or packed_name(study.name)
+    check_output(path, ENDINGS, force=force)
+    if study.chosen:
+        raise ChoiceError("only a whole study can be packed", study.name)
+    citation = cite(study)
+    with unfinished(path) as file:
+        study.store.steadily(
+            lambda parts: write_packed(file, dict(_members(study, citation, parts)))
+        )
+    return Packed(path, path.stat().st_size, sha256(path), study.apart())
+
+
+def _members(
+    study: StoredStudy, citation: Citation, parts: list[Location]
+) -> Iterator[tuple[str, Member]]:
+    code = {
+        f"code/{sha[:12]}/{name}": text
+        for sha, texts in study.own_code.items()
+        for name, text in texts.items()
+    }
+    yield "README.md", _text(readme(study, citation))
+    yield CRATE, _text(crate(study, citation, [*code]))
+    yield "CITATION.bib", _text(citation.as_bibtex() + "\n")
+    yield "provenance.json", _text(_provenance(study))
+    for name, text in code.items():
+        yield name, _text(text)
+    yield "tables/columns.csv", _text(as_csv(study.columns))
+    yield "tables/trials.csv", partial(_trials, study)
+    for name in (SPEC, PLAN, ASKED, *map(code_file, sorted(kept_code(study.store)))):
+        place = study.store.folder / name
+        if name != ASKED or place.exists():
+            yield f"{STUDY}/{name}", partial(_stored, place)
+    for part in parts:
+        files: list[Location] = [*part.iterdir()]
+        for file in sorted(files, key=lambda file: file.name):
+            yield f"{STUDY}/{PARTS}/{part.name}/{file.name}", partial(_stored, file)
+
+
+def _text(text: str) -> Member:
+    content = text.encode(errors="replace")
+
+    def write(sink: Sink) -> None:
+        sink.write(content)
+
+    return write
+
+
+def _trials(study: StoredStudy, sink: Sink) -> None:
+    write_rows(study, "trials", ".csv", sink)
+
+
+def _stored(place: Location, sink: Sink) -> None:
+    """Copy a stored file."""
+    try:
+        with open_stored(place) as stream:
+            while content := stream.read(READ_BYTES):
+                sink.write(content)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        remedy = remedy_for(place.parent)
+        raise UnreadableError(place, f"cannot be read ({error})", remedy) from error
+
+
+def _provenance(study: StoredStudy) -> str:
+    listed = study.plan["trial_id"].to_pylist()
+    about: dict[str, Any] = study.provenance | {"origins": origins_of(study, listed)}
+    return json.dumps(about, indent=1, sort_keys=True)

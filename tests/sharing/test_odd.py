@@ -1,0 +1,155 @@
+"""The ODD description says all that a model says of itself, and what it does not."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import sweep as package
+from kernels.models import MODELS
+from sweep.design.design import expand
+from sweep.errors import ChoiceError
+from sweep.own_code.reading import load_spec
+from sweep.sharing.odd import Described, odd, of_spec, of_stored
+from sweep.spec.settings import settings_of
+from sweep.spec.study import parse_spec
+from sweep.tables.stored_study import StoredStudy
+from tests import ROOT
+from tests.commands import sweep
+from tests.studies import DERIVING, OWN_SMALL, SMALL, launched, read
+
+ELEMENTS = [
+    "1. Purpose and patterns",
+    "2. Entities, state variables and scales",
+    "3. Process overview and scheduling",
+    "4. Design concepts",
+    "5. Initialization",
+    "6. Input data",
+    "7. Submodels",
+    "The experiment",
+    "Gaps",
+]
+CONCEPTS = [
+    *("Basic principles", "Emergence", "Adaptation", "Objectives", "Learning"),
+    *("Prediction", "Sensing", "Interaction", "Stochasticity", "Collectives"),
+    "Observation",
+]
+"""The eleven of Grimm et al. 2020, in their order."""
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.yaml"))
+
+
+def of_text(spec: str) -> Described:
+    study = read(spec)
+    return of_spec(study, expand(study))
+
+
+def described(name: str) -> Described:
+    """A study of a built-in model, or an example."""
+    if name not in MODELS:
+        study = load_spec(ROOT / "examples" / f"{name}.yaml")
+        return of_spec(study, expand(study))
+    preset = next(iter(MODELS[name].presets))
+    spec = f"study: x\nmodel: {name}\npreset: {preset}\nreplicates: 2\nseed: 1\n"
+    study = parse_spec(spec)
+    return of_spec(study, expand(study))
+
+
+@pytest.mark.parametrize("name", [*MODELS, *EXAMPLES])
+def test_a_description_has_every_element_and_all_that_a_model_says(name: str) -> None:
+    about = described(name)
+    text = odd(about)
+    assert re.findall(r"^## (.*)$", text, re.MULTILINE) == ELEMENTS
+    third = re.findall(r"^### (.*)$", text.split("## 4.")[1].split("## 5.")[0], re.M)
+    assert third == CONCEPTS
+    rows = text.split("\n")
+    for setting in settings_of(about.model.name, about.known).values():
+        row, *_ = (one for one in rows if one.startswith(f"| {setting.name} | "))
+        assert setting.unit in row
+        assert " ".join(setting.text.split()) in row.replace("\\|", "|")
+    for rule in about.model.rules:
+        assert any(row.startswith(f"| {rule.name} | {rule.weight} |") for row in rows)
+    for metric in about.record:
+        assert about.known.metrics[metric].source in text
+    for state in about.model.state:
+        assert any(row.startswith(f"| {state} |") for row in rows)
+    assert all(kind in text for kind in about.model.kinds)
+    assert about.model.source in text or name in MODELS
+    assert "`observe`" in text.split("## 7.")[1]
+
+
+@pytest.mark.parametrize("name", [*MODELS, *EXAMPLES])
+def test_every_gap_is_listed_at_the_end(name: str) -> None:
+    text, end = odd(described(name)).split("## Gaps")
+    gaps = re.findall(r"^\*not stated: (.*)\*$", text, re.MULTILINE)
+    assert [f"- {gap}" for gap in gaps] == end.strip().split("\n")
+    assert "patterns by which the model is judged" in end
+    assert "None" not in text
+
+
+def test_the_order_of_updates_is_told_where_a_setting_says_it() -> None:
+    said = odd(described("nguyen2024"))
+    assert "Order of updates (update): synchronous. sequential: boid" in said
+    assert "- whether boids are updated" not in said
+    assert "- whether boids are updated" in odd(described("vortex"))
+
+
+@pytest.mark.parametrize(
+    "spec", [SMALL, OWN_SMALL, DERIVING], ids=["ours", "own", "derived"]
+)
+def test_a_stored_study_is_described_as_its_spec(spec: str, tmp_path: Path) -> None:
+    assert odd(of_stored(launched(spec, tmp_path))) == odd(of_text(spec))
+
+
+def test_the_experiment_is_that_of_the_spec() -> None:
+    spec = SMALL.replace("[0.5, 1]", "{linspace: [0, 1, 11]}")
+    text = odd(of_text(f"# Does separation matter?\n# Yes.\n{spec}"))
+    assert "11 points, 3 trials a point, 33 trials in all. Preset as_run." in text
+    assert "| separation_weight | 11 values from 0 to 1 |" in text
+    assert "The spec of the study begins: Does separation matter? Yes." in text
+    assert "Random numbers are made from the seed 5." in text
+    assert "| noise | independent | of all that is random during the flight |" in text
+    listed = SMALL.replace("replicates: 3", "seeds: [7, 8]")
+    text = odd(of_text(listed))
+    assert "4 trials in all" in text
+    assert "Random numbers are the seeds 7, 8." in text
+    assert all(f"    {line}" in text for line in listed.strip().split("\n"))
+
+
+def test_code_that_may_not_run_leaves_gaps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    launched(OWN_SMALL, tmp_path)
+    monkeypatch.setattr("sweep.store.stored_code.own_key", lambda: b"somebody else")
+    text = odd(of_stored(StoredStudy("small", tmp_path)))
+    assert text.count("the model's own code was not loaded") == 8
+    assert "| swirl | swirl_weight |" in text
+    trusted = StoredStudy("small", tmp_path, trust=True)
+    assert odd(of_stored(trusted)) == odd(of_text(OWN_SMALL))
+
+
+def test_a_study_without_trials_is_not_described(tmp_path: Path) -> None:
+    study = launched(SMALL, tmp_path)
+    for part in study.store.current_parts():
+        study.store.discard(part)
+    with pytest.raises(ChoiceError, match="no trials of it are stored"):
+        of_stored(StoredStudy("small", tmp_path))
+
+
+def test_the_command_takes_a_spec_or_a_study(tmp_path: Path) -> None:
+    (tmp_path / "small.yaml").write_text(SMALL)
+    launched(tmp_path / "small.yaml", tmp_path / "results")
+    one, other = (sweep(tmp_path, "odd", name) for name in ("small.yaml", "small"))
+    assert (one.returncode, one.stderr) == (0, "")
+    assert one.stdout == other.stdout
+    assert package.odd(SMALL) == one.stdout
+    assert package.odd(package.load("small", tmp_path / "results")) == one.stdout
+    for given, said in (
+        ("none.yaml", "none.yaml: no such file"),
+        ("smal", 'did you mean "small"'),
+        ("../x", "is not allowed"),
+    ):
+        refused = sweep(tmp_path, "odd", given)
+        assert (refused.returncode, refused.stdout) == (2, "")
+        assert said in refused.stderr
+    (tmp_path / "own.yaml").write_text(OWN_SMALL)
+    assert "no code may run" in sweep(tmp_path, "odd", "own.yaml", "--no-code").stderr
