@@ -38,7 +38,7 @@ STREAMS = keys_of(Streams)
 
 
 @dataclass(frozen=True)
-class Described:
+class StudyFacts:
     """What is described, of a spec or of a stored study.
 
     values      the values of each setting in the study
@@ -69,14 +69,14 @@ class Described:
         return settings_of(self.model.name, self.known)
 
 
-def of_spec(study: Study, design: Design) -> Described:
+def of_spec(study: Study, design: Design) -> StudyFacts:
     """What a spec describes; of a search the settings that are searched have the values
     of the preset.
     """
     columns = {name: _distinct(one) for name, one in design.columns.items()}
     values = {name: [value] for name, value in design.base.items()} | columns
     most = "at most " if study.until or study.search else ""
-    return Described(
+    return StudyFacts(
         name=study.name,
         known=study.known,
         model=study.known.models[study.model],
@@ -95,7 +95,7 @@ def of_spec(study: Study, design: Design) -> Described:
     )
 
 
-def of_stored(study: StoredStudy) -> Described:
+def of_stored(study: StoredStudy) -> StudyFacts:
     """What a stored study describes. Its own code is used if it may run. Raises
     ChoiceError where no trial is stored.
     """
@@ -109,7 +109,7 @@ def of_stored(study: StoredStudy) -> Described:
     counts = trials.groupby("point").size()
     listed = sorted(trials["seed"].unique().tolist())
     words = [word.partition("=")[::2] for word in str(first["streams"]).split()]
-    return Described(
+    return StudyFacts(
         name=study.name,
         known=known,
         model=known.models[str(first["model"])],
@@ -132,7 +132,7 @@ def of_stored(study: StoredStudy) -> Described:
     )
 
 
-def odd(about: Described) -> str:
+def odd(about: StudyFacts) -> str:
     """The description in Markdown: seven elements, the experiment, and the gaps."""
     page = _Page(about)
     page.write()
@@ -141,7 +141,7 @@ def odd(about: Described) -> str:
 
 @dataclass
 class _Page:
-    about: Described
+    about: StudyFacts
     lines: list[str] = field(default_factory=list)
     gaps: list[str] = field(default_factory=list)
 
@@ -489,7 +489,7 @@ def _first(text: str | None) -> str:
     return " ".join((text or "not stated").split("\n\n")[0].split())
 
 
-def _module_text(about: Described) -> str | None:
+def _module_text(about: StudyFacts) -> str | None:
     """What the module of the model says of itself first."""
     module = inspect.getmodule(_plain(about.model.advance)) if about.code else None
     found = inspect.getdoc(module) if module else None
@@ -501,11 +501,11 @@ def _distinct(values: Any) -> list[Value]:
     return found
 
 
-def _texts(about: Described, setting: str) -> Iterator[str]:
+def _texts(about: StudyFacts, setting: str) -> Iterator[str]:
     yield from (str(value) for value in about.values.get(setting, ()))
 
 
-def _values(about: Described, setting: str) -> str:
+def _values(about: StudyFacts, setting: str) -> str:
     values = about.values.get(setting, [])
     if len(values) > MOST_VALUES and all(
         isinstance(one, float | int) for one in values

@@ -10,7 +10,7 @@ from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.errors import ChoiceError
 from sweep.own_code.reading import load_spec
-from sweep.sharing.odd import Described, odd, of_spec, of_stored
+from sweep.sharing.odd import StudyFacts, odd, of_spec, of_stored
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
@@ -38,12 +38,12 @@ CONCEPTS = [
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.yaml"))
 
 
-def of_text(spec: str) -> Described:
+def of_text(spec: str) -> StudyFacts:
     study = read(spec)
     return of_spec(study, expand(study))
 
 
-def described(name: str) -> Described:
+def described(name: str) -> StudyFacts:
     """A study of a built-in model, or an example."""
     if name not in MODELS:
         study = load_spec(ROOT / "examples" / f"{name}.yaml")

@@ -17,6 +17,8 @@ from sweep.sharing.content import content_hash
 from sweep.sharing.packed_file import Member, write_packed
 from sweep.sharing.packing import pack
 from sweep.sharing.unpacking import unpack
+from sweep.store.folders import Folder
+from sweep.store.locations import Location
 from sweep.store.lock import Lock
 from sweep.store.store import Store
 from sweep.store.whole_studies import rename_study
@@ -224,18 +226,28 @@ def test_it_is_packed_from_an_object_store_and_loaded_into_one(
     assert stored == files(results / "own")
 
 
-@pytest.mark.parametrize("moment", ["commit", "put"])
+@pytest.mark.parametrize("last", ["parts", "plan.parquet"])
 def test_what_is_loaded_counts_only_when_all_is_there(
-    moment: str, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    last: str, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And what was interrupted leaves nothing behind."""
     pack(StoredStudy("small", results), tmp_path / "x.zip")
+    commit, put = Folder.commit, Folder.put
 
-    def crash(*_: object) -> None:
+    def committed(place: Folder, staged: Path, name: str) -> Location:
+        if last == "parts":
+            raise Crashed
+        return commit(place, staged, name)
+
+    def stored(place: Folder, staged: Path) -> None:
         assert launched_studies(tmp_path / "results") == []
-        raise Crashed
+        if staged.name == last:
+            raise Crashed
+        put(place, staged)
 
     with monkeypatch.context() as patch:
-        patch.setattr(f"sweep.store.folders.Folder.{moment}", crash)
+        patch.setattr(Folder, "commit", committed)
+        patch.setattr(Folder, "put", stored)
         with pytest.raises(Crashed):
             unpack(tmp_path / "x.zip", tmp_path / "results")
     assert [*(tmp_path / "results").rglob("*")] == []
