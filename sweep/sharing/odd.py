@@ -35,6 +35,8 @@ GROUPS = {
     "observation": "Observation",
 }
 STREAMS = keys_of(Streams)
+SEARCHED = "searched"
+"""In the place of the value of a setting."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class StudyFacts:
     replicates  in words, how many trials a point has
     seeds       in words, where their random numbers come from
     streams     by purpose, whether points have random numbers in common
+    searches    whether it is a search, which decides as it runs which points it has
     code        whether the functions of the model are at hand
     """
 
@@ -61,6 +64,7 @@ class StudyFacts:
     seeds: str
     streams: Mapping[str, str]
     spec: str
+    searches: bool
     code: bool
 
     @property
@@ -70,18 +74,21 @@ class StudyFacts:
 
 
 def of_spec(study: Study, design: Design) -> StudyFacts:
-    """What a spec describes; of a search the settings that are searched have the values
-    of the preset.
-    """
+    """What a spec describes."""
     columns = {name: _distinct(one) for name, one in design.columns.items()}
-    values = {name: [value] for name, value in design.base.items()} | columns
-    most = "at most " if study.until or study.search else ""
+    values: dict[str, list[Value]] = {
+        name: [value] for name, value in design.base.items()
+    }
+    searched: dict[str, list[Value]] = {
+        name: [SEARCHED] for name in values if _is_searched(study, name)
+    }
+    most = "at most " if study.until else ""
     return StudyFacts(
         name=study.name,
         known=study.known,
         model=study.known.models[study.model],
         preset=study.preset,
-        values=values,
+        values=values | columns | searched,
         record=_recorded(study),
         points=design.n_points,
         trials=design.n_points * study.trials_per_point,
@@ -91,6 +98,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         else f"made from the seed {study.seed}",
         streams={key.field: getattr(study.streams, key.field) for key in STREAMS},
         spec=study.text,
+        searches=study.search is not None,
         code=True,
     )
 
@@ -128,6 +136,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         else f"made from the seed {', '.join(map(str, listed))}",
         streams=dict(words),
         spec=study.spec,
+        searches=study.store.asked.exists(),
         code=code,
     )
 
@@ -393,10 +402,16 @@ def _submodels(page: _Page) -> None:
 def _experiment(page: _Page) -> None:
     about = page.about
     varied = [name for name, values in about.values.items() if len(values) > 1]
-    page.say(
-        f"{about.points:,} points, {about.replicates} trials a point, {about.trials:,}"
-        f" trials in all. Preset {about.preset}."
-    )
+    if about.searches:
+        page.say(
+            "It is a search, which decides as it runs which points it has. The spec"
+            f" says its parameters, objectives and budget. Preset {about.preset}."
+        )
+    else:
+        page.say(
+            f"{about.points:,} points, {about.replicates} trials a point,"
+            f" {about.trials:,} trials in all. Preset {about.preset}."
+        )
     if varied:
         page.table(
             ("setting that varies", "values"),
@@ -448,6 +463,10 @@ def _stored_record(study: StoredStudy) -> dict[str, tuple[str, str]]:
         name: (str(row["unit"]), str(row["text"]).removesuffix(", at the last frame"))
         for name, row in said.items()
     }
+
+
+def _is_searched(study: Study, setting: str) -> bool:
+    return bool(study.search and study.search.place_of(setting))
 
 
 def _own_settings(model: Model) -> dict[str, About]:

@@ -16,6 +16,8 @@ from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.commands import sweep
+from tests.plotted import SEARCHED as SEARCHED_SPEC
+from tests.searches import asked_by
 from tests.studies import DERIVING, OWN_SMALL, SMALL, launched, read
 
 ELEMENTS = [
@@ -113,6 +115,17 @@ def test_the_experiment_is_that_of_the_spec() -> None:
     assert "4 trials in all" in text
     assert "Random numbers are the seeds 7, 8." in text
     assert all(f"    {line}" in text for line in listed.strip().split("\n"))
+
+
+def test_a_search_has_the_points_that_it_asks_for(tmp_path: Path) -> None:
+    text = odd(of_text(SEARCHED_SPEC))
+    assert "It is a search, which decides as it runs which points it has." in text
+    assert " trials in all" not in text
+    assert "| separation_weight | searched |" in text
+    asked_by(SEARCHED_SPEC, tmp_path)
+    stored = odd(of_stored(StoredStudy("searched", tmp_path)))
+    assert "It is a search, which decides as it runs which points it has." in stored
+    assert re.search(r"\| separation_weight \| \d+ values from ", stored)
 
 
 def test_code_that_may_not_run_leaves_gaps(

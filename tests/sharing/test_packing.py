@@ -226,7 +226,7 @@ def test_it_is_packed_from_an_object_store_and_loaded_into_one(
     assert stored == files(results / "own")
 
 
-@pytest.mark.parametrize("last", ["parts", "plan.parquet"])
+@pytest.mark.parametrize("last", ["parts", "spec.yaml", "plan.parquet"])
 def test_what_is_loaded_counts_only_when_all_is_there(
     last: str, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

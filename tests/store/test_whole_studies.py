@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import ChoiceError, StoreError, UserError
+from sweep.store import folders
 from sweep.store.buckets import Bucket
 from sweep.store.locations import Location, ObjectPath, ObjectServer
 from sweep.store.lock import Lock
@@ -267,6 +268,16 @@ def test_another_study_in_an_object_store_is_not_overwritten(results: Path) -> N
     assert memory.objects == before
 
 
+def test_a_study_without_a_trial_is_not_overwritten_either(results: Path) -> None:
+    """Its plan has the name of ours, and another size."""
+    memory, place = in_memory(results)
+    memory.objects["bucket/results/other/plan.parquet"] = b"of somebody else"
+    before = dict(memory.objects)
+    with pytest.raises(StoreError, match=r"s3://.*/other: exists already"):
+        rename_study("small", "other", place)
+    assert memory.objects == before
+
+
 @pytest.mark.parametrize("moment", ["make_folders", "rename"])
 def test_a_folder_that_cannot_be_renamed_stays_where_it_is(
     results: Path, moment: str, monkeypatch: pytest.MonkeyPatch
@@ -278,10 +289,11 @@ def test_a_folder_that_cannot_be_renamed_stays_where_it_is(
 
     with monkeypatch.context() as patch:
         if moment == "make_folders":
-            make = "sweep.store.folders.make_folders"
-            real = __import__("sweep.store.folders", fromlist=["x"]).make_folders
+            real = folders.make_folders
             patch.setattr(
-                make, lambda path: refuse() if path.name == "group" else real(path)
+                folders,
+                "make_folders",
+                lambda path: refuse() if path.name == "group" else real(path),
             )
         else:
             patch.setattr(os, "rename", refuse)
