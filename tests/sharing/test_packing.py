@@ -284,6 +284,9 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
     again = sweep(tmp_path, "load", "small.zip", "--as", "my/own")
     assert again.returncode == 2
     assert again.stderr.startswith("results/my/own: exists already; --as NAME")
+    assert sweep(tmp_path, "load", "small.zip").stderr == ""
+    launched_on = sweep(tmp_path, "launch", "results/small/spec.yaml")
+    assert "nothing was missing" in launched_on.stderr
     for given, said in (("none.zip", "no such file"), ("results", "is no ordinary")):
         lost = sweep(tmp_path, "load", given)
         assert (lost.returncode, lost.stdout) == (2, "")
