@@ -2,14 +2,16 @@
 and which settings matter.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import pandas as pd
 
-from sweep.analysis import CONFIDENCE
+from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.spec.sampling import Analyses
+from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
 
@@ -26,6 +28,24 @@ class LoadedStudy(StoredStudy):
         Raises ChoiceError where the study is no search, or was restricted by `where`.
         """
         return Findings(self, read_asked(self))
+
+    def table(
+        self,
+        metrics: Sequence[str] = (),
+        *,
+        by: Sequence[str] | None = None,
+        sort: Sequence[str] = (),
+        half: bool = False,
+        interval: MeanKind | None = None,
+    ) -> pd.DataFrame:
+        """Means of the metrics with 95 % intervals, a row a point, or a row for all
+        points that agree in the settings `by`: see
+        `sweep.tables.point_means.point_means`. `where` chooses points before.
+        """
+        found = point_means(
+            self, metrics, by=by, sort=sort, half=half, interval=interval
+        )
+        return found.rows
 
     def sensitivity(
         self,

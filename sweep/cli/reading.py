@@ -34,6 +34,18 @@ class Together(StrEnum):
     max_t = "max_t"
 
 
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="CONDITION",
+        help=(
+            "Only these points: settings, as n=50,map=empty, or a condition, as"
+            " \"n >= 50 and map != 'empty'\". Repeatable, and all hold."
+        ),
+    ),
+]
+
+
 @app.command()
 def status(
     study: StudyName, results: Results = Path("results"), as_json: Json = False
@@ -65,26 +77,55 @@ def table(
             )
         ),
     ] = None,
+    where: Where = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SETTING[,SETTING]",
+            help=(
+                "One row for all points that agree in these settings. Each point weighs"
+                " the same: a value is the mean over the points in one replicate, and"
+                " only replicates count of which all points have a value."
+            ),
+        ),
+    ] = None,
+    sort: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN[:desc]",
+            help="A setting or metric to sort by, the least first. Repeatable.",
+        ),
+    ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.analysis import MeanKind
-    from sweep.cli.listing import point_table, table_text
+    from sweep.cli.listing import point_rows, table_text
+    from sweep.tables.choosing import Refusals
+    from sweep.tables.point_means import point_means
     from sweep.tables.safe_csv import as_csv
     from sweep.tables.stored_study import StoredStudy
 
-    stored = StoredStudy(study, results)
-    chosen: MeanKind | None = interval.value if interval else None
-    rows, names = point_table(
-        stored, metric or [], half=over is Over.half, interval=chosen
-    )
+    stored, refusals = StoredStudy(study, results), Refusals()
+    chosen = stored
+    with refusals.noted():
+        chosen = stored.where(*(where or ()))
+    with refusals.noted():
+        found = point_means(
+            chosen,
+            metric or [],
+            by=by.split(",") if by is not None else None,
+            sort=sort or [],
+            half=over is Over.half,
+            interval=interval.value if interval else None,
+        )
+    refusals.check()
     if csv:
-        print(as_csv(rows), end="")
+        print(as_csv(point_rows(chosen, found)), end="")
     elif as_json:
-        print(rows.to_json(orient="records", indent=2))
+        print(point_rows(chosen, found).to_json(orient="records", indent=2))
     else:
-        table_text(stored, rows, names, chosen)
+        table_text(chosen, found)
 
 
 class Format(StrEnum):
@@ -140,10 +181,7 @@ def plot(
     ] = None,
     x: Annotated[str | None, typer.Option(help="The setting along x.")] = None,
     y: Annotated[str | None, typer.Option(help="The setting along y.")] = None,
-    where: Annotated[
-        list[str] | None,
-        typer.Option(help="Show these points only, as n=50. Repeatable."),
-    ] = None,
+    where: Where = None,
     over: Annotated[
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
@@ -169,7 +207,7 @@ def plot(
     from sweep.tables.stored_study import StoredStudy
 
     stored = StoredStudy(study, results)
-    stored = stored.where(**stored.chooser.read(where or ()))
+    stored = stored.where(*(where or ()))
     choices = Choices(tuple(metric or ()), by, x, y, over is Over.half)
     names, known = with_files(kinds or [])
     figures = plan_figures(stored, names, choices, known)

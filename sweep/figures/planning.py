@@ -93,7 +93,7 @@ def search_kind(
         check(study.whole)
         choice = {
             "metric": choices.metrics,
-            "where": study.chosen,
+            "where": study.restricted,
             "over half": choices.half,
         }
         if given := [one for one, value in choice.items() if value]:

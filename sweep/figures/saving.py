@@ -59,7 +59,8 @@ def about_study(study: StoredStudy) -> dict[str, str]:
         "kernels_sha": str(study.provenance["kernels_sha"]),
         "Trials": str(study.whole.statuses()["done"]),
     }
-    where = ", ".join(f"{name}={value}" for name, value in study.chosen.items())
+    chosen = [f"{name}={value}" for name, value in study.chosen.items()]
+    where = ", ".join([*chosen, *study.conditions])
     return about | ({"Where": where} if where else {})
 
 

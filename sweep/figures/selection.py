@@ -255,7 +255,10 @@ class Selection:
                 f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
-        where = named(self.study.chosen.items())
+        chosen = self.study.chosen.items()
+        where = ", ".join(
+            [*([named(chosen)] if chosen else []), *self.study.conditions]
+        )
         place = f", {where}" if where else ""
         missing = (
             f"; {self.not_done:,} of {self.planned:,} trials not done"
@@ -288,7 +291,7 @@ def select(study: StoredStudy) -> Selection:
     ChoiceError where no trial is done.
     """
     if not (study.trials["status"] == "done").any():
-        there = " there" if study.chosen else ""
+        there = " there" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{there}, so there is nothing to draw", study.name
         )

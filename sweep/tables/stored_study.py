@@ -37,7 +37,14 @@ from sweep.store.stored_code import (
     other_now,
     stored_sources,
 )
-from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
+from sweep.tables.choosing import (
+    Choice,
+    Chooser,
+    Refusals,
+    Wanted,
+    as_choices,
+    spelled,
+)
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
@@ -63,12 +70,14 @@ class StoredStudy:
     `name` is the study's and `results` the folder or object store that holds it. Raises
     StoreError where there is none, and ChoiceError for what is no name.
 
-    `chosen` are the settings by which `where` has restricted it, none at first. Tables
-    are read without the code of the user's own that computed them; with `trust` it may
-    run where trials are run again, also if somebody else has launched the study.
+    `chosen` are the settings by which `where` has restricted it, `conditions` the
+    conditions; there are none at first. Tables are read without the code of the user's
+    own that computed them; with `trust` it may run where trials are run again, also if
+    somebody else has launched the study.
     """
 
     chosen: Mapping[str, Choice] = MappingProxyType({})
+    conditions: tuple[str, ...] = ()
 
     def __init__(
         self, name: str, results: Location | str = "results", *, trust: bool = False
@@ -92,30 +101,35 @@ class StoredStudy:
 
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
-        where = f" where {', '.join(chosen)}" if chosen else ""
+        wanted = ", ".join([*chosen, *self.conditions])
+        where = f" where {wanted}" if wanted else ""
         about = f"{self.name}{where}: {self.plan.num_rows} trials"
         return f"<StoredStudy {about}>"
 
-    def where(self, **settings: object) -> Self:
+    def where(self, *texts: str, **settings: object) -> Self:
         """The same study, as if its spec had only the trials with these settings.
 
         `study.where(n=50, map=["empty", "cafeteria"])` has the tables, units and all
         else of those trials. A list means one of its values. `detail` is what an axis
         that ablates has changed, as in `sweep table`. Numbers are equal if they agree
-        in nine digits. Analyses and figures take the result as any study, and `where`
-        restricts it further. Raises ChoiceError for an unknown setting, and for a value
-        that no point has.
+        in nine digits. A text is a condition, `study.where("separation_weight >= 1")`,
+        or has settings as a command takes them, `"n=50,map=empty"`. Analyses and
+        figures take the result as any study, and `where` restricts it further. Raises
+        ChoiceError for an unknown setting, a value that no point has, and what holds at
+        no point: all such mistakes together.
         """
-        if not settings:
+        if not texts and not settings:
             return self
-        wanted = self.points.index[self.chooser.having(settings)]
+        found, asked = self._chosen_points(texts, settings)
+        wanted = self.points.index[found]
         part = copy.copy(self)
         for name in vars(self):
             # A table that was read is of more trials.
             if isinstance(getattr(type(self), name, None), cached_property):
                 delattr(part, name)
         part.whole = self.whole
-        part.chosen = {**self.chosen, **as_choices(settings)}
+        part.chosen = {**self.chosen, **asked.settings}
+        part.conditions = (*self.conditions, *asked.conditions)
         part.plan = self.plan.filter(
             pc.is_in(self.plan["point"], value_set=pa.array(wanted, pa.string()))
         )
@@ -124,10 +138,39 @@ class StoredStudy:
         )
         return part
 
+    def _chosen_points(
+        self, texts: Iterable[str], settings: Mapping[str, object]
+    ) -> tuple[NDArray[np.bool_], Wanted]:
+        """Which points have all that is wanted, and what that is."""
+        refusals, chooser = Refusals(), self.chooser
+        asked = Wanted(as_choices(settings), ())
+        for text in texts:
+            with refusals.noted():
+                asked = chooser.wanted(text, asked)
+        found = np.ones(chooser.points, np.bool_)
+        with refusals.noted():
+            found &= chooser.having(asked.settings)
+        for condition in asked.conditions:
+            with refusals.noted():
+                found &= chooser.holding(condition)
+        refusals.check()
+        if not found.any():
+            what = [f"{name} = {spelled(one)}" for name, one in asked.settings.items()]
+            raise ChoiceError(
+                f"no point has all of: {', '.join([*what, *asked.conditions])}",
+                self.name,
+            )
+        return found, asked
+
     @cached_property
     def whole(self) -> Self:
         """The study before any `where`."""
         return self
+
+    @property
+    def restricted(self) -> bool:
+        """Whether `where` has chosen among its trials."""
+        return bool(self.chosen or self.conditions)
 
     @cached_property
     def points(self) -> pd.DataFrame:
@@ -266,7 +309,7 @@ class StoredStudy:
     def varied(self) -> list[str]:
         """The settings that differ between points."""
         varied = list(self.about.varied)
-        if not self.chosen:
+        if not self.restricted:
             return varied
         differ = self.points[varied].nunique() > 1
         return [name for name in varied if differ[name]]
@@ -480,7 +523,7 @@ class StoredStudy:
     @cached_property
     def units(self) -> dict[str, str]:
         """The unit of every column of `trials` and `series` that has one."""
-        if self.chosen:
+        if self.restricted:
             return self.whole.units
         tables = [self._table("trials").schema, self._table("series").schema]
         metadata = {
@@ -514,7 +557,7 @@ class StoredStudy:
 
         `by_point` takes it. Up to 0.8 nothing was stored: those are "skewed".
         """
-        if self.chosen:
+        if self.restricted:
             return self.whole.distributions
         known = self.known.metrics
         schema = self._table("trials").schema

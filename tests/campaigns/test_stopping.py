@@ -16,7 +16,7 @@ from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import Until, looks, nominal_confidence
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
-from sweep.cli.listing import point_table, status_text, table_text
+from sweep.cli.listing import status_text, table_text
 from sweep.cli.progress import ProgressBar
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -26,6 +26,7 @@ from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
+from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import morris
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
@@ -242,7 +243,8 @@ def test_jobs_with_a_number_for_each_point_are_those_of_a_fixed_number() -> None
 def test_a_table_shows_the_repeated_interval_and_says_so(
     whole: StoredStudy, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    rows, names = point_table(whole, ["speed", "flock_radius"], half=False)
+    found = point_means(whole, ["speed", "flock_radius"])
+    rows, names = found.rows, found.metrics
     declared = whole.distributions
     expected = by_point(
         whole.trials,
@@ -251,7 +253,7 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
         repeated=whole.repeated,
         distributions=declared,
     )
-    pd.testing.assert_frame_equal(rows.drop(columns="view"), expected)
+    pd.testing.assert_frame_equal(rows.drop(columns="trial_id"), expected)
     usual = by_point(whole.trials, whole.varied, names, distributions=declared)
     assert (rows["speed_high"] - rows["speed"]).to_numpy() == pytest.approx(
         whole.stopping["half_width"].to_numpy()
@@ -260,11 +262,9 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     pd.testing.assert_series_equal(
         rows["flock_radius_high"], usual["flock_radius_high"]
     )
-    bootstrap, _ = point_table(
-        whole, ["speed", "flock_radius"], half=False, interval="bootstrap"
-    )
+    bootstrap = point_means(whole, names, interval="bootstrap").rows
     pd.testing.assert_series_equal(bootstrap["speed_high"], rows["speed_high"])
-    table_text(whole, rows, names)
+    table_text(whole, found)
     text = " ".join(capsys.readouterr().out.split())
     assert (
         "speed: mean ± half width of the repeated 95 % interval, by which the number of"
@@ -278,7 +278,7 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
 
 def test_a_mean_over_the_last_half_may_decide(tmp_path: Path) -> None:
     study = launched(GROWING.replace("metric: speed", "metric: speed_mean"), tmp_path)
-    rows, _ = point_table(study, ["speed"], half=True)
+    rows = point_means(study, ["speed"], half=True).rows
     assert list(study.repeated) == ["speed_mean"]
     assert (rows["speed_mean_high"] - rows["speed_mean"]).to_numpy() == pytest.approx(
         study.stopping["half_width"]
