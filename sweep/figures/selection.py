@@ -255,10 +255,8 @@ class Selection:
                 f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
-        chosen = self.study.chosen.items()
-        where = ", ".join(
-            [*([named(chosen)] if chosen else []), *self.study.conditions]
-        )
+        settings = [named([one]) for one in self.study.chosen.items()]
+        where = ", ".join([*settings, *self.study.conditions])
         place = f", {where}" if where else ""
         missing = (
             f"; {self.not_done:,} of {self.planned:,} trials not done"

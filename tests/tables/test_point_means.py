@@ -169,7 +169,7 @@ def test_all_mistakes_of_a_table_are_said_at_once() -> None:
     assert done.returncode == 2
     assert done.stdout == ""
     said = done.stderr.splitlines()
-    words = ("separation_wieght", "border", "sped", "map", "alignment_wieght", "down")
+    words = ("border", "separation_wieght", "sped", "map", "alignment_wieght", "down")
     assert len(said) == len(words)
     for line, word in zip(said, words, strict=True):
         assert f'"{word}"' in line
