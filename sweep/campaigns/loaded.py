@@ -4,6 +4,8 @@ and which settings matter.
 
 from collections.abc import Sequence
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -11,9 +13,14 @@ from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.spec.sampling import Analyses
+from sweep.tables.arrays import to_arrays
+from sweep.tables.exporting import Exported, export
 from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class LoadedStudy(StoredStudy):
@@ -46,6 +53,20 @@ class LoadedStudy(StoredStudy):
             self, metrics, by=by, sort=sort, half=half, interval=interval
         )
         return found.rows
+
+    def export(
+        self, path: Path | str, table: str = "trials", *, force: bool = False
+    ) -> Exported:
+        """Write a table of these trials, and of no others, as one file for other
+        programs: see `sweep.tables.exporting.export`.
+        """
+        return export(self, Path(path), table, force=force)
+
+    def to_xarray(self, table: str = "trials") -> "xr.Dataset":
+        """A table as an xarray.Dataset with units, its dimensions the axes of the study
+        and `replicate`: see `sweep.tables.arrays`.
+        """
+        return to_arrays(self, table)
 
     def sensitivity(
         self,

@@ -15,7 +15,8 @@ comparison        what differs between sides
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs
-netcdf            the same as arrays
+netcdf            the same as arrays by trial
+arrays            arrays by axis and replicate, for xarray
 safe_csv          CSV that starts no formula
 outputs           files for the user, whole or not
 sensitivity/      which settings a metric depends on
