@@ -1,6 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
+from collections import Counter
 from typing import Any, Literal
 
 import pandas as pd
@@ -19,7 +20,7 @@ from sweep.design.plan import duration
 from sweep.published.starting import built_in_studies
 from sweep.spec.settings import settings_of
 from sweep.tables.point_means import PointMeans
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.text import shortened
 from sweep.workers.failures import in_a_line
 
@@ -187,11 +188,11 @@ def _caption(study: StoredStudy, table: PointMeans) -> str:
     if not study.repeated:
         return INTERVALS[table.interval]
     rule = study.rule
-    normal = study.distributions[rule["metric"]] == "normal"
+    normal = {study.distributions[name] for name in rule.widths} == {"normal"}
     return (
-        f"{rule['metric']}: mean {'± half width of' if normal else 'with'} the repeated"
-        f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
-        f" each point was chosen\nother metrics: {INTERVALS[table.interval]},"
+        f"{', '.join(rule.widths)}: mean {'± half width of' if normal else 'with'} the"
+        f" repeated {100 * rule.confidence:g} % interval, by which the number of trials"
+        f" of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
         " which takes that as given"
     )
 
@@ -220,12 +221,10 @@ def status_json(study: StoredStudy) -> str:
 
 def _settled(study: StoredStudy) -> str:
     """How many points need no more trials, by the reason."""
-    counts = study.stopping["why"].value_counts()
-    settled = len(study.stopping) - int(
-        counts.pop("not yet") if "not yet" in counts else 0
-    )
-    reasons = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
-    return f"{settled:,} of {len(study.stopping):,} points{reasons}"
+    why = study.stopping.groupby("point")["why"].agg(lambda of: min(of, key=WHYS.index))
+    counts = Counter(why[why != NOT_YET])
+    reasons = "".join(f", {count:,} by {one}" for one, count in sorted(counts.items()))
+    return f"{counts.total():,} of {len(why):,} points{reasons}"
 
 
 def status_text(study: StoredStudy) -> str:

@@ -249,9 +249,9 @@ class Selection:
         elif interval and (
             chosen := [metric for metric in metrics if metric in self.study.repeated]
         ):
-            confidence = self.study.rule["confidence"]
+            confidence = self.study.rule.confidence
             interval += (
-                f"; that of {chosen[0]}, which chose the trials:"
+                f"; that of {', '.join(chosen)}, which chose the trials:"
                 f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""

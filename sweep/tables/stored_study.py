@@ -18,7 +18,7 @@ from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from kernels.metrics import Distribution
 from sweep.analysis import undefined_shares
-from sweep.analysis.sequential import from_json, look
+from sweep.analysis.sequential import Seen, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.derived_metrics import declared
@@ -59,6 +59,8 @@ DETAIL = "detail"
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
+NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half width")
+"""Why a point gets no more trials, the first that holds for one of its metrics."""
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""
 
@@ -345,78 +347,83 @@ class StoredStudy:
         return axes
 
     @property
-    def rule(self) -> dict[str, Any]:
+    def rule(self) -> Until:
         """The rule that adds trials. Raises ChoiceError where there is none."""
         rule = self.about.until
         if rule is None:
             raise ChoiceError(
                 'its number of trials is fixed; "replicates" has no "until"', self.name
             )
-        return rule
+        return from_json(rule)
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metric that decided how many trials a point has, with the confidence of
-        its interval at each look.
+        """The metrics that decided how many trials a point has, each with the
+        confidence of its interval at each look.
 
         Empty where the number of trials is fixed. `by_point` takes it.
         """
         rule = self.about.until
-        return {rule["metric"]: rule["nominal_confidence"]} if rule else {}
+        if rule is None:
+            return {}
+        return dict.fromkeys(self.rule.widths, rule["nominal_confidence"])
 
     @cached_property
     def stopping(self) -> pd.DataFrame:
-        """One row a point of a study that adds trials `until` an interval is narrow, in
-        the order of the plan.
+        """One row a point, and metric of the rule, of a study that adds trials `until`
+        intervals are narrow, in the order of the plan.
 
-        Columns: point; n, the number of its trials, which is its last look; values, how
-        many of them have a value; undefined, the share of the done ones that have none;
-        the half_width of the repeated interval, in the unit
-        of the metric; reached, whether that is narrow enough and final; and why no
-        trials follow: "half width", "max" or "too few values", or "not yet" where some
-        do. Raises ChoiceError for a study with a fixed number of trials.
+        Columns: point; metric; n, the number of trials of the point, which is its last
+        look; values, how many of them have a value; undefined, the share of the done
+        ones that have none; the half_width of the repeated interval, and how wide it
+        may be, allowed, both in the unit of the metric; reached, whether it is narrow
+        enough and final; and why no trials follow: "half width", "max" or "too few
+        values", or "not yet" where some do. Raises ChoiceError for a study with a fixed
+        number of trials.
         """
-        rule = self.rule
-        until, stored = (
-            from_json(rule),
-            self.trials.set_index("trial_id")[rule["metric"]],
-        )
-        ids = self.plan["trial_id"].to_pandas()
-        missing = (
-            (~ids.isin(stored.index))
-            .groupby(self.plan["point"].to_pandas(), sort=False)
-            .sum()
-        )
-        trials = (
-            self.plan["point"]
-            .to_pandas()
-            .value_counts(sort=False)[missing.index]
-            .to_numpy(np.int64)
-        )
+        rule, nominal = self.rule, self.repeated
+        stored = self.trials.set_index("trial_id")[list(rule.widths)]
+        ids, point = (self.plan[name].to_pandas() for name in ("trial_id", "point"))
+        missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
+        trials = point.value_counts(sort=False)[missing.index].to_numpy(np.int64)
+        values = stored.reindex(ids)
         seen = look(
-            until,
-            rule["nominal_confidence"],
+            rule,
+            next(iter(nominal.values())),
             trials,
-            stored.reindex(ids).to_numpy(np.float64),
-            self.distributions[rule["metric"]],
+            {name: values[name].to_numpy(np.float64) for name in rule.widths},
+            self.distributions,
         )
         open_ = (missing.to_numpy() > 0) | (seen.further > trials)
-        narrow = seen.half_width <= until.half_width
-        why = np.select(
-            [open_, narrow, seen.values < 2],
-            ["not yet", "half width", "too few values"],
-            "max",
-        )
+        tables = [
+            self._stopped(name, one, missing.index, trials, open_)
+            for name, one in seen.seen.items()
+        ]
+        # A point has its metrics one after the other.
+        together = pd.concat(tables).sort_index(kind="stable")
+        return together.reset_index(drop=True)
+
+    def _stopped(
+        self,
+        metric: str,
+        seen: Seen,
+        points: "pd.Index[str]",
+        trials: NDArray[np.int64],
+        open_: NDArray[np.bool_],
+    ) -> pd.DataFrame:
+        """`stopping` of one metric."""
+        why = np.select([open_, seen.narrow, ~seen.known], [NOT_YET, NARROW, FEW], MOST)
+        undefined = undefined_shares(self.trials, metric)
         columns = {
-            "point": missing.index,
+            "point": points,
+            "metric": metric,
             "n": trials,
             "values": seen.values,
-            "undefined": undefined_shares(self.trials, rule["metric"])
-            .reindex(missing.index, fill_value=0.0)
-            .to_numpy(),
+            "undefined": undefined.reindex(points, fill_value=0.0).to_numpy(),
             "half_width": seen.half_width,
+            "allowed": seen.allowed,
         }
-        return pd.DataFrame(columns | {"reached": why == "half width", "why": why})
+        return pd.DataFrame(columns | {"reached": why == NARROW, "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:
