@@ -149,10 +149,12 @@ class PlotCommand(TyperCommand):
         names = [name for name, kind in KINDS.items() if not kind.of_search]
         of_search = [name for name, kind in KINDS.items() if kind.of_search]
         for one in self.params:
-            if isinstance(one, TyperArgument) and one.name == "kinds":
+            if isinstance(one, TyperArgument) and one.name == "names":
                 one.help = (
-                    f"{', '.join(names)}; of a search {', '.join(of_search)};"
-                    " or a file with one, ./NAME.py; else all that suit."
+                    "More studies, for one figure of all; and kinds of figures:"
+                    f" {', '.join(names)}; of a search {', '.join(of_search)};"
+                    " or a file with one, ./NAME.py; else all that suit. A study that"
+                    " has the name of a kind is written with a slash, as curves/."
                 )
         super().format_help(ctx, formatter)
 
@@ -160,11 +162,8 @@ class PlotCommand(TyperCommand):
 @app.command(cls=PlotCommand)
 def plot(
     study: StudyName,
-    kinds: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[KIND]...",
-        ),
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[STUDY | KIND]...")
     ] = None,
     results: Results = Path("results"),
     metric: Annotated[
@@ -194,31 +193,40 @@ def plot(
         typer.Option(
             help=(
                 "Folder of the files; by default results/STUDY/figures, of an object"
-                " store figures/STUDY here."
+                " store figures/STUDY here; of several studies a folder in that of the"
+                " first one."
             )
         ),
     ] = None,
 ) -> None:
-    """Draw figures of a study, with intervals and units, and print where they are."""
+    """Draw figures of a study, with intervals and units, and print where they are.
+
+    Several studies are drawn into one figure, told apart as settings are.
+    """
+    from sweep.figures.asked import as_asked, check_shared
     from sweep.figures.kinds import draw_figures, plan_figures
     from sweep.figures.own_kinds import with_files
     from sweep.figures.planning import Choices
     from sweep.spec.study_folder import FIGURES
-    from sweep.tables.stored_study import StoredStudy
 
-    stored = StoredStudy(study, results)
-    stored = stored.where(*(where or ()))
+    asked = as_asked([study, *(names or ())], results, where or ())
+    stored = asked.study
     choices = Choices(tuple(metric or ()), by, x, y, over is Over.half)
-    names, known = with_files(kinds or [])
-    figures = plan_figures(stored, names, choices, known)
-    for reason in figures.left_out:
+    check_shared(stored, choices.metrics)
+    kinds, known = with_files(asked.kinds)
+    figures = plan_figures(stored, kinds, choices, known)
+    unshared = [f"{name} {why}" for name, why in stored.left_out.items()]
+    for reason in [*unshared, *figures.left_out]:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
+    first, *others = [one.name for one in stored.parts]
     home = (
-        below / study / FIGURES
+        below / first / FIGURES
         if isinstance(results, Path)
-        else below / FIGURES / study
+        else below / FIGURES / first
     )
+    if others:
+        home /= f"with-{'-'.join(others).replace('/', '-')}"
     kinds_of_file = [one.value for one in formats or [Format.png]]
     for path in draw_figures(stored, figures, out or home, kinds_of_file, below):
         print(path, flush=True)

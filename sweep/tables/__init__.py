@@ -9,6 +9,7 @@ stored_jobs       the job and world of a row
 overview          the studies in a folder
 choosing          points by their settings
 point_means       means, a row a point or several points
+joined            several studies as one
 comparison_sides  trials as a command names them
 matched_points    points that belong together
 comparison        what differs between sides

@@ -317,9 +317,25 @@ class StoredStudy:
         return [name for name in varied if differ[name]]
 
     @property
+    def parts(self) -> "tuple[StoredStudy, ...]":
+        """The studies that it is made of: itself."""
+        return (self,)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """The metrics that its parts do not share, each with the reason: none."""
+        return {}
+
+    @property
     def metrics(self) -> list[str]:
         """The recorded metrics."""
         return list(self.about.record)
+
+    @property
+    def series_metrics(self) -> list[str]:
+        """The metrics that are stored frame by frame."""
+        stored = self.read("series", pa.array([], pa.string())).column_names
+        return [name for name in stored if name not in ("trial_id", "frame")]
 
     @property
     def about(self) -> PlanAbout:
