@@ -137,7 +137,7 @@ def _width(stored: float | str) -> Width:
     return Width(stored)
 
 
-class Seen(NamedTuple):
+class SeenMetric(NamedTuple):
     """What is seen of one metric of P points: how many values, half widths, and how
     wide these may be, (P,) each; `half_width` is NaN for fewer than two values.
     """
@@ -162,7 +162,7 @@ class Look(NamedTuple):
     from now on: the present number where it has had its last trial.
     """
 
-    seen: Mapping[str, Seen]
+    seen: Mapping[str, SeenMetric]
     further: Counts
 
 
@@ -299,7 +299,7 @@ def _seen(
     trials: Counts,
     values: ArrayLike,
     distribution: Distribution | None,
-) -> Seen:
+) -> SeenMetric:
     from sweep.analysis.intervals import group_bounds
 
     array = np.asarray(values, np.float64)
@@ -308,4 +308,4 @@ def _seen(
     low, high = group_bounds(groups, nominal, distribution or "normal")
     means = np.asarray(groups.mean(), np.float64)
     counts: Counts = np.asarray(groups.count(), np.int64)
-    return Seen(counts, (high - low) / 2.0, width.allowed(means))
+    return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

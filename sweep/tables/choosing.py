@@ -34,7 +34,7 @@ Choice = float | bool | str | tuple[float | bool | str, ...]
 """The value of a setting that points are to have, or several, of which one."""
 
 
-class Wanted(NamedTuple):
+class Restriction(NamedTuple):
     """What points are to have: settings, and conditions over settings."""
 
     settings: dict[str, Choice]
@@ -107,7 +107,7 @@ class Chooser:
             found[name] = self.value(name, text)
         return found
 
-    def wanted(self, text: str, before: Wanted) -> Wanted:
+    def wanted(self, text: str, before: Restriction) -> Restriction:
         """What was wanted before, and what a text wants: settings, as
         `n=50,map=empty`, or a condition, as `n >= 50 and map != "empty"`.
 

@@ -161,7 +161,10 @@ class JoinedStudies(StoredStudy):
     @cached_property
     def _labels(self) -> dict[str, str]:
         """Each study as a legend has it."""
-        return {one.name: f"{one.name} ({_done(one):,} trials)" for one in self.parts}
+        return {
+            one.name: f"{one.name}{self._own(one)} ({_done(one):,} trials)"
+            for one in self.parts
+        }
 
     def _own(self, study: StoredStudy) -> str:
         """What `where` has chosen in this study and not in all."""

@@ -18,7 +18,7 @@ from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from kernels.metrics import Distribution
 from sweep.analysis import undefined_shares
-from sweep.analysis.sequential import Seen, Until, from_json, look
+from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.derived_metrics import declared
@@ -41,7 +41,7 @@ from sweep.tables.choosing import (
     Choice,
     Chooser,
     Refusals,
-    Wanted,
+    Restriction,
     as_choices,
     spelled,
 )
@@ -142,10 +142,10 @@ class StoredStudy:
 
     def _chosen_points(
         self, texts: Iterable[str], settings: Mapping[str, object]
-    ) -> tuple[NDArray[np.bool_], Wanted]:
+    ) -> tuple[NDArray[np.bool_], Restriction]:
         """Which points have all that is wanted, and what that is."""
         refusals, chooser = Refusals(), self.chooser
-        asked = Wanted(as_choices(settings), ())
+        asked = Restriction(as_choices(settings), ())
         for text in texts:
             with refusals.noted():
                 asked = chooser.wanted(text, asked)
@@ -422,7 +422,7 @@ class StoredStudy:
     def _stopped(
         self,
         metric: str,
-        seen: Seen,
+        seen: SeenMetric,
         points: "pd.Index[str]",
         trials: NDArray[np.int64],
         open_: NDArray[np.bool_],
