@@ -162,14 +162,14 @@ class JoinedStudies(StoredStudy):
     def _labels(self) -> dict[str, str]:
         """Each study as a legend has it."""
         return {
-            one.name: f"{one.name}{self._own(one)} ({_done(one):,} trials)"
+            one.name: f"{one.name} ({self._own(one)}{_done(one):,} trials)"
             for one in self.parts
         }
 
     def _own(self, study: StoredStudy) -> str:
-        """What `where` has chosen in this study and not in all."""
+        """What `where` has chosen in this study and not in all, before a number."""
         own = [one for one in _restrictions(study) if one not in self.conditions]
-        return f", {', '.join(own)}" if own else ""
+        return "".join(f"{text}; " for text in own)
 
     def _differing(self, metric: str) -> str:
         """Why a metric is not the same in all studies; "" where it is."""

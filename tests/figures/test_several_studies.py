@@ -81,7 +81,7 @@ def test_a_setting_that_one_study_fixes_has_its_value_there(results: Path) -> No
     figure = heatmap_figure(both, "speed", "separation_weight", "alignment_weight")
     assert shown(figure).startswith("grid and small: one point a cell")
     assert set(titles(figure)) == {
-        "study = grid, borders = torus (27 trials)",
+        "study = grid (borders = torus; 27 trials)",
         "study = small (6 trials)",
     }
 
