@@ -184,7 +184,8 @@ def _caption(study: StoredStudy, table: PointMeans) -> str:
     account.
     """
     if table.pooled:
-        return f"{INTERVALS[table.interval]}\n{POOLED}"
+        given = ", which takes the numbers of trials as given" if study.repeated else ""
+        return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
     if not study.repeated:
         return INTERVALS[table.interval]
     rule = study.rule

@@ -328,6 +328,9 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
     table_text(study, point_means(study))
     said = " ".join(capsys.readouterr().out.split())
     assert "flock_radius, speed: mean with the repeated 95 % interval" in said
+    table_text(study, point_means(study, by=[]))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "which takes the numbers of trials as given" in said
     plan = make_plan(parse_spec(SEVERAL), 2)
     assert (
         "until the half width of speed is 0.3, of flock_radius is 25% of its mean)"
