@@ -133,6 +133,7 @@ WORDS = {
         "sweep/spec/schema_settings.py",
         "sweep/spec/settings.py",
         "sweep/store/rows.py",
+        "sweep/tables/choosing.py",
     },
 }
 """Names that are words too, and where they mean something else."""

@@ -9,6 +9,7 @@ are counted.
     intervals     means and quantiles of tables, and the bootstrap
     resampling    bootstrap and jackknife
     pairing       values that share randomness
+    pooling       trials of several points together
     contrasts     differences between groups
     effect_sizes  Hedges' g, Cliff's delta
     simultaneous  intervals that hold together
@@ -71,6 +72,7 @@ from sweep.analysis.pairing import (
     replicates,
     units,
 )
+from sweep.analysis.pooling import pooled
 from sweep.analysis.resampling import pseudo_values
 from sweep.analysis.series import (
     Autocorrelation,
@@ -140,6 +142,7 @@ __all__ = [
     "order_samples",
     "paired_contrast",
     "paired_estimate",
+    "pooled",
     "pseudo_values",
     "quantile_interval",
     "quantiles_by_point",

@@ -17,6 +17,10 @@ is found by a simulation once for all. It is the price of looking: with a first 
 as many on average with `max` 200 and 2.4 times with 1000; where for 123, 2.3 times with
 1000. With a first look at 3 these are 2.4, 2.6 and 2.5.
 
+Several metrics share what may go wrong: each has 1 - (1 - confidence) / M in place of
+the confidence, with M metrics (Bonferroni), so that the intervals of all looks of all
+of them hold together, however they depend on each other.
+
 It buys more than is seen at the end: of the intervals at which normal points stop, 99 %
 cover the mean (min 3: 98.7 %), as most of what could go wrong at other looks did not.
 For others see `repeated_interval`. Values that depend on each other are not
@@ -27,6 +31,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -46,22 +51,47 @@ GROWTH = 1.25
 
 PATHS = 400_000
 SEED = 20240611
+ALL_NORMAL: Mapping[str, Distribution] = MappingProxyType({})
+MOST_METRICS = 10
+"""Of more of them, PATHS would be too few for the confidence of each."""
 SAFETY = 2.0
 """Standard errors of the simulation by which the nominal confidence is on the safe
 side: 0.07 % at 95 %.
 """
 
 
-@dataclass(frozen=True)
-class Until:
-    """A point gets trials until the interval of the mean of `metric` has at most this
-    half width, or `most`.
-
-    `metric` is a column of the trials; the first look is after `least` trials.
+class Width(NamedTuple):
+    """How wide the half of an interval may be: so much in the unit of the metric, or
+    such a share of the mean, `relative`.
     """
 
-    metric: str
-    half_width: float
+    half: float
+    relative: bool = False
+
+    def allowed(self, means: Floats) -> Floats:
+        """The half width that is allowed for each mean, in the unit of the metric."""
+        return (
+            self.half * np.abs(means)
+            if self.relative
+            else np.full_like(means, self.half)
+        )
+
+    def as_json(self) -> float | str:
+        """As a spec has it: 0.02, or "5%"."""
+        if not self.relative:
+            return self.half
+        return f"{100.0 * self.half:.9f}".rstrip("0").rstrip(".") + "%"
+
+
+@dataclass(frozen=True)
+class Until:
+    """A point gets trials until the interval of the mean of each metric is as narrow as
+    `widths` says, or `most`.
+
+    `widths` are by columns of the trials; the first look is after `least` trials.
+    """
+
+    widths: Mapping[str, Width]
     confidence: float
     least: int
     most: int
@@ -73,40 +103,66 @@ class Until:
 
     @property
     def nominal(self) -> float:
-        """Student's confidence at each look; the first call takes about a second."""
-        return nominal_confidence(self.looks, self.confidence)
+        """Student's confidence of each metric at each look; the first call takes about
+        a second.
+        """
+        missing = (1.0 - self.confidence) / len(self.widths)
+        return nominal_confidence(self.looks, 1.0 - missing)
 
     def as_json(self) -> dict[str, object]:
         """The rule by the keys of a spec."""
-        about = {
-            "metric": self.metric,
-            "half_width": self.half_width,
-            "confidence": self.confidence,
-        }
+        widths = {name: width.as_json() for name, width in self.widths.items()}
+        about = {"half_width": widths, "confidence": self.confidence}
         return about | {"min": self.least, "max": self.most}
 
 
 def from_json(about: Mapping[str, Any]) -> Until:
-    """The rule that `Until.as_json` has written."""
+    """The rule that `Until.as_json` has written. Up to 0.9 it had one `metric`, whose
+    `half_width` was a number.
+    """
+    widths = about["half_width"]
+    if not isinstance(widths, Mapping):
+        widths = {about["metric"]: widths}
     return Until(
-        about["metric"],
-        about["half_width"],
+        {name: _width(one) for name, one in widths.items()},
         about["confidence"],
         about["min"],
         about["max"],
     )
 
 
-class Look(NamedTuple):
-    """What is seen of P points: how many values, half widths, and how many trials each
-    gets from now on.
+def _width(stored: float | str) -> Width:
+    if isinstance(stored, str):
+        return Width(float(stored.removesuffix("%")) / 100.0, relative=True)
+    return Width(stored)
 
-    `half_width` is NaN for fewer than two values, `further` the present number where a
-    point has had its last trial.
+
+class SeenMetric(NamedTuple):
+    """What is seen of one metric of P points: how many values, half widths, and how
+    wide these may be, (P,) each; `half_width` is NaN for fewer than two values.
     """
 
     values: Counts
     half_width: Floats
+    allowed: Floats
+
+    @property
+    def narrow(self) -> NDArray[np.bool_]:
+        """Which intervals are narrow enough."""
+        return np.asarray(self.half_width <= self.allowed)
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which points have two values, as an interval needs."""
+        return np.asarray(self.values > 1)
+
+
+class Look(NamedTuple):
+    """What is seen of P points: of each metric, and how many trials each point gets
+    from now on: the present number where it has had its last trial.
+    """
+
+    seen: Mapping[str, SeenMetric]
     further: Counts
 
 
@@ -212,28 +268,44 @@ def look(
     until: Until,
     nominal: float,
     trials: Counts,
-    values: ArrayLike,
-    distribution: Distribution = "normal",
+    values: Mapping[str, ArrayLike],
+    distributions: Mapping[str, Distribution] = ALL_NORMAL,
 ) -> Look:
-    """Look at P points with `trials` (P,) each, whose `values` follow one another,
-    point after point, and have this `distribution`.
+    """Look at P points with `trials` (P,) each. The `values` of each metric follow one
+    another, point after point; `distributions` are those of the metrics, "normal" where
+    one is not named.
 
-    What is not finite is no value. A point with fewer than two values is given up,
-    whatever its number of trials: it might go on to `most` without ever having one.
-    The half width is half of the distance of both bounds. Equal values have half width
-    0, unless they are counts or shares.
+    What is not finite is no value. No point waits for a metric of which it has fewer
+    than two values, whatever its number of trials: it might go on to `most` without
+    ever having one. The half width is half of the distance of both bounds. Equal values
+    have half width 0, unless they are counts or shares.
     """
+    numbers = np.asarray(until.looks)
+    following = numbers[
+        np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
+    ]
+    seen = {
+        name: _seen(width, nominal, trials, values[name], distributions.get(name))
+        for name, width in until.widths.items()
+    }
+    wide = [one.known & ~one.narrow for one in seen.values()]
+    open_ = np.logical_or.reduce(wide)
+    return Look(seen, np.where(open_, following, trials))
+
+
+def _seen(
+    width: Width,
+    nominal: float,
+    trials: Counts,
+    values: ArrayLike,
+    distribution: Distribution | None,
+) -> SeenMetric:
     from sweep.analysis.intervals import group_bounds
 
     array = np.asarray(values, np.float64)
     known = pd.Series(np.where(np.isfinite(array), array, np.nan))
     groups = known.groupby(np.repeat(np.arange(len(trials)), trials))
+    low, high = group_bounds(groups, nominal, distribution or "normal")
+    means = np.asarray(groups.mean(), np.float64)
     counts: Counts = np.asarray(groups.count(), np.int64)
-    low, high = group_bounds(groups, nominal, distribution)
-    half_width = (high - low) / 2.0
-    numbers = np.asarray(until.looks)
-    following = numbers[
-        np.minimum(np.searchsorted(numbers, trials, side="right"), len(numbers) - 1)
-    ]
-    open_ = (counts > 1) & ~(half_width <= until.half_width)
-    return Look(counts, half_width, np.where(open_, following, trials))
+    return SeenMetric(counts, (high - low) / 2.0, width.allowed(means))

@@ -2,16 +2,25 @@
 and which settings matter.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from sweep.analysis import CONFIDENCE
+from sweep.analysis import CONFIDENCE, MeanKind
 from sweep.campaigns.search.asked_trials import read_asked
 from sweep.campaigns.search.findings import Findings
 from sweep.spec.sampling import Analyses
+from sweep.tables.arrays import to_arrays
+from sweep.tables.exporting import Exported, export
+from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import RESAMPLES, sensitivity
 from sweep.tables.stored_study import StoredStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class LoadedStudy(StoredStudy):
@@ -26,6 +35,38 @@ class LoadedStudy(StoredStudy):
         Raises ChoiceError where the study is no search, or was restricted by `where`.
         """
         return Findings(self, read_asked(self))
+
+    def table(
+        self,
+        metrics: Sequence[str] = (),
+        *,
+        by: Sequence[str] | None = None,
+        sort: Sequence[str] = (),
+        half: bool = False,
+        interval: MeanKind | None = None,
+    ) -> pd.DataFrame:
+        """Means of the metrics with 95 % intervals, a row a point, or a row for all
+        points that agree in the settings `by`: see
+        `sweep.tables.point_means.point_means`. `where` chooses points before.
+        """
+        found = point_means(
+            self, metrics, by=by, sort=sort, half=half, interval=interval
+        )
+        return found.rows
+
+    def export(
+        self, path: Path | str, table: str = "trials", *, force: bool = False
+    ) -> Exported:
+        """Write a table of these trials, and of no others, as one file for other
+        programs: see `sweep.tables.exporting.export`.
+        """
+        return export(self, Path(path), table, force=force)
+
+    def to_xarray(self, table: str = "trials") -> "xr.Dataset":
+        """A table as an xarray.Dataset with units, its dimensions the axes of the study
+        and `replicate`: see `sweep.tables.arrays`.
+        """
+        return to_arrays(self, table)
 
     def sensitivity(
         self,

@@ -1,4 +1,4 @@
-"""Points get trials until the interval of their mean is narrow.
+"""Points get trials until the intervals of their means are narrow.
 
 All open points are looked at together, once the trials that were asked for before are
 stored: see `sweep.analysis.sequential`.
@@ -21,7 +21,7 @@ from sweep.spec.study import Study
 
 class UntilStrategy:
     """Asks for the least number of trials of every point, then after each look for more
-    of those whose interval is too wide, up to the most.
+    of those with an interval that is too wide, up to the most.
 
     Raises SpecError for a design that cannot be.
     """
@@ -30,22 +30,27 @@ class UntilStrategy:
 
     def __init__(self, study: Study, rule: sequential.Until) -> None:
         self.study, self.rule, self.design = study, rule, expand(study)
-        self.looks_at = (rule.metric,)
-        self.distribution = study.distribution(rule.metric)
+        self.looks_at = tuple(rule.widths)
+        self.distributions = {name: study.distribution(name) for name in rule.widths}
         points = self.design.n_points
         self.progress = Progress(points, points * study.trials_per_point, settled=0)
 
     def rounds(self, look: Look) -> Iterator[Round]:
         """A round a look."""
-        rule, values = self.rule, np.empty(0)
+        rule = self.rule
+        values = dict.fromkeys(rule.widths, np.empty(0))
         had = np.zeros(self.design.n_points, np.int64)
         trials = np.full(self.design.n_points, rule.least)
         while (trials > had).any():
             new = _beyond(had, trials)
             yield self._round(Jobs(self.study, self.design, trials), new)
-            values = _filled(new, look()[rule.metric].to_numpy(), values)
+            stored = look()
+            values = {
+                name: _filled(new, stored[name].to_numpy(), values[name])
+                for name in values
+            }
             seen = sequential.look(
-                rule, rule.nominal, trials, values, self.distribution
+                rule, rule.nominal, trials, values, self.distributions
             )
             had, trials = trials, seen.further
             self.progress.settled = int((trials == had).sum())

@@ -316,9 +316,9 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             " has 0: Holm's test sees more"
         )
     for letter, side in (("A", comparison.one), ("B", comparison.other)):
-        if until := side.study.about.until:
+        if metrics := side.study.repeated:
             yield (
-                f"{letter} has as many trials as {until['metric']} asked for: p and"
+                f"{letter} has as many trials as {', '.join(metrics)} asked for: p and"
                 " intervals are approximate"
             )
 

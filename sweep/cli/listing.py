@@ -1,6 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
+from collections import Counter
 from typing import Any
 
 import pandas as pd
@@ -11,17 +12,16 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
-from sweep.analysis import MeanKind, by_point
+from sweep.analysis import MeanKind
 from sweep.analysis.notation import number, percent, plus_minus, with_interval
 from sweep.cli.terminal import console
 from sweep.design.plan import duration
-from sweep.errors import ChoiceError
 from sweep.published.starting import built_in_studies
-from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.point_means import PointMeans
+from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.tables.stored_tables import command
-from sweep.text import shortened, unknown
+from sweep.text import shortened
 from sweep.workers.failures import in_a_line
 
 MOST_ROWS = 200
@@ -34,6 +34,11 @@ INTERVALS: dict[MeanKind | None, str] = {
     "bootstrap": "mean and 95 % interval by the BCa bootstrap",
     "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
 }
+
+POOLED = (
+    "a row pools its points, each with the same weight: a value is the mean over them"
+    " in one replicate, and a replicate counts where all of them have a value"
+)
 
 
 def model_table() -> Table:
@@ -102,96 +107,48 @@ def refusals(registry: Registry[Any]) -> list[str]:
     return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
-def point_table(
-    study: StoredStudy,
-    chosen: list[str],
-    *,
-    half: bool,
-    interval: MeanKind | None = None,
-) -> tuple[pd.DataFrame, list[str]]:
-    """The means of metrics with intervals, a row a point, and the names of their
-    columns.
-
-        study     the stored study
-        chosen    names of metrics; [] for all that are recorded
-        half      means over the last half of a trial, or the last frame
-        interval  which interval of a mean; None for that of its distribution
-
-    The settings of an axis that ablates a preset become one column, `detail`, which
-    says what is changed. The last column, `view`, is the command that shows a trial of
-    the point: the first one that is done, if there is one. Raises ChoiceError for a
-    metric that the study has not recorded.
+def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
+    """The rows of a table for programs: the last column, `view`, is the command that
+    shows a trial of the row.
     """
-    for name in chosen:
-        if name not in study.metrics:
-            raise ChoiceError(unknown("metric", name, study.metrics), study.name)
-    names = [str(Column(name, half)) for name in chosen or study.metrics]
-    details = {
-        name: study.trials["point"].map(study.points[name])
-        for name in study.headings
-        if name not in study.trials
-    }
-    trials = study.trials.assign(**details)
-    rows = by_point(
-        trials,
-        study.headings,
-        names,
-        interval=interval,
-        repeated=study.repeated,
-        distributions=study.distributions,
-    )
-    return rows.assign(view=_views(study.name, trials)), names
+    views = [command("view", study.name, trial) for trial in table.rows["trial_id"]]
+    return table.rows.drop(columns="trial_id").assign(view=views)
 
 
-def _views(study: str, trials: pd.DataFrame) -> list[str]:
-    """The command that shows a trial, for each point, in the order of `by_point`."""
-    done_first = trials.assign(later=trials["status"] != "done").sort_values(
-        "later", kind="stable"
-    )
-    shown = done_first.groupby("point")["trial_id"].first()
-    return [
-        command("view", study, shown.get(point)) for point in trials["point"].unique()
-    ]
+def table_text(study: StoredStudy, table: PointMeans) -> None:
+    """Print a table of means; a half width is printed where the interval is Student's.
 
-
-def table_text(
-    study: StoredStudy,
-    rows: pd.DataFrame,
-    names: list[str],
-    interval: MeanKind | None = None,
-) -> None:
-    """Print `rows` of `point_table`.
-
-    study     the stored study
-    rows      a row a point
-    names     the columns of the metrics
-    interval  which interval `rows` has; a half width is printed where it is Student's
+    A row has the number of its trials, or, where it pools points, of the replicates.
     """
-    units = study.units
+    units, names = study.units, table.metrics
     headings = [f"{name}\n({units[name]})" if name in units else name for name in names]
-    varied = list(rows.columns[: list(rows.columns).index(names[0])])
-    table = Table(
-        *varied, *headings, "n", title=study.name, caption=_caption(study, interval)
+    shown = [*table.headings, *(["points"] if table.pooled else [])]
+    counted = "replicates" if table.pooled else "trials"
+    printed = Table(
+        *shown, *headings, counted, title=study.name, caption=_caption(study, table)
     )
-    for _, row in rows.head(MOST_ROWS).iterrows():
-        cells = [_cell(study, row, name, interval) for name in names]
-        table.add_row(
-            *(brief(row[name]) for name in varied), *cells, _count(row, names)
+    for _, row in table.rows.head(MOST_ROWS).iterrows():
+        cells = [_cell(study, row, name, table) for name in names]
+        printed.add_row(
+            *(brief(row[name]) for name in shown), *cells, _count(row, names)
         )
-    console().print(table)
-    if len(rows) > MOST_ROWS:
+    console().print(printed)
+    if len(table.rows) > MOST_ROWS:
+        what = "rows" if table.pooled else "points"
         console().print(
-            f"{len(rows) - MOST_ROWS:,} more points: --csv and --json give all"
+            f"{len(table.rows) - MOST_ROWS:,} more {what}: --csv and --json give all"
         )
-    for shown in rows["view"].head(1):
+    for trial in table.rows["trial_id"].head(1):
+        what = "row" if table.pooled else "point"
         console().print(
-            f"a trial of the first point, and in --csv and --json of each: {shown}",
+            f"a trial of the first {what}, and in --csv and --json of each:"
+            f" {command('view', study.name, trial)}",
             soft_wrap=True,
         )
 
 
 def _cell(
-    study: StoredStudy, row: "pd.Series[Any]", name: str, interval: MeanKind | None
+    study: StoredStudy, row: "pd.Series[Any]", name: str, table: PointMeans
 ) -> str:
     """A mean with its interval, and the share of trials without a value.
 
@@ -199,8 +156,9 @@ def _cell(
     is said in its place.
     """
     mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
-    own = interval is None or name in study.repeated
-    students = study.distributions[name] == "normal" if own else interval == "t"
+    repeated = name in study.repeated and not table.pooled
+    own = table.interval is None or repeated
+    students = study.distributions[name] == "normal" if own else table.interval == "t"
     if low == high:
         text = f"{number(mean)} (all equal)"
     elif students:
@@ -211,18 +169,22 @@ def _cell(
     return f"{text}\n{percent(undefined)} undefined" if undefined else text
 
 
-def _caption(study: StoredStudy, interval: MeanKind | None) -> str:
-    """Which intervals a table shows. If `until` stopped at a narrow interval of one
-    metric, only this metric has an interval that takes that into account.
+def _caption(study: StoredStudy, table: PointMeans) -> str:
+    """Which intervals a table shows, and how rows pool points. If `until` stopped at a
+    narrow interval of one metric, only this metric has an interval that takes that into
+    account.
     """
+    if table.pooled:
+        given = ", which takes the numbers of trials as given" if study.repeated else ""
+        return f"{INTERVALS[table.interval]}{given}\n{POOLED}"
     if not study.repeated:
-        return INTERVALS[interval]
+        return INTERVALS[table.interval]
     rule = study.rule
-    normal = study.distributions[rule["metric"]] == "normal"
+    normal = {study.distributions[name] for name in rule.widths} == {"normal"}
     return (
-        f"{rule['metric']}: mean {'± half width of' if normal else 'with'} the repeated"
-        f" {100 * rule['confidence']:g} % interval, by which the number of trials of"
-        f" each point was chosen\nother metrics: {INTERVALS[interval]},"
+        f"{', '.join(rule.widths)}: mean {'± half width of' if normal else 'with'} the"
+        f" repeated {100 * rule.confidence:g} % interval, by which the number of trials"
+        f" of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
         " which takes that as given"
     )
 
@@ -251,12 +213,10 @@ def status_json(study: StoredStudy) -> str:
 
 def _settled(study: StoredStudy) -> str:
     """How many points need no more trials, by the reason."""
-    counts = study.stopping["why"].value_counts()
-    settled = len(study.stopping) - int(
-        counts.pop("not yet") if "not yet" in counts else 0
-    )
-    reasons = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
-    return f"{settled:,} of {len(study.stopping):,} points{reasons}"
+    why = study.stopping.groupby("point")["why"].agg(lambda of: min(of, key=WHYS.index))
+    counts = Counter(why[why != NOT_YET])
+    reasons = "".join(f", {count:,} by {one}" for one, count in sorted(counts.items()))
+    return f"{counts.total():,} of {len(why):,} points{reasons}"
 
 
 def status_text(study: StoredStudy) -> str:

@@ -34,6 +34,18 @@ class Together(StrEnum):
     max_t = "max_t"
 
 
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="CONDITION",
+        help=(
+            "Only these points: settings, as n=50,map=empty, or a condition, as"
+            " \"n >= 50 and map != 'empty'\". Repeatable, and all hold."
+        ),
+    ),
+]
+
+
 @app.command()
 def status(
     study: StudyName, results: Results = Path("results"), as_json: Json = False
@@ -65,26 +77,55 @@ def table(
             )
         ),
     ] = None,
+    where: Where = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SETTING[,SETTING]",
+            help=(
+                "One row for all points that agree in these settings. Each point weighs"
+                " the same: a value is the mean over the points in one replicate, and"
+                " only replicates count of which all points have a value."
+            ),
+        ),
+    ] = None,
+    sort: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN[:desc]",
+            help="A setting or metric to sort by, the least first. Repeatable.",
+        ),
+    ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     as_json: Json = False,
 ) -> None:
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.analysis import MeanKind
-    from sweep.cli.listing import point_table, table_text
+    from sweep.cli.listing import point_rows, table_text
+    from sweep.tables.choosing import Refusals
+    from sweep.tables.point_means import point_means
     from sweep.tables.safe_csv import as_csv
     from sweep.tables.stored_study import StoredStudy
 
-    stored = StoredStudy(study, results)
-    chosen: MeanKind | None = interval.value if interval else None
-    rows, names = point_table(
-        stored, metric or [], half=over is Over.half, interval=chosen
-    )
+    stored, refusals = StoredStudy(study, results), Refusals()
+    chosen = stored
+    with refusals.noted():
+        chosen = stored.where(*(where or ()))
+    with refusals.noted():
+        found = point_means(
+            chosen,
+            metric or [],
+            by=by.split(",") if by is not None else None,
+            sort=sort or [],
+            half=over is Over.half,
+            interval=interval.value if interval else None,
+        )
+    refusals.check()
     if csv:
-        print(as_csv(rows), end="")
+        print(as_csv(point_rows(chosen, found)), end="")
     elif as_json:
-        print(rows.to_json(orient="records", indent=2))
+        print(point_rows(chosen, found).to_json(orient="records", indent=2))
     else:
-        table_text(stored, rows, names, chosen)
+        table_text(chosen, found)
 
 
 class Format(StrEnum):
@@ -108,10 +149,12 @@ class PlotCommand(TyperCommand):
         names = [name for name, kind in KINDS.items() if not kind.of_search]
         of_search = [name for name, kind in KINDS.items() if kind.of_search]
         for one in self.params:
-            if isinstance(one, TyperArgument) and one.name == "kinds":
+            if isinstance(one, TyperArgument) and one.name == "names":
                 one.help = (
-                    f"{', '.join(names)}; of a search {', '.join(of_search)};"
-                    " or a file with one, ./NAME.py; else all that suit."
+                    "More studies, for one figure of all; and kinds of figures:"
+                    f" {', '.join(names)}; of a search {', '.join(of_search)};"
+                    " or a file with one, ./NAME.py; else all that suit. A study that"
+                    " has the name of a kind is written with a slash, as curves/."
                 )
         super().format_help(ctx, formatter)
 
@@ -119,11 +162,8 @@ class PlotCommand(TyperCommand):
 @app.command(cls=PlotCommand)
 def plot(
     study: StudyName,
-    kinds: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[KIND]...",
-        ),
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[STUDY | KIND]...")
     ] = None,
     results: Results = Path("results"),
     metric: Annotated[
@@ -140,10 +180,7 @@ def plot(
     ] = None,
     x: Annotated[str | None, typer.Option(help="The setting along x.")] = None,
     y: Annotated[str | None, typer.Option(help="The setting along y.")] = None,
-    where: Annotated[
-        list[str] | None,
-        typer.Option(help="Show these points only, as n=50. Repeatable."),
-    ] = None,
+    where: Where = None,
     over: Annotated[
         Over, typer.Option(help="The last frame, or the mean over the last half.")
     ] = Over.last,
@@ -156,31 +193,40 @@ def plot(
         typer.Option(
             help=(
                 "Folder of the files; by default results/STUDY/figures, of an object"
-                " store figures/STUDY here."
+                " store figures/STUDY here; of several studies a folder in that of the"
+                " first one."
             )
         ),
     ] = None,
 ) -> None:
-    """Draw figures of a study, with intervals and units, and print where they are."""
+    """Draw figures of a study, with intervals and units, and print where they are.
+
+    Several studies are drawn into one figure, told apart as settings are.
+    """
+    from sweep.figures.asked import as_asked, check_shared
     from sweep.figures.kinds import draw_figures, plan_figures
     from sweep.figures.own_kinds import with_files
     from sweep.figures.planning import Choices
     from sweep.spec.study_folder import FIGURES
-    from sweep.tables.stored_study import StoredStudy
 
-    stored = StoredStudy(study, results)
-    stored = stored.where(**stored.chooser.read(where or ()))
+    asked = as_asked([study, *(names or ())], results, where or ())
+    stored = asked.study
     choices = Choices(tuple(metric or ()), by, x, y, over is Over.half)
-    names, known = with_files(kinds or [])
-    figures = plan_figures(stored, names, choices, known)
-    for reason in figures.left_out:
+    check_shared(stored, choices.metrics)
+    kinds, known = with_files(asked.kinds)
+    figures = plan_figures(stored, kinds, choices, known)
+    unshared = [f"{name} {why}" for name, why in stored.left_out.items()]
+    for reason in [*unshared, *figures.left_out]:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
+    first, *others = [one.name for one in stored.parts]
     home = (
-        below / study / FIGURES
+        below / first / FIGURES
         if isinstance(results, Path)
-        else below / FIGURES / study
+        else below / FIGURES / first
     )
+    if others:
+        home /= f"with-{'-'.join(others).replace('/', '-')}"
     kinds_of_file = [one.value for one in formats or [Format.png]]
     for path in draw_figures(stored, figures, out or home, kinds_of_file, below):
         print(path, flush=True)

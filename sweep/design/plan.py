@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Rejection, expand
@@ -35,7 +36,7 @@ class Plan:
     workers: int
     result_bytes: float
     notes: tuple[str, ...]
-    until: dict[str, object] | None = None
+    until: dict[str, Any] | None = None
     on_error: str = ""
     probe_steps: int = 0
     compiling_seconds: float = 0.0
@@ -78,11 +79,17 @@ class Plan:
         until = self.until
         if until is None:
             return f"{self.trials:,} ({self.trials_per_point:,} a point)"
+        widths = ", ".join(_width(*one) for one in until["half_width"].items())
         return (
             f"{self.fewest_trials:,} to {self.trials:,} ({until['min']:,} to"
-            f" {until['max']:,} a point, until the half width of {until['metric']} is"
-            f" {until['half_width']:g})"
+            f" {until['max']:,} a point, until the half width {widths})"
         )
+
+
+def _width(metric: str, width: float | str) -> str:
+    """How wide the half of the interval of a mean may be, in words."""
+    wide = f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
+    return f"of {metric} is {wide}"
 
 
 def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:

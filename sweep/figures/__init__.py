@@ -3,6 +3,7 @@ published studies.
 
     kinds               which figures suit a study
     own_kinds           kinds in files of the user's own
+    asked               studies and kinds by their names
     planning            what a kind of figure is
     selection           which trials a figure shows
     style               what all figures share

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from matplotlib import colormaps, style
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -93,16 +92,12 @@ def curves_layout(
 
 def series_metrics(study: StoredStudy) -> list[str]:
     """The metrics stored frame by frame. Raises ChoiceError where there are none."""
-    stored = study.store.read(
-        "series", trial_ids=pa.array([], pa.string())
-    ).column_names
-    recorded = [name for name in stored if name not in ("trial_id", "frame")]
-    if not recorded:
+    if not study.series_metrics:
         raise ChoiceError(
             f"has no series; record: {{series: [{study.metrics[0]}]}} keeps them",
             study.name,
         )
-    return recorded
+    return study.series_metrics
 
 
 def _lines(selection: Selection, by: str | None) -> str | None:
@@ -284,4 +279,6 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("each series metric against time, mean and band", ("by",), plan)
+KIND = FigureKind(
+    "each series metric against time, mean and band", ("by",), plan, of_several=True
+)

@@ -356,4 +356,4 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("a metric over two settings", ("x", "y"), plan)
+KIND = FigureKind("a metric over two settings", ("x", "y"), plan, of_several=True)

@@ -82,7 +82,7 @@ def plan_figures(
             [
                 (name, planned)
                 for name in chosen
-                for planned in known[name].plan(study, choices)
+                for planned in known[name].figures(study, choices)
             ],
             [],
         )
@@ -102,7 +102,7 @@ def plan_figures(
         [
             (name, planned)
             for name in fitting
-            for planned in known[name].plan(study, choices)
+            for planned in known[name].figures(study, choices)
         ],
         left_out,
     )

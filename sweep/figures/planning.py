@@ -61,18 +61,28 @@ class FigureKind(NamedTuple):
     of a study.
 
     `plan` draws nothing and raises ChoiceError where the kind does not suit the study.
-    `of_search` says that it shows a whole search.
+    `of_search` says that it shows a whole search, `of_several` that it can show several
+    studies together, see `sweep.tables.joined`.
     """
 
     text: str
     takes: tuple[str, ...]
     plan: Callable[[StoredStudy, Choices], list[Planned]]
     of_search: bool = False
+    of_several: bool = False
+
+    def figures(self, study: StoredStudy, choices: Choices) -> list[Planned]:
+        """Its figures of a study, or of several joined. Raises ChoiceError where the
+        kind does not suit.
+        """
+        if len(study.parts) > 1 and not self.of_several:
+            raise ChoiceError("shows one study at a time", study.name)
+        return self.plan(study, choices)
 
     def suits(self, study: StoredStudy, choices: Choices) -> str:
         """Why this kind does not suit a study; "" where it does."""
         try:
-            self.plan(study, choices)
+            self.figures(study, choices)
         except UserError as error:
             return error.reason
         return ""
@@ -93,7 +103,7 @@ def search_kind(
         check(study.whole)
         choice = {
             "metric": choices.metrics,
-            "where": study.chosen,
+            "where": study.restricted,
             "over half": choices.half,
         }
         if given := [one for one, value in choice.items() if value]:

@@ -53,14 +53,20 @@ def about_study(study: StoredStudy) -> dict[str, str]:
     """What a file says of the study that it shows: its name, hashes of its spec and
     kernels, the trials done, and by which settings `where` has chosen among them.
     """
+    parts = study.parts
     about = {
         "Study": study.name,
-        "Spec hash": sha256(study.spec.encode(errors="replace")).hexdigest()[:16],
-        "kernels_sha": str(study.provenance["kernels_sha"]),
-        "Trials": str(study.whole.statuses()["done"]),
+        "Spec hash": ", ".join(map(_hash, parts)),
+        "kernels_sha": ", ".join(str(one.provenance["kernels_sha"]) for one in parts),
+        "Trials": ", ".join(str(one.whole.statuses()["done"]) for one in parts),
     }
-    where = ", ".join(f"{name}={value}" for name, value in study.chosen.items())
+    chosen = [f"{name}={value}" for name, value in study.chosen.items()]
+    where = ", ".join([*chosen, *study.conditions])
     return about | ({"Where": where} if where else {})
+
+
+def _hash(study: StoredStudy) -> str:
+    return sha256(study.spec.encode(errors="replace")).hexdigest()[:16]
 
 
 def saved_about(path: Path) -> dict[str, str]:

@@ -275,4 +275,4 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("a metric against each setting", ("by", "x"), plan)
+KIND = FigureKind("a metric against each setting", ("by", "x"), plan, of_several=True)

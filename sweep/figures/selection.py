@@ -249,13 +249,14 @@ class Selection:
         elif interval and (
             chosen := [metric for metric in metrics if metric in self.study.repeated]
         ):
-            confidence = self.study.rule["confidence"]
+            confidence = self.study.rule.confidence
             interval += (
-                f"; that of {chosen[0]}, which chose the trials:"
+                f"; that of {', '.join(chosen)}, which chose the trials:"
                 f" repeated {100 * confidence:g} %"
             )
         text += f", {interval}" if interval else ""
-        where = named(self.study.chosen.items())
+        settings = [named([one]) for one in self.study.chosen.items()]
+        where = ", ".join([*settings, *self.study.conditions])
         place = f", {where}" if where else ""
         missing = (
             f"; {self.not_done:,} of {self.planned:,} trials not done"
@@ -288,7 +289,7 @@ def select(study: StoredStudy) -> Selection:
     ChoiceError where no trial is done.
     """
     if not (study.trials["status"] == "done").any():
-        there = " there" if study.chosen else ""
+        there = " there" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{there}, so there is nothing to draw", study.name
         )

@@ -5,9 +5,11 @@ Schema, and writes a value as a spec has it. So the reader, the schema, the guid
 whatever writes a spec cannot disagree.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Generic, TypeVar
 
 from sweep.errors import SpecError
@@ -16,6 +18,9 @@ from sweep.spec.mistakes import Mistakes
 from sweep.spec.schema_parts import TEXT, Described, Schema, choices, listed, reference
 
 T = TypeVar("T")
+
+SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
+"""A number of per cent from 0 to 100."""
 
 
 class Content(ABC, Generic[T]):
@@ -47,6 +52,12 @@ class Content(ABC, Generic[T]):
     def inside(self) -> str:
         """What leads from this key to those: `.NAME`, `[]` or nothing."""
         return ""
+
+
+def share(value: object) -> Fraction | None:
+    """The share that a text such as "5%" writes; None for what is none."""
+    found = SHARE.fullmatch(value) if isinstance(value, str) else None
+    return Fraction(found[1]) / 100 if found else None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Annotated, Any, Literal, get_args
 
 from sweep.errors import SpecError
-from sweep.spec.contents import Content, OneOf, Whole
+from sweep.spec.contents import SHARE, Content, OneOf, Whole, share
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, read_values
 from sweep.spec.mistakes import Mistakes
@@ -35,7 +35,6 @@ kernels take about half of it.
 MOST_MEMORY = 2**50
 NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
 SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
-SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
 
 
 @dataclass(frozen=True)
@@ -49,9 +48,8 @@ class FailureBudget(Content[int | Fraction]):
     def read(self, entry: Entry) -> int | Fraction:
         if isinstance(entry.value, int) and not isinstance(entry.value, bool):
             return entry.whole(0)
-        found = SHARE.fullmatch(entry.value) if isinstance(entry.value, str) else None
-        if found:
-            return Fraction(found[1]) / 100
+        if (part := share(entry.value)) is not None:
+            return part
         wrong = entry.expected(self.words)
         if isinstance(entry.value, float) and 0.0 < entry.value < 1.0:
             meant = f'; did you mean "{100 * entry.value:g}%"?'
@@ -59,8 +57,8 @@ class FailureBudget(Content[int | Fraction]):
         raise wrong
 
     def schema(self) -> Schema:
-        share = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
-        return {"anyOf": [Whole(0).schema(), share]}
+        part = {"type": "string", "pattern": f"^{SHARE.pattern}$"}
+        return {"anyOf": [Whole(0).schema(), part]}
 
     def write(self, value: int | Fraction) -> Any:
         if not isinstance(value, Fraction):

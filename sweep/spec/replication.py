@@ -1,55 +1,131 @@
-"""How many trials a point gets: a number, one for each listed seed, or as many as an
-interval needs.
+"""How many trials a point gets: a number, one for each listed seed, or as many as
+intervals need.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from sweep.analysis.sequential import Until
-from sweep.spec.contents import Content, ListOf, Number, Text, Whole
+from sweep.analysis.sequential import MOST_METRICS, Until, Width
+from sweep.spec.contents import SHARE, Content, ListOf, Number, Text, Whole, share
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, SectionOf, read_section, section_schema
 from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, columns_of
-from sweep.spec.schema_parts import Schema, one_of
+from sweep.spec.schema_parts import Schema, named, one_of
 from sweep.text import unknown
 
 LEAST_LOOK = 3
 FIRST_LOOK = 10
 TRIALS = Whole(1, MOST_TRIALS)
 LOOK = Whole(LEAST_LOOK, MOST_TRIALS)
+NOT_ZERO = r"(?!0{1,2}(?:\.0{1,9})? ?%)"
 SEEDS = ListOf(Whole(0), "whole numbers from 0")
+
+
+@dataclass(frozen=True)
+class HalfWidth(Content[Width]):
+    """A number in the unit of the metric, or a share of the mean, as 5%."""
+
+    number = Number(above=0, note="in the unit of the metric")
+
+    @property
+    def words(self) -> str:
+        return f"{self.number.words}, or a share of the mean, as 5%"
+
+    def read(self, entry: Entry) -> Width:
+        if not isinstance(entry.value, str):
+            return Width(self.number.read(entry))
+        part = share(entry.value)
+        if not part:
+            raise entry.expected(self.words)
+        return Width(float(part), relative=True)
+
+    def schema(self) -> Schema:
+        part = {"type": "string", "pattern": f"^{NOT_ZERO}{SHARE.pattern}$"}
+        return {"anyOf": [self.number.schema(), part]}
+
+    def write(self, value: Width) -> Any:
+        return value.as_json()
+
+
+@dataclass(frozen=True)
+class HalfWidths(Content[Width | Mapping[str, Width]]):
+    """A half width, or one for each of several metrics by name."""
+
+    one = HalfWidth()
+
+    @property
+    def words(self) -> str:
+        return f"{self.one.words}; or a mapping from metrics to such half widths"
+
+    def read(self, entry: Entry) -> Width | Mapping[str, Width]:
+        if not isinstance(entry.value, dict):
+            return self.one.read(entry)
+        mistakes, found = Mistakes(), {}
+        for name, child in entry.mapping():
+            with mistakes.noted():
+                found[name] = self.one.read(child)
+        mistakes.check()
+        if len(found) > MOST_METRICS:
+            raise entry.error(
+                f'"{entry.name}" has {len(found)} metrics; at most {MOST_METRICS} are'
+                " allowed, as their intervals hold together"
+            )
+        return found
+
+    def schema(self) -> Schema:
+        several = named(self.one.schema()) | {"maxProperties": MOST_METRICS}
+        return {"anyOf": [*self.one.schema()["anyOf"], several]}
+
+    def write(self, value: Width | Mapping[str, Width]) -> Any:
+        if isinstance(value, Width):
+            return self.one.write(value)
+        return {name: self.one.write(one) for name, one in value.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """How narrow the interval of the mean of a metric must be."""
+    """How narrow the intervals of the means of metrics must be: of one `metric`, or of
+    those that `half_width` names.
+    """
 
     metric: Annotated[
-        str,
+        str | None,
         Key(
             Text("a name"),
             "a recorded metric, or `<metric>_mean` for its last half",
+            otherwise="those that `half_width` names",
             example=ANY_METRIC,
         ),
-    ]
+    ] = None
     half_width: Annotated[
-        float,
+        Width | Mapping[str, Width],
         Key(
-            Number(above=0, note="in the unit of the metric"),
-            "of the interval of the metric's mean, in the unit of the metric",
-            example="0.5",
+            HalfWidths(),
+            "of the interval of the mean of the metric, or of each of several by name",
+            example="{speed: 0.02, dispersion: 5%}",
         ),
     ]
     confidence: Annotated[
         float,
         Key(
             Number(least=0.5, most=0.999),
-            "with which the intervals of all looks hold together",
+            "with which the intervals of all looks, of all metrics, hold together",
             example="0.99",
         ),
     ] = 0.95
+
+
+class PrecisionSection(SectionOf):
+    """The section `Precision`, with what its keys must fulfil together as schema."""
+
+    def schema(self) -> Schema:
+        several = {"properties": {"half_width": {"type": "object"}}}
+        alone: Schema = {"not": {"required": ["metric"]}}
+        rules = {"if": several, "then": alone, "else": {"required": ["metric"]}}
+        return super().schema() | rules
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +133,7 @@ class UntilPrecise:
     """The mapping under `replicates`: trials are added until a mean is known well."""
 
     until: Annotated[
-        Precision, Key(SectionOf(Precision), "how well a mean must be known")
+        Precision, Key(PrecisionSection(Precision), "how well means must be known")
     ]
     least: Annotated[
         int, Key(LOOK, "trials before the first look", name="min", example="20")
@@ -88,9 +164,16 @@ class Replicates(Content[int | Until]):
                 ' give "min" too'
             )
         until = rule.until
-        return Until(
-            until.metric, until.half_width, until.confidence, rule.least, rule.most
-        )
+        widths = until.half_width
+        if isinstance(widths, Width) == (until.metric is None):
+            raise entry.child("until").error(
+                'needs "metric" with one "half_width", or a mapping from metrics to'
+                ' half widths under "half_width", as {speed: 0.02, dispersion: 5%}'
+            )
+        if isinstance(widths, Width):
+            assert until.metric is not None
+            widths = {until.metric: widths}
+        return Until(widths, until.confidence, rule.least, rule.most)
 
     def schema(self) -> Schema:
         return {"anyOf": [TRIALS.schema(), section_schema(UntilPrecise)]}
@@ -133,7 +216,7 @@ def read_replication(
             "a search races its candidates itself:"
             ' "replicates" must be a whole number there'
         )
-    _check_recorded(replicates.child("until").child("metric"), recorded, metrics)
+    _check_recorded(replicates.child("until"), recorded, metrics)
     return Replication(until=asked)
 
 
@@ -143,13 +226,19 @@ def replication_rules() -> Schema:
 
 
 def _check_recorded(
-    entry: Entry, recorded: tuple[str, ...], metrics: Collection[str]
+    until: Entry, recorded: tuple[str, ...], metrics: Collection[str]
 ) -> None:
-    name = entry.text()
-    if name in metrics and name not in recorded:
-        raise entry.error(
-            f'metric "{name}" is not recorded: list it under "metrics" of "record"'
-        )
+    """Raise SpecError where a metric of the rule is not recorded."""
+    one, mistakes = until.get("metric"), Mistakes()
+    named = {one.text(): one} if one else dict(until.child("half_width").mapping())
     columns = columns_of(recorded)
-    if name not in columns:
-        raise entry.error(unknown("recorded metric", name, columns))
+    for name, entry in named.items():
+        with mistakes.noted():
+            if name in metrics and name not in recorded:
+                raise entry.error(
+                    f'metric "{name}" is not recorded: list it under "metrics" of'
+                    ' "record"'
+                )
+            if name not in columns:
+                raise entry.error(unknown("recorded metric", name, columns))
+    mistakes.check()

@@ -37,7 +37,7 @@ LATER = {
     "ablated": {str: [[str]]},
 }
 STAMPS = {kind: {str: str} for kind in Code._fields[1:]}
-NUMBERS = ("half_width", "confidence", "nominal_confidence")
+NUMBERS = ("confidence", "nominal_confidence")
 COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
@@ -46,7 +46,8 @@ COMPUTED = {
 """By which code: its stamps, which of the user's own, and entries of packages."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
-    "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
+    "until": {"min": int, "max": int, "half_width": object}
+    | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"
 

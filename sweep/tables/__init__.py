@@ -8,13 +8,16 @@ stored_spec       a row read as a spec
 stored_jobs       the job and world of a row
 overview          the studies in a folder
 choosing          points by their settings
+point_means       means, a row a point or several points
+joined            several studies as one
 comparison_sides  trials as a command names them
 matched_points    points that belong together
 comparison        what differs between sides
 spec_difference   what a change of a spec does
 cleaning          room given back
 exporting         a table for other programs
-netcdf            the same as arrays
+netcdf            the same as arrays by trial
+arrays            arrays by axis and replicate, for xarray
 safe_csv          CSV that starts no formula
 outputs           files for the user, whole or not
 sensitivity/      which settings a metric depends on

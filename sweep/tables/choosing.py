@@ -1,27 +1,72 @@
-"""The one chooser of points by their settings: `n=50,map=empty`.
+"""The one chooser of points by their settings: `n=50,map=empty`, or by a condition,
+`separation_weight >= 1`.
 
 Commands, figures, claims and `study.where` choose here. Texts are read, values are
 compared, and what cannot be chosen is refused, in one way for all of them.
 """
 
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.analysis import agrees
 from sweep.errors import ChoiceError
+from sweep.spec.evaluation import ExpressionError
+from sweep.spec.expressions import CONDITION, parse
+from sweep.spec.settings import Setting
 from sweep.text import SHORT_LIST, similar, unknown
 
 FORM = "SETTING=VALUE[,SETTING=VALUE]"
+SETTINGS = re.compile(r"\s*\w*\s*=(?!=)")
+"""How a text of settings begins."""
+SIGNS = re.compile(r"[<>]|[=!]=|\b(?:and|or|not)\b")
+"""What a condition has, and settings alone have not."""
 CLOSEST = 3
 BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
 
 Choice = float | bool | str | tuple[float | bool | str, ...]
 """The value of a setting that points are to have, or several, of which one."""
+
+
+class Restriction(NamedTuple):
+    """What points are to have: settings, and conditions over settings."""
+
+    settings: dict[str, Choice]
+    conditions: tuple[str, ...]
+
+
+class Refusals:
+    """Gathers the ChoiceErrors of one command, so that all are said at once:
+
+    refusals = Refusals()
+    with refusals.noted():
+        metric = study_has(name)
+    refusals.check()
+    """
+
+    def __init__(self) -> None:
+        self._found: list[ChoiceError] = []
+
+    @contextmanager
+    def noted(self) -> Iterator[None]:
+        """A ChoiceError that ends this block is noted, and what follows goes on."""
+        try:
+            yield
+        except ChoiceError as error:
+            self._found.append(error)
+
+    def check(self) -> None:
+        """Raise one ChoiceError with all that was noted, each in a line of its own."""
+        if len(self._found) == 1:
+            raise self._found[0]
+        if self._found:
+            raise ChoiceError("\n".join(dict.fromkeys(map(str, self._found))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +107,23 @@ class Chooser:
             found[name] = self.value(name, text)
         return found
 
+    def wanted(self, text: str, before: Restriction) -> Restriction:
+        """What was wanted before, and what a text wants: settings, as
+        `n=50,map=empty`, or a condition, as `n >= 50 and map != "empty"`.
+
+        Raises ChoiceError as `read`, and for a setting that was wanted before.
+        """
+        if SIGNS.search(text) and not SETTINGS.match(text):
+            return before._replace(conditions=(*before.conditions, text))
+        more = self.read([text])
+        if twice := before.settings.keys() & more.keys():
+            raise self._twice(min(twice))
+        return before._replace(settings=before.settings | more)
+
+    def names(self, condition: str) -> frozenset[str]:
+        """The settings in a condition that `holding` has accepted."""
+        return parse(condition, self._settings).names
+
     def split(self, texts: Iterable[str]) -> dict[str, str | None]:
         """The names in such texts, with the text of each value; None where no "="
         follows. Raises ChoiceError for a name that is missing or stands twice.
@@ -72,7 +134,7 @@ class Chooser:
             if not name:
                 raise self._malformed(item)
             if name in found:
-                raise self._error(f"{name} stands twice; allowed: one value of it")
+                raise self._twice(name)
             found[name] = value if equals else None
         return found
 
@@ -99,6 +161,32 @@ class Chooser:
             before.append(f"{name} = {_shown(choice)}")
         return found
 
+    def holding(self, condition: str) -> NDArray[np.bool_]:
+        """Whether a condition holds at each point, shape (points,): an expression as in
+        a spec, over settings, `n >= 50 and map != "empty"`.
+
+        Raises ChoiceError for what is no condition, for an unknown setting, and where
+        it holds at no point.
+        """
+        try:
+            expression = parse(condition, self._settings)
+            if expression.kind != CONDITION:
+                raise ExpressionError(f"it is {expression.kind}, and no condition")
+            found = expression.evaluate(self.columns, self.points)
+        except ExpressionError as error:
+            raise self._error(f'"{condition}": {error}') from None
+        if not found.any():
+            there = [listed(one, self.values(one)) for one in sorted(expression.names)]
+            raise self._error("; ".join([f'"{condition}" holds at no point', *there]))
+        return np.asarray(found, np.bool_)
+
+    @cached_property
+    def _settings(self) -> dict[str, Setting]:
+        """The settings as expressions know them; the choices of a text are the values
+        that points have.
+        """
+        return {name: _as_setting(name, self.values(name)) for name in self.columns}
+
     @property
     def example(self) -> str:
         """A choice that some point has, of a setting that varies if one does."""
@@ -119,6 +207,9 @@ class Chooser:
             with suppress(ValueError):
                 return float(text.replace(".inf", "inf"))
         return text
+
+    def _twice(self, name: str) -> ChoiceError:
+        return self._error(f"{name} stands twice; allowed: one value of it")
 
     def _malformed(self, item: str) -> ChoiceError:
         return self._error(
@@ -162,6 +253,12 @@ def listed(name: str, column: NDArray[Any], near: object = None) -> str:
         )
     shown = ", ".join(map(_shown, values[:SHORT_LIST]))
     return f"values of {name}: {shown}, ..."
+
+
+def _as_setting(name: str, column: NDArray[Any]) -> Setting:
+    kind = {"b": "bool", "i": "int", "u": "int", "f": "float"}.get(column.dtype.kind)
+    choices = () if kind else tuple(dict.fromkeys(map(str, column.tolist())))
+    return Setting(name, kind or "choice", "", "", choices=choices)
 
 
 def _as_choice(value: Any) -> Any:

@@ -65,13 +65,13 @@ def read_side(text: str, results: Location) -> Side:
 
 
 def _stored(name: str, results: Location) -> StoredStudy:
-    studies = _studies(results)
+    studies = stored_names(results)
     if name not in studies:
         raise ChoiceError(f"{results}: {unknown('study', name, studies)}")
     return StoredStudy(name, results)
 
 
-def _studies(results: Location) -> list[str]:
+def stored_names(results: Location) -> list[str]:
     """The names of the studies below a folder, or a prefix."""
     if not isinstance(results, Path):
         return sorted(

@@ -49,8 +49,7 @@ def export(
     an unknown table or ending, for a file that exists without `force`, and where there
     is nothing to export.
     """
-    if table not in TABLES:
-        raise ChoiceError(unknown("table", table, TABLES), study.name)
+    _check_table(study, table)
     check_output(path, WRITERS, force=force)
     beside = [path.with_name(path.name + ending) for ending in (BESIDE, ".sha256")]
     beside = beside if path.suffix == ".csv" else beside[1:]
@@ -58,7 +57,7 @@ def export(
         check_output(other, [other.suffix], force=force)
     if path.suffix == ".nc":
         check_netcdf()
-    rows = _rows(study, table)
+    rows = ordered_rows(study, table)
     with unfinished(path) as file:
         WRITERS[path.suffix](rows, file, study)
         if path.suffix == ".csv":
@@ -69,13 +68,20 @@ def export(
 
 def write_rows(study: StoredStudy, table: str, ending: str, file: Any) -> None:
     """Write a table of `study` to an open file, in the format of this ending."""
-    WRITERS[ending](_rows(study, table), file, study)
+    WRITERS[ending](ordered_rows(study, table), file, study)
 
 
-def _rows(study: StoredStudy, name: str) -> pa.Table:
+def _check_table(study: StoredStudy, name: str) -> None:
+    if name not in TABLES:
+        raise ChoiceError(unknown("table", name, TABLES), study.name)
+
+
+def ordered_rows(study: StoredStudy, name: str) -> pa.Table:
     """A table of the spec's trials in the order of the plan, with the provenance of the
-    study and of its parts.
+    study and of its parts. Raises ChoiceError for an unknown table, and where it has no
+    rows.
     """
+    _check_table(study, name)
     listed = study.plan["trial_id"].combine_chunks()
     table = study.read(name, listed)
     if table.num_rows == 0:

@@ -46,6 +46,12 @@ def check_netcdf() -> None:
         )
 
 
+def check_xarray() -> None:
+    """Raise ChoiceError where xarray is not installed."""
+    if not find_spec("xarray"):
+        raise ChoiceError(f"arrays need xarray, which is not installed: {INSTALL}")
+
+
 def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
     """Write a table with its provenance (a text in the variable `provenance`); holds
     the arrays in memory.
@@ -122,7 +128,7 @@ def _frames(table: pa.Table, ids: pa.Array) -> Variables:
                 about,
             )
         elif name not in ("trial_id", "frame"):
-            values = _room(shape, np.nan, np.float64)
+            values = room(shape, np.nan, np.float64)
             values[place] = column.to_numpy(zero_copy_only=False)
             variables[name] = (("trial", "frame"), values, about)
     return variables
@@ -134,7 +140,7 @@ def _by_boid(
     lengths = pc.list_value_length(column).to_numpy()
     starts = np.cumsum(lengths) - lengths
     boid = np.arange(lengths.sum()) - np.repeat(starts, lengths)
-    values = _room((*shape, int(lengths.max())), np.nan, np.float64)
+    values = room((*shape, int(lengths.max())), np.nan, np.float64)
     values[(*(np.repeat(index, lengths) for index in place), boid)] = pc.list_flatten(
         column
     ).to_numpy()
@@ -143,7 +149,7 @@ def _by_boid(
 
 def _maps(table: pa.Table) -> Variables:
     rows, columns = (table[name].to_numpy() for name in ("rows", "columns"))
-    visits = _room(
+    visits = room(
         (table.num_rows, int(rows.max()), int(columns.max())), OUTSIDE, np.int32
     )
     for index, flat in enumerate(table["visits"]):
@@ -155,12 +161,12 @@ def _maps(table: pa.Table) -> Variables:
     return {"visits": (("trial", "row", "column"), visits, about)}
 
 
-def _room(shape: tuple[int, ...], value: float, kind: type[Any]) -> NDArray[Any]:
+def room(shape: tuple[int, ...], value: float | str, kind: Any) -> NDArray[Any]:
     """An array full of `value`. Raises ChoiceError for too many places."""
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise ChoiceError(
-            f"netCDF: an array of all trials would have {size} places; at most"
+            f"an array of all trials would have {size} places; at most"
             f" {MOST_PLACES:,} are allowed: write .parquet instead"
         )
     return np.full(shape, value, kind)

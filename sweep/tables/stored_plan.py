@@ -101,7 +101,8 @@ def _check_until(
     rule: dict[str, Any], recorded: tuple[str, ...], named: Catalogue
 ) -> None:
     """The rule passes the checks of `replicates` in a spec."""
-    asked = {name: rule[name] for name in ("metric", "half_width", "confidence")}
+    names = ("metric", "half_width", "confidence")
+    asked = {name: rule[name] for name in names if name in rule}
     most = MOST_TRIALS if MOST_TRIALS < rule["max"] <= MOST_BEFORE else rule["max"]
     spec = {"replicates": {"until": asked, "min": rule["min"], "max": most}}
     try:

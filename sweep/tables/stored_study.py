@@ -18,7 +18,7 @@ from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from kernels.metrics import Distribution
 from sweep.analysis import undefined_shares
-from sweep.analysis.sequential import from_json, look
+from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
 from sweep.spec.derived_metrics import declared
@@ -37,7 +37,14 @@ from sweep.store.stored_code import (
     other_now,
     stored_sources,
 )
-from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
+from sweep.tables.choosing import (
+    Choice,
+    Chooser,
+    Refusals,
+    Restriction,
+    as_choices,
+    spelled,
+)
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
@@ -52,6 +59,8 @@ DETAIL = "detail"
 TABLES = ("trials", "series", "heatmaps", "trajectories")
 ABOUT = (b"unit", b"text")
 """What is stored of a column, beside its values."""
+NOT_YET, MOST, FEW, NARROW = WHYS = ("not yet", "max", "too few values", "half width")
+"""Why a point gets no more trials, the first that holds for one of its metrics."""
 SHOWN_IDS = 3
 """Of trials whose ids begin alike, in an error."""
 
@@ -63,12 +72,14 @@ class StoredStudy:
     `name` is the study's and `results` the folder or object store that holds it. Raises
     StoreError where there is none, and ChoiceError for what is no name.
 
-    `chosen` are the settings by which `where` has restricted it, none at first. Tables
-    are read without the code of the user's own that computed them; with `trust` it may
-    run where trials are run again, also if somebody else has launched the study.
+    `chosen` are the settings by which `where` has restricted it, `conditions` the
+    conditions; there are none at first. Tables are read without the code of the user's
+    own that computed them; with `trust` it may run where trials are run again, also if
+    somebody else has launched the study.
     """
 
     chosen: Mapping[str, Choice] = MappingProxyType({})
+    conditions: tuple[str, ...] = ()
 
     def __init__(
         self, name: str, results: Location | str = "results", *, trust: bool = False
@@ -92,30 +103,35 @@ class StoredStudy:
 
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
-        where = f" where {', '.join(chosen)}" if chosen else ""
+        wanted = ", ".join([*chosen, *self.conditions])
+        where = f" where {wanted}" if wanted else ""
         about = f"{self.name}{where}: {self.plan.num_rows} trials"
         return f"<StoredStudy {about}>"
 
-    def where(self, **settings: object) -> Self:
+    def where(self, *texts: str, **settings: object) -> Self:
         """The same study, as if its spec had only the trials with these settings.
 
         `study.where(n=50, map=["empty", "cafeteria"])` has the tables, units and all
         else of those trials. A list means one of its values. `detail` is what an axis
         that ablates has changed, as in `sweep table`. Numbers are equal if they agree
-        in nine digits. Analyses and figures take the result as any study, and `where`
-        restricts it further. Raises ChoiceError for an unknown setting, and for a value
-        that no point has.
+        in nine digits. A text is a condition, `study.where("separation_weight >= 1")`,
+        or has settings as a command takes them, `"n=50,map=empty"`. Analyses and
+        figures take the result as any study, and `where` restricts it further. Raises
+        ChoiceError for an unknown setting, a value that no point has, and what holds at
+        no point: all such mistakes together.
         """
-        if not settings:
+        if not texts and not settings:
             return self
-        wanted = self.points.index[self.chooser.having(settings)]
+        found, asked = self._chosen_points(texts, settings)
+        wanted = self.points.index[found]
         part = copy.copy(self)
         for name in vars(self):
             # A table that was read is of more trials.
             if isinstance(getattr(type(self), name, None), cached_property):
                 delattr(part, name)
         part.whole = self.whole
-        part.chosen = {**self.chosen, **as_choices(settings)}
+        part.chosen = {**self.chosen, **asked.settings}
+        part.conditions = (*self.conditions, *asked.conditions)
         part.plan = self.plan.filter(
             pc.is_in(self.plan["point"], value_set=pa.array(wanted, pa.string()))
         )
@@ -124,10 +140,39 @@ class StoredStudy:
         )
         return part
 
+    def _chosen_points(
+        self, texts: Iterable[str], settings: Mapping[str, object]
+    ) -> tuple[NDArray[np.bool_], Restriction]:
+        """Which points have all that is wanted, and what that is."""
+        refusals, chooser = Refusals(), self.chooser
+        asked = Restriction(as_choices(settings), ())
+        for text in texts:
+            with refusals.noted():
+                asked = chooser.wanted(text, asked)
+        found = np.ones(chooser.points, np.bool_)
+        with refusals.noted():
+            found &= chooser.having(asked.settings)
+        for condition in asked.conditions:
+            with refusals.noted():
+                found &= chooser.holding(condition)
+        refusals.check()
+        if not found.any():
+            what = [f"{name} = {spelled(one)}" for name, one in asked.settings.items()]
+            raise ChoiceError(
+                f"no point has all of: {', '.join([*what, *asked.conditions])}",
+                self.name,
+            )
+        return found, asked
+
     @cached_property
     def whole(self) -> Self:
         """The study before any `where`."""
         return self
+
+    @property
+    def restricted(self) -> bool:
+        """Whether `where` has chosen among its trials."""
+        return bool(self.chosen or self.conditions)
 
     @cached_property
     def points(self) -> pd.DataFrame:
@@ -266,15 +311,31 @@ class StoredStudy:
     def varied(self) -> list[str]:
         """The settings that differ between points."""
         varied = list(self.about.varied)
-        if not self.chosen:
+        if not self.restricted:
             return varied
         differ = self.points[varied].nunique() > 1
         return [name for name in varied if differ[name]]
 
     @property
+    def parts(self) -> "tuple[StoredStudy, ...]":
+        """The studies that it is made of: itself."""
+        return (self,)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """The metrics that its parts do not share, each with the reason: none."""
+        return {}
+
+    @property
     def metrics(self) -> list[str]:
         """The recorded metrics."""
         return list(self.about.record)
+
+    @property
+    def series_metrics(self) -> list[str]:
+        """The metrics that are stored frame by frame."""
+        stored = self.read("series", pa.array([], pa.string())).column_names
+        return [name for name in stored if name not in ("trial_id", "frame")]
 
     @property
     def about(self) -> PlanAbout:
@@ -302,78 +363,83 @@ class StoredStudy:
         return axes
 
     @property
-    def rule(self) -> dict[str, Any]:
+    def rule(self) -> Until:
         """The rule that adds trials. Raises ChoiceError where there is none."""
         rule = self.about.until
         if rule is None:
             raise ChoiceError(
                 'its number of trials is fixed; "replicates" has no "until"', self.name
             )
-        return rule
+        return from_json(rule)
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metric that decided how many trials a point has, with the confidence of
-        its interval at each look.
+        """The metrics that decided how many trials a point has, each with the
+        confidence of its interval at each look.
 
         Empty where the number of trials is fixed. `by_point` takes it.
         """
         rule = self.about.until
-        return {rule["metric"]: rule["nominal_confidence"]} if rule else {}
+        if rule is None:
+            return {}
+        return dict.fromkeys(self.rule.widths, rule["nominal_confidence"])
 
     @cached_property
     def stopping(self) -> pd.DataFrame:
-        """One row a point of a study that adds trials `until` an interval is narrow, in
-        the order of the plan.
+        """One row a point, and metric of the rule, of a study that adds trials `until`
+        intervals are narrow, in the order of the plan.
 
-        Columns: point; n, the number of its trials, which is its last look; values, how
-        many of them have a value; undefined, the share of the done ones that have none;
-        the half_width of the repeated interval, in the unit
-        of the metric; reached, whether that is narrow enough and final; and why no
-        trials follow: "half width", "max" or "too few values", or "not yet" where some
-        do. Raises ChoiceError for a study with a fixed number of trials.
+        Columns: point; metric; n, the number of trials of the point, which is its last
+        look; values, how many of them have a value; undefined, the share of the done
+        ones that have none; the half_width of the repeated interval, and how wide it
+        may be, allowed, both in the unit of the metric; reached, whether it is narrow
+        enough and final; and why no trials follow: "half width", "max" or "too few
+        values", or "not yet" where some do. Raises ChoiceError for a study with a fixed
+        number of trials.
         """
-        rule = self.rule
-        until, stored = (
-            from_json(rule),
-            self.trials.set_index("trial_id")[rule["metric"]],
-        )
-        ids = self.plan["trial_id"].to_pandas()
-        missing = (
-            (~ids.isin(stored.index))
-            .groupby(self.plan["point"].to_pandas(), sort=False)
-            .sum()
-        )
-        trials = (
-            self.plan["point"]
-            .to_pandas()
-            .value_counts(sort=False)[missing.index]
-            .to_numpy(np.int64)
-        )
+        rule, nominal = self.rule, self.repeated
+        stored = self.trials.set_index("trial_id")[list(rule.widths)]
+        ids, point = (self.plan[name].to_pandas() for name in ("trial_id", "point"))
+        missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
+        trials = point.value_counts(sort=False)[missing.index].to_numpy(np.int64)
+        values = stored.reindex(ids)
         seen = look(
-            until,
-            rule["nominal_confidence"],
+            rule,
+            next(iter(nominal.values())),
             trials,
-            stored.reindex(ids).to_numpy(np.float64),
-            self.distributions[rule["metric"]],
+            {name: values[name].to_numpy(np.float64) for name in rule.widths},
+            self.distributions,
         )
         open_ = (missing.to_numpy() > 0) | (seen.further > trials)
-        narrow = seen.half_width <= until.half_width
-        why = np.select(
-            [open_, narrow, seen.values < 2],
-            ["not yet", "half width", "too few values"],
-            "max",
-        )
+        tables = [
+            self._stopped(name, one, missing.index, trials, open_)
+            for name, one in seen.seen.items()
+        ]
+        # A point has its metrics one after the other.
+        together = pd.concat(tables).sort_index(kind="stable")
+        return together.reset_index(drop=True)
+
+    def _stopped(
+        self,
+        metric: str,
+        seen: SeenMetric,
+        points: "pd.Index[str]",
+        trials: NDArray[np.int64],
+        open_: NDArray[np.bool_],
+    ) -> pd.DataFrame:
+        """`stopping` of one metric."""
+        why = np.select([open_, seen.narrow, ~seen.known], [NOT_YET, NARROW, FEW], MOST)
+        undefined = undefined_shares(self.trials, metric)
         columns = {
-            "point": missing.index,
+            "point": points,
+            "metric": metric,
             "n": trials,
             "values": seen.values,
-            "undefined": undefined_shares(self.trials, rule["metric"])
-            .reindex(missing.index, fill_value=0.0)
-            .to_numpy(),
+            "undefined": undefined.reindex(points, fill_value=0.0).to_numpy(),
             "half_width": seen.half_width,
+            "allowed": seen.allowed,
         }
-        return pd.DataFrame(columns | {"reached": why == "half width", "why": why})
+        return pd.DataFrame(columns | {"reached": why == NARROW, "why": why})
 
     @cached_property
     def trials(self) -> pd.DataFrame:
@@ -480,7 +546,7 @@ class StoredStudy:
     @cached_property
     def units(self) -> dict[str, str]:
         """The unit of every column of `trials` and `series` that has one."""
-        if self.chosen:
+        if self.restricted:
             return self.whole.units
         tables = [self._table("trials").schema, self._table("series").schema]
         metadata = {
@@ -514,7 +580,7 @@ class StoredStudy:
 
         `by_point` takes it. Up to 0.8 nothing was stored: those are "skewed".
         """
-        if self.chosen:
+        if self.restricted:
             return self.whole.distributions
         known = self.known.metrics
         schema = self._table("trials").schema

@@ -5,7 +5,7 @@ not there: `python -m tests.analysis.measured_coverage` prints the tables of
 All values are drawn with fixed seeds, and asked for is 95 %.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sweep.analysis import Distribution, mean_estimate, paired_estimate
 from sweep.analysis.intervals import group_bounds
 from sweep.analysis.mean_bounds import Samples, mean_bounds
-from sweep.analysis.sequential import Until, look
+from sweep.analysis.sequential import Until, Width, look
 
 Floats = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
@@ -26,7 +26,7 @@ HALF_WIDTHS = (1.0, 0.5, 0.25, 0.15)
 """In standard deviations."""
 MOST = 400
 TAIL = 0.025
-SAMPLES, POINTS, PAIRS = 20_000, 500, 1_000
+SAMPLES, POINTS, PAIRS, TOGETHER = 20_000, 500, 1_000, 2_000
 SEED = 14
 
 
@@ -203,16 +203,65 @@ def covered_at_stopping(
     `half_width` is in standard deviations of a value.
     """
     declared = distribution or values.distribution
-    until = Until("x", half_width * values.deviation, 0.95, least, MOST)
+    until = Until({"x": Width(half_width * values.deviation)}, 0.95, least, MOST)
     drawn = values.draw(np.random.default_rng(SEED), (points, MOST))
     trials, open_ = np.full(points, least), True
     while open_:
         had = np.concatenate([row[:n] for row, n in zip(drawn, trials, strict=True)])
-        seen = look(until, until.nominal, trials, had, declared)
+        seen = look(until, until.nominal, trials, {"x": had}, {"x": declared})
         open_, trials = bool((seen.further > trials).any()), seen.further
     groups = pd.Series(had).groupby(np.repeat(np.arange(points), trials))
     low, high = group_bounds(groups, until.nominal, declared)
     return 100.0 * float(np.mean((low <= values.mean) & (values.mean <= high)))
+
+
+def covered_together_at_stopping(
+    widths: Mapping[str, Width], correlation: float, least: int, points: int
+) -> tuple[float, NDArray[np.int64]]:
+    """The per cent of `points` points of which all intervals have their means when they
+    stop, and the numbers of their trials.
+
+    The metrics are normal values with mean 2 and standard deviation 1, which share
+    `correlation` of their variance.
+    """
+    until, rng = Until(widths, 0.95, least, MOST), np.random.default_rng(SEED)
+    shape = (points, MOST)
+    common = rng.standard_normal(shape)
+    drawn = {
+        name: 2.0
+        + np.sqrt(correlation) * common
+        + np.sqrt(1.0 - correlation) * rng.standard_normal(shape)
+        for name in widths
+    }
+    trials, open_ = np.full(points, least), True
+    while open_:
+        had = {
+            name: np.concatenate([row[:n] for row, n in zip(one, trials, strict=True)])
+            for name, one in drawn.items()
+        }
+        found = look(until, until.nominal, trials, had)
+        open_, trials = bool((found.further > trials).any()), found.further
+    ends = np.cumsum(trials)
+    covered = np.ones(points, np.bool_)
+    for name, one in found.seen.items():
+        sums = np.add.reduceat(had[name], ends - trials)
+        covered &= np.abs(sums / trials - 2.0) <= one.half_width
+    return 100.0 * float(covered.mean()), trials
+
+
+def together_table() -> Iterator[str]:
+    """Coverage of one to four metrics together, and trials on average."""
+    for correlation in (0.0, 0.5, 0.9):
+        for count in (1, 2, 4):
+            names = [f"m{k}" for k in range(count)]
+            absolute, relative = Width(0.25), Width(0.125, relative=True)
+            widths = dict(zip(names, [relative, absolute] * 2, strict=False))
+            for least in (3, 10, 30):
+                rate, trials = covered_together_at_stopping(
+                    widths, correlation, least, TOGETHER
+                )
+                about = (str(correlation), str(least), rate, float(trials.mean()))
+                yield _row(str(count), *about)
 
 
 def false_alarms(
@@ -294,7 +343,7 @@ def compared_table() -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    for table in (fixed_table, stopped_table, compared_table):
+    for table in (fixed_table, stopped_table, together_table, compared_table):
         for row in table():
             print(row, flush=True)
         print()

@@ -15,7 +15,7 @@ from scipy.stats import norm, poisson
 import kernels.metrics
 from sweep.analysis import Distribution, mean_estimate, mean_interval, paired_estimate
 from sweep.analysis.mean_bounds import BOUNDS
-from sweep.analysis.sequential import Until, look
+from sweep.analysis.sequential import Until, Width, look
 from tests.analysis.measured_coverage import (
     COMPARED,
     FIRST_LOOKS,
@@ -189,12 +189,12 @@ def test_published_trials_widen_an_interval_as_ours_do() -> None:
 
 
 def test_a_rare_count_does_not_stop_because_nothing_was_seen() -> None:
-    rule = Until("escapes", 0.05, 0.95, 10, 400)
-    trials, values = np.array([10]), np.zeros(10)
-    seen = look(rule, 0.99, trials, values, "count")
-    assert seen.half_width[0] > 0.2
-    assert seen.further[0] > 10
-    assert look(rule, 0.99, trials, values, "normal").further[0] == 10
+    rule = Until({"escapes": Width(0.05)}, 0.95, 10, 400)
+    trials, values = np.array([10]), {"escapes": np.zeros(10)}
+    found = look(rule, 0.99, trials, values, {"escapes": "count"})
+    assert found.seen["escapes"].half_width[0] > 0.2
+    assert found.further[0] > 10
+    assert look(rule, 0.99, trials, values).further[0] == 10
 
 
 QUICK = 1_500

@@ -15,11 +15,13 @@ from scipy.stats import t
 from sweep.analysis import mean_interval
 from sweep.analysis.sequential import (
     Until,
+    Width,
     look,
     looks,
     nominal_confidence,
     repeated_interval,
 )
+from tests.analysis.measured_coverage import covered_together_at_stopping
 
 Draw = Callable[[np.random.Generator, tuple[int, int]], np.ndarray]
 
@@ -95,8 +97,9 @@ def stopped(
     while len(going):
         n = int(trials[going[0]])
         seen = values[going, :n]
-        further = look(until, nominal, trials[going], seen.ravel())
-        covers[going] = np.abs(seen.mean(axis=1)) <= further.half_width
+        further = look(until, nominal, trials[going], {"x": seen.ravel()})
+        half = further.seen["x"].half_width
+        covers[going] = np.abs(seen.mean(axis=1)) <= half
         trials[going] = further.further
         going = going[further.further > n]
     return trials, covers
@@ -171,7 +174,9 @@ def test_normal_points_stop_with_intervals_that_cover_more_often_than_promised(
     """In units of the standard deviation. One-sided; that it is near 99 % is what the
     docstring says.
     """
-    _, covers = stopped(Until("x", half_width, 0.95, least, 200), normal, 4000, 8)
+    _, covers = stopped(
+        Until({"x": Width(half_width)}, 0.95, least, 200), normal, 4000, 8
+    )
     assert covers.mean() >= 0.95 - spread(0.95, 4000)
     assert abs(covers.mean() - 0.99) <= 0.005 + spread(0.99, 4000)
 
@@ -180,7 +185,9 @@ def test_the_price_of_looking() -> None:
     """Where the known standard deviation asks for 31 trials: measured 2.22, with a
     standard error of 0.02.
     """
-    trials, _ = stopped(Until("x", 1.96 / np.sqrt(31), 0.95, 10, 200), normal, 1000, 9)
+    trials, _ = stopped(
+        Until({"x": Width(1.96 / np.sqrt(31))}, 0.95, 10, 200), normal, 1000, 9
+    )
     assert trials.mean() / 31 == pytest.approx(2.22, abs=0.08)
 
 
@@ -209,7 +216,9 @@ def test_skewed_points_need_a_larger_first_look(
     """The table in the docstring of `repeated_interval`, to half a per cent of rounding
     and its own spread.
     """
-    _, covers = stopped(Until("x", half_width, 0.95, least, 1000), draw, 2000, 10)
+    _, covers = stopped(
+        Until({"x": Width(half_width)}, 0.95, least, 1000), draw, 2000, 10
+    )
     assert abs(covers.mean() - measured) <= 0.005 + spread(measured, 2000)
 
 
@@ -235,11 +244,25 @@ def test_an_interval_is_for_the_number_of_trials_at_a_look() -> None:
         repeated_interval(values[:12], looks(10, 60))
 
 
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_two_metrics_are_covered_together_where_a_point_stops(
+    correlation: float,
+) -> None:
+    """One with a half width, one with a share of its mean of 2."""
+    together = {"x": Width(0.5), "y": Width(0.25, relative=True)}
+    rate, trials = covered_together_at_stopping(together, correlation, 10, 600)
+    assert rate >= 95.0 - 100.0 * spread(0.95, 600)
+    assert trials.min() < trials.max()
+    alone = {"x": Width(0.5)}
+    _, fewer = covered_together_at_stopping(alone, correlation, 10, 600)
+    assert fewer.mean() < trials.mean()
+
+
 def test_what_a_look_decides_about_each_point() -> None:
     """Narrow, wide, equal values, nothing, one value, wide with gaps, and wide at the
     last look.
     """
-    until = Until("x", 1.0, 0.95, 4, 6)
+    until = Until({"x": Width(1.0)}, 0.95, 4, 6)
     points = [
         [0.0, 0.1, 0.2, 0.1],
         [0.0, 9.0, 1.0, 5.0],
@@ -250,8 +273,9 @@ def test_what_a_look_decides_about_each_point() -> None:
         [0.0, 9.0, 1.0, 5.0, 2.0, 8.0],
     ]
     trials = np.array([len(point) for point in points])
-    seen = look(until, until.nominal, trials, np.concatenate(points))
-    assert seen.further.tolist() == [4, 5, 4, 4, 4, 6, 6]
+    found = look(until, until.nominal, trials, {"x": np.concatenate(points)})
+    assert found.further.tolist() == [4, 5, 4, 4, 4, 6, 6]
+    seen = found.seen["x"]
     assert seen.values.tolist() == [4, 4, 4, 0, 1, 3, 6]
     assert np.isnan(seen.half_width).tolist() == [
         False,

@@ -35,6 +35,15 @@ def axis(**about: Any) -> dict[str, Any]:
 
 PLANS: dict[str, tuple[dict[str, Any], str]] = {
     "metric unknown": (until(metric="evil"), 'unknown recorded metric "evil"'),
+    "metrics unknown": (
+        until(half_width={"speed": 0.1, "evil": "5%"}, metric=None),
+        '"metric" must be a text',
+    ),
+    "half width a list": (until(half_width=[0.1]), '"half_width" must be a number'),
+    "half width too many per cent": (
+        until(half_width="900%"),
+        "or a share of the mean, as 5%",
+    ),
     "metric a status": (until(metric="status"), 'unknown recorded metric "status"'),
     "half width NaN": (until(half_width=math.nan), "half_width"),
     "half width negative": (until(half_width=-1), "half_width"),

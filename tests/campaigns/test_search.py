@@ -16,11 +16,12 @@ from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import candidates
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.campaigns.search.run import RunSetup
-from sweep.cli.listing import point_table, status_json
+from sweep.cli.listing import status_json
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.replays.replay import replay
 from sweep.spec.study import parse_spec
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Loky, Serial
@@ -613,9 +614,9 @@ def test_a_search_can_be_looked_at_like_any_study(tmp_path: Path) -> None:
     searched(TINY, tmp_path)
     study = StoredStudy("tiny", tmp_path)
     assert json.loads(status_json(study))["statuses"] == {"done": 39}
-    rows, names = point_table(study, [], half=False)
-    assert names == ["flock_radius"]
-    assert {"separation_weight", "cohesion_weight"} <= set(rows.columns)
+    found = point_means(study)
+    assert found.metrics == ["flock_radius"]
+    assert {"separation_weight", "cohesion_weight"} <= set(found.rows.columns)
     assert replay(study, study.plan["trial_id"][38].as_py())[1]
 
 

@@ -2,6 +2,7 @@
 launch, and what is said of it.
 """
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,17 @@ from ruamel.yaml import YAML
 import sweep.workers.attempts as attempts_module
 from kernels.metrics import METRICS
 from sweep.analysis import by_point, mean_interval
-from sweep.analysis.sequential import Until, looks, nominal_confidence
+from sweep.analysis.sequential import (
+    Until,
+    Width,
+    from_json,
+    look,
+    looks,
+    nominal_confidence,
+)
 from sweep.campaigns.launch import launch
 from sweep.campaigns.progress import Progress
-from sweep.cli.listing import point_table, status_text, table_text
+from sweep.cli.listing import status_text, table_text
 from sweep.cli.progress import ProgressBar
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs
@@ -26,6 +34,7 @@ from sweep.spec.replication import read_replication
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
+from sweep.tables.point_means import point_means
 from sweep.tables.sensitivity import morris
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
@@ -242,7 +251,8 @@ def test_jobs_with_a_number_for_each_point_are_those_of_a_fixed_number() -> None
 def test_a_table_shows_the_repeated_interval_and_says_so(
     whole: StoredStudy, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    rows, names = point_table(whole, ["speed", "flock_radius"], half=False)
+    found = point_means(whole, ["speed", "flock_radius"])
+    rows, names = found.rows, found.metrics
     declared = whole.distributions
     expected = by_point(
         whole.trials,
@@ -251,7 +261,7 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
         repeated=whole.repeated,
         distributions=declared,
     )
-    pd.testing.assert_frame_equal(rows.drop(columns="view"), expected)
+    pd.testing.assert_frame_equal(rows.drop(columns="trial_id"), expected)
     usual = by_point(whole.trials, whole.varied, names, distributions=declared)
     assert (rows["speed_high"] - rows["speed"]).to_numpy() == pytest.approx(
         whole.stopping["half_width"].to_numpy()
@@ -260,11 +270,9 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     pd.testing.assert_series_equal(
         rows["flock_radius_high"], usual["flock_radius_high"]
     )
-    bootstrap, _ = point_table(
-        whole, ["speed", "flock_radius"], half=False, interval="bootstrap"
-    )
+    bootstrap = point_means(whole, names, interval="bootstrap").rows
     pd.testing.assert_series_equal(bootstrap["speed_high"], rows["speed_high"])
-    table_text(whole, rows, names)
+    table_text(whole, found)
     text = " ".join(capsys.readouterr().out.split())
     assert (
         "speed: mean ± half width of the repeated 95 % interval, by which the number of"
@@ -278,11 +286,92 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
 
 def test_a_mean_over_the_last_half_may_decide(tmp_path: Path) -> None:
     study = launched(GROWING.replace("metric: speed", "metric: speed_mean"), tmp_path)
-    rows, _ = point_table(study, ["speed"], half=True)
+    rows = point_means(study, ["speed"], half=True).rows
     assert list(study.repeated) == ["speed_mean"]
     assert (rows["speed_mean_high"] - rows["speed_mean"]).to_numpy() == pytest.approx(
         study.stopping["half_width"]
     )
+
+
+SEVERAL = GROWING.replace(
+    "{metric: speed, half_width: 0.15}", "{half_width: {speed: 0.3, flock_radius: 25%}}"
+)
+
+
+def test_several_metrics_are_all_narrow_where_a_point_stops(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Worked out again from the stored values alone."""
+    study = launched(SEVERAL, tmp_path)
+    nominal = nominal_confidence(NUMBERS, 0.975)
+    assert study.repeated == {"speed": nominal, "flock_radius": nominal}
+    assert len(study.stopping) == 8
+    assert study.stopping["reached"].all()
+    assert study.stopping["point"].tolist() == np.repeat(study.points.index, 2).tolist()
+    last = {}
+    for point, part in study.trials.groupby("point"):
+        for n in (one for one in NUMBERS if one <= len(part)):
+            found = {
+                name: mean_interval(
+                    part[name][:n], nominal, distribution=study.distributions[name]
+                )
+                for name in ("speed", "flock_radius")
+            }
+            half = {name: (one.high - one.low) / 2 for name, one in found.items()}
+            wide = half["speed"] > 0.3
+            wide |= half["flock_radius"] > 0.25 * found["flock_radius"].value
+            assert wide == (n < len(part)), (point, n)
+        last[point] = half
+    for _, row in study.stopping.iterrows():
+        assert row["half_width"] == pytest.approx(last[row["point"]][row["metric"]])
+    assert "settled   4 of 4 points, 4 by half width" in status_text(study)
+    table_text(study, point_means(study))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "flock_radius, speed: mean with the repeated 95 % interval" in said
+    table_text(study, point_means(study, by=[]))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "which takes the numbers of trials as given" in said
+    plan = make_plan(parse_spec(SEVERAL), 2)
+    assert (
+        "until the half width of speed is 0.3, of flock_radius is 25% of its mean)"
+        in plan.as_text()
+    )
+
+
+def test_one_metric_by_name_is_the_rule_of_before() -> None:
+    """So that its trials stay: the looks, their confidence, and what is stored."""
+    before = parse_spec(GROWING).until
+    named = "{half_width: {speed: 0.15}}"
+    after = parse_spec(
+        GROWING.replace("{metric: speed, half_width: 0.15}", named)
+    ).until
+    assert before == after
+    assert before
+    assert before.nominal == nominal_confidence(NUMBERS, 0.95)
+    old = {"metric": "speed", "half_width": 0.15, "confidence": 0.95}
+    assert from_json(old | {"min": 3, "max": 60}) == before
+    several = parse_spec(SEVERAL).until
+    assert several
+    assert from_json(json.loads(json.dumps(several.as_json()))) == several
+
+
+def test_more_metrics_than_hold_together_are_refused() -> None:
+    widths = ", ".join(f"metric_{k}: 1" for k in range(11))
+    with pytest.raises(SpecError, match=r'"half_width" has 11 metrics; at most 10 are'):
+        parse_spec(spec_with(f"{{until: {{half_width: {{{widths}}}}}, max: 50}}"))
+
+
+def test_a_point_waits_for_no_metric_without_values() -> None:
+    rule = Until({"a": Width(1.0), "b": Width(0.1, relative=True)}, 0.95, 4, 8)
+    trials = np.full(3, 4)
+    values = {
+        "a": np.array([0.0, 0.1, 0.2, 0.1] * 3),
+        "b": np.array([np.nan] * 4 + [5.0, 5.1, 5.0, 5.1] + [5.0, 9.0, 5.0, 9.0]),
+    }
+    found = look(rule, rule.nominal, trials, values)
+    assert found.further.tolist() == [4, 4, 5]
+    assert found.seen["b"].known.tolist() == [False, True, True]
+    assert found.seen["b"].allowed[1:] == pytest.approx([0.505, 0.7])
 
 
 def test_what_is_said_before_during_and_after(
@@ -339,7 +428,7 @@ def valid(text: str) -> bool:
 
 def test_a_rule_is_read_with_its_defaults() -> None:
     text = spec_with("{until: {metric: speed_mean, half_width: 2}, max: 50}")
-    assert parse_spec(text).until == Until("speed_mean", 2.0, 0.95, 10, 50)
+    assert parse_spec(text).until == Until({"speed_mean": Width(2.0)}, 0.95, 10, 50)
     assert parse_spec(text).trials_per_point == 50
     assert parse_spec(
         spec_with(
@@ -375,11 +464,40 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ),
         (
             "{until: {metric: speed, half_width: wide}, max: 50}",
-            '"half_width" must be a number, not "wide"',
+            '"half_width" must be a number above 0, in the unit of the metric, or a',
             0,
         ),
         ("{until: {metric: speed}, max: 50}", 'missing key "half_width" in "until"', 0),
-        ("{until: {half_width: 1}, max: 50}", 'missing key "metric" in "until"', 0),
+        (
+            "{until: {half_width: 1}, max: 50}",
+            'needs "metric" with one "half_width", or a mapping from metrics to half',
+            0,
+        ),
+        (
+            "{until: {metric: speed, half_width: {speed: 1}}, max: 50}",
+            'needs "metric" with one "half_width", or a mapping from metrics to half',
+            0,
+        ),
+        (
+            "{until: {half_width: {sped: 1, coverage: 5%}}, max: 50}",
+            'unknown recorded metric "sped"; did you mean "speed"?',
+            1,
+        ),
+        (
+            "{until: {half_width: {speed: 5 percent}}, max: 50}",
+            '"speed" must be a number above 0, in the unit of the metric, or a share',
+            0,
+        ),
+        (
+            "{until: {half_width: {speed: 0%}}, max: 50}",
+            '"speed" must be a number above 0, in the unit of the metric, or a share',
+            0,
+        ),
+        (
+            "{until: {half_width: {speed: -1}}, max: 50}",
+            '"speed" must be a number above 0',
+            0,
+        ),
         (
             "{until: {metric: speed, half_with: 1}, max: 50}",
             'unknown key "half_with"; did you mean "half_width"?',

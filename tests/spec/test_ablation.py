@@ -9,13 +9,14 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
-from sweep.cli.listing import point_table, table_text
+from sweep.cli.listing import table_text
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError, SpecError
 from sweep.spec.ablation import WORLD
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
+from sweep.tables.point_means import point_means
 from tests.specs import SHORT, short, short_study
 from tests.studies import SMALL, launched
 
@@ -225,7 +226,8 @@ def test_a_table_has_one_column_for_the_detail_that_is_changed(
         "separation_weight: [0.5, 1]\n  detail: {ablate: as_written}",
     )
     study = launched(spec, tmp_path)
-    rows, names = point_table(study, ["speed"], half=False)
+    found = point_means(study, ["speed"])
+    rows = found.rows
     assert list(rows.columns[:3]) == ["separation_weight", "detail", "speed"]
     assert list(zip(rows["separation_weight"], rows["detail"], strict=True))[:3] == [
         (0.5, ""),
@@ -233,7 +235,7 @@ def test_a_table_has_one_column_for_the_detail_that_is_changed(
         (0.5, "displacement_factor"),
     ]
     assert set(rows["speed_n"]) == {3}
-    table_text(study, rows, names)
+    table_text(study, found)
     shown = capsys.readouterr().out
     assert "displacement_factor" in shown
     assert "drag" in shown

@@ -188,7 +188,7 @@ def test_a_search_may_ask_for_it() -> None:
 def test_a_rule_may_ask_for_it() -> None:
     rule = "{until: {metric: gain, half_width: 0.1}, max: 20}"
     spec = short(GAIN).replace("replicates: 2", f"replicates: {rule}")
-    assert parse_spec(spec).until.metric == "gain"
+    assert list(parse_spec(spec).until.widths) == ["gain"]
     assert is_valid(spec)
 
 

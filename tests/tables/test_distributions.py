@@ -9,10 +9,11 @@ import pytest
 
 from sweep.analysis import by_point, contrast, mean_interval, undefined_shares
 from sweep.cli.comparison_text import comparison_text
-from sweep.cli.listing import metric_table, point_table, table_text
+from sweep.cli.listing import metric_table, table_text
 from sweep.figures.selection import select
 from sweep.tables.comparison import compare_sides
 from sweep.tables.comparison_sides import read_side
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from tests.studies import SMALL, launched
 
@@ -66,15 +67,14 @@ def test_a_table_has_no_zero_width_for_a_rare_event(
 ) -> None:
     study = StoredStudy("rare", results)
     assert (study.trials["escapes"] == 0).all()
-    rows, names = point_table(study, ["speed", "escapes", "hits"], half=False)
-    table_text(study, rows, names)
+    table_text(study, point_means(study, ["speed", "escapes", "hits"]))
     printed = capsys.readouterr().out
     assert "(0.00 to 1.00)" in printed
     assert "± 0 " not in printed
     assert "±" in printed
-    rows, names = point_table(study, ["escapes"], half=False, interval="t")
-    assert (rows["escapes_high"] == 0.0).all()
-    table_text(study, rows, names, "t")
+    found = point_means(study, ["escapes"], interval="t")
+    assert (found.rows["escapes_high"] == 0.0).all()
+    table_text(study, found)
     assert "0 (all equal)" in capsys.readouterr().out
 
 
@@ -98,10 +98,11 @@ def test_undefined_values_are_told_beside_a_mean(
 ) -> None:
     shares = undefined_shares(half_known.trials, "flock_radius")
     assert list(shares) == pytest.approx([1 / 3, 0.0])
-    rows, names = point_table(half_known, ["flock_radius"], half=False)
+    found = point_means(half_known, ["flock_radius"])
+    rows = found.rows
     assert list(rows["flock_radius_undefined"]) == pytest.approx([1 / 3, 0.0])
     assert list(rows["flock_radius_n"]) == [2, 3]
-    table_text(half_known, rows, names)
+    table_text(half_known, found)
     assert capsys.readouterr().out.count("33 % undefined") == 1
     note = select(half_known).about("{n} trials", [2, 3], "", ["flock_radius"])
     assert note.endswith("; flock_radius undefined in 17 % of trials")

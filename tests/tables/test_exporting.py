@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import duckdb
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -21,6 +22,7 @@ from pyarrow import csv
 import sweep.tables.exporting as exporting
 import sweep.tables.netcdf as netcdf
 from kernels.model import BODY_COLUMNS, flaw
+from sweep.campaigns.loaded import LoadedStudy
 from sweep.errors import ChoiceError, OutputError
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
@@ -38,6 +40,27 @@ ENDINGS = (".parquet", ".arrow", ".csv", ".nc")
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
     return launched(KEPT, tmp_path_factory.mktemp("kept"))
+
+
+def test_another_reader_gets_exactly_the_trials_of_the_study(tmp_path: Path) -> None:
+    """The stored parts have more: the spec of the study has lost a point."""
+    launched(SMALL.replace("[0.5, 1]", "[0.5, 1, 2]"), tmp_path)
+    launched(SMALL, tmp_path)
+    small = LoadedStudy("small", tmp_path)
+    path = tmp_path / "small.parquet"
+    small.export(path)
+    read = duckdb.sql(f"SELECT * FROM '{path}'").df()
+    pd.testing.assert_frame_equal(
+        read, small.trials, check_dtype=False, check_column_type=False
+    )
+    parts = small.store.folder / "parts" / "*" / "trials.parquet"
+    stored = duckdb.sql(f"SELECT count(*) FROM '{parts}'").fetchall()[0][0]
+    assert (len(read), stored) == (6, 9)
+    part = small.where("separation_weight < 1")
+    part.export(path, "series", force=True)
+    assert duckdb.sql(f"SELECT * FROM '{path}'").df()["speed"].tolist() == (
+        part.series["speed"].tolist()
+    )
 
 
 def bits(column: Any) -> bytes:
@@ -234,7 +257,9 @@ def test_no_state_can_have_the_name_of_another_column(
     own = {"phase", "frequency"}
     export(oscillating, tmp_path / "flights.csv", "trajectories")
     found = set(csv.read_csv(tmp_path / "flights.csv").column_names)
-    data = netcdf.dataset(exporting._rows(oscillating, "trajectories"), oscillating)
+    data = netcdf.dataset(
+        exporting.ordered_rows(oscillating, "trajectories"), oscillating
+    )
     found |= {str(name) for name in data.variables} - set(oscillating.varied)
     found |= set(in_order(oscillating, "trajectories").column_names)
     assert found - own == set(BODY_COLUMNS) - {"index"}
@@ -254,7 +279,7 @@ def test_netcdf_pads_what_is_shorter_or_smaller(tmp_path: Path) -> None:
         ),
         tmp_path,
     )
-    data = netcdf.dataset(exporting._rows(study, "trajectories"), study)
+    data = netcdf.dataset(exporting.ordered_rows(study, "trajectories"), study)
     assert data["frame"].values.tolist() == [0, 2, 4, 6, 7]
     assert data["x"].shape == (2, 5, 5)
     there = ~np.isnan(data["x"].values)
@@ -264,7 +289,7 @@ def test_netcdf_pads_what_is_shorter_or_smaller(tmp_path: Path) -> None:
 
 
 def test_maps_of_different_sizes_are_padded(study: StoredStudy) -> None:
-    table = exporting._rows(study, "heatmaps")
+    table = exporting.ordered_rows(study, "heatmaps")
     small = {
         "trial_id": table["trial_id"][:2],
         "rows": [2, 1],

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import sweep.web.track as track
-from sweep.cli.listing import point_table, table_text
+from sweep.cli.listing import point_rows, table_text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import RecordSpec
+from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial
 from sweep.trial import looking
@@ -314,12 +315,13 @@ def test_a_table_says_how_to_see_a_trial_of_each_point(
     study = StoredStudy(flown.name, flown.store.folder.parent)
     trials = study.trials
     trials.loc[trials["replicate"] == 0, "status"] = "timeout"
-    rows, names = point_table(study, ["speed"], half=False)
+    found = point_means(study, ["speed"])
+    rows = point_rows(study, found)
     seen = trials.set_index("trial_id").loc[
         [command.split()[-1] for command in rows["view"]]
     ]
     assert rows["view"][0].startswith("sweep view small ")
     assert seen["separation_weight"].tolist() == rows["separation_weight"].tolist()
     assert seen["replicate"].tolist() == [1, 1]
-    table_text(study, rows, names)
+    table_text(study, found)
     assert rows["view"][0] in capsys.readouterr().out

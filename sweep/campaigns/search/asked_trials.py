@@ -85,7 +85,7 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     asked = study.store.read_asked()
     if asked is None:
         raise ChoiceError("not a search (it has no asked.parquet)", study.name)
-    if study.chosen:
+    if study.restricted:
         raise ChoiceError("a search is a whole: ask it before where", study.name)
     about = metadata(asked.schema, ABOUT, SHAPE, study.store.asked, SEARCH_AGAIN)
     _check_known(study.store.asked, about)

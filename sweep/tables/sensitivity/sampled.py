@@ -8,6 +8,7 @@ effect of a setting and is taken off.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -117,7 +118,9 @@ def sampled_axis(
             f"several axes are sampled, say which: {', '.join(having)}", study.name
         )
     chosen = axis or having[0]
-    if fixed := [name for name in study.chosen if name in axes[chosen].settings]:
+    within = (study.whole.chooser.names(one) for one in study.conditions)
+    named = (*study.chosen, *chain.from_iterable(within))
+    if fixed := [name for name in named if name in axes[chosen].settings]:
         raise ChoiceError(
             f"with where {fixed[0]}, which {chosen} samples; allowed: others",
             study.name,

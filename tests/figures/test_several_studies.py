@@ -1,0 +1,156 @@
+"""Several studies in one figure, told apart, with the numbers of each."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sweep.errors import ChoiceError
+from sweep.figures import heatmap_figure, metric_curves, save, saved_about
+from sweep.figures.asked import check_shared
+from sweep.figures.kinds import KINDS
+from sweep.figures.planning import Choices
+from sweep.figures.saving import about_study
+from sweep.figures.scatter import scatter_figure
+from sweep.tables.joined import JoinedStudies
+from sweep.tables.stored_study import StoredStudy
+from tests.commands import sweep
+from tests.plotted import legend_texts, shown, study, titles
+from tests.studies import SMALL, launched
+
+OTHER = SMALL.replace("study: small", "study: more/other").replace(
+    "replicates: 3", "replicates: 2"
+)
+FEWER = SMALL.replace("study: small", "study: fewer").replace(
+    "record: {series: [speed]", "record: {metrics: [dispersion], series: [dispersion]"
+)
+
+ONLY = FEWER.replace("fewer", "only").replace("dispersion", "speed")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("several")
+    for spec in (SMALL, OTHER, FEWER, ONLY):
+        launched(spec, folder)
+    return folder
+
+
+def joined(results: Path, *names: str) -> JoinedStudies:
+    return JoinedStudies([StoredStudy(name, results) for name in names])
+
+
+def test_curves_of_two_studies_are_lines_with_the_number_of_each(results: Path) -> None:
+    """The lines are those of each study alone, though their trials share their ids."""
+    both = joined(results, "small", "more/other")
+    figure = metric_curves(both)
+    assert legend_texts(figure) == ["small (6 trials)", "more/other (4 trials)"]
+    drawn = [
+        line.get_ydata() for axes in figure.axes for line in axes.lines if axes.lines
+    ]
+    alone = [
+        line.get_ydata()
+        for name in ("small", "more/other")
+        for axes in metric_curves(StoredStudy(name, results)).axes
+        for line in axes.lines
+    ]
+    assert len(drawn) == len(alone) == 4
+    for line in alone:
+        assert any(np.array_equal(line, other) for other in drawn)
+    assert shown(figure).startswith("small and more/other: 2 to 3 trials a curve, mean")
+
+
+def test_points_of_two_studies_have_their_own_colours(results: Path) -> None:
+    both = joined(results, "small", "more/other")
+    figure = scatter_figure(both, "speed", "separation_weight")
+    assert legend_texts(figure) == ["small (6 trials)", "more/other (4 trials)"]
+    marks = [line for line in figure.axes[0].lines if line.get_marker() != "None"]
+    for mark, name in zip(marks, ("small", "more/other"), strict=True):
+        wanted = StoredStudy(name, results).trials.groupby("separation_weight")["speed"]
+        assert mark.get_ydata() == pytest.approx(wanted.mean().to_numpy())
+
+
+def test_a_setting_that_one_study_fixes_has_its_value_there(results: Path) -> None:
+    """A map of one study over two settings, beside a study that varies one of them."""
+    grid = study("grid").where(borders="torus")
+    both = JoinedStudies([grid, StoredStudy("small", results)])
+    assert both.varied == ["study", "separation_weight", "alignment_weight"]
+    points = both.points[both.points["study"] == "small (6 trials)"]
+    assert points["alignment_weight"].nunique() == 1
+    assert len(both.points) == 11
+    figure = heatmap_figure(both, "speed", "separation_weight", "alignment_weight")
+    assert shown(figure).startswith("grid and small: one point a cell")
+    assert set(titles(figure)) == {
+        "study = grid (borders = torus; 27 trials)",
+        "study = small (6 trials)",
+    }
+
+
+def test_metrics_that_are_not_the_same_are_left_out_with_the_reason(
+    results: Path,
+) -> None:
+    assert joined(results, "small", "fewer").metrics == ["dispersion"]
+    with pytest.raises(ChoiceError) as error:
+        joined(results, "fewer", "only")
+    assert error.value.reason == (
+        "no metric is the same in all of them: dispersion is not recorded in only;"
+        " speed is not recorded in fewer"
+    )
+    other = StoredStudy("more/other", results)
+    other.units = other.units | {"speed": "m/s"}
+    both = JoinedStudies([StoredStudy("small", results), other])
+    assert both.left_out == {"speed": "is in px/step in small, in m/s in more/other"}
+    assert "speed" not in both.metrics
+    with pytest.raises(ChoiceError, match="speed is in px/step in small, in m/s in"):
+        check_shared(both, ["speed"])
+
+
+def test_a_kind_for_one_study_says_so(results: Path) -> None:
+    both = joined(results, "small", "more/other")
+    for name, kind in KINDS.items():
+        reason = kind.suits(both, Choices())
+        together = name in ("curves", "scatter", "heatmap")
+        assert ("shows one study at a time" in reason) != together, name
+
+
+def test_the_command_tells_studies_from_kinds(results: Path) -> None:
+    command = ["plot", "small", "more/other", "curves", "--results", str(results)]
+    done = sweep(results, *command)
+    assert done.returncode == 0
+    (path,) = map(Path, done.stdout.split())
+    assert path == results / "small" / "figures" / "with-more-other" / "curves.png"
+    both = joined(results, "small", "more/other")
+    (png, _) = save(metric_curves(both), results / "again", about_study(both))
+    about = saved_about(png.with_suffix(""))
+    assert about["Study"] == "small and more/other"
+    assert about["Trials"] == "6, 4"
+    without = sweep(results, *command[:3], *command[4:])
+    assert "shows one study at a time" in without.stderr
+    assert "scatter-speed.png" in without.stdout
+
+
+def test_all_that_is_wrong_with_names_is_said_at_once(results: Path) -> None:
+    done = sweep(
+        results,
+        *("plot", "small", "smal", "curve", "more/other", "--results", str(results)),
+        *("--where", "separation_wieght > 0"),
+    )
+    assert done.returncode == 2
+    said = done.stderr.splitlines()
+    assert 'unknown kind "smal"' in said[0]
+    assert 'has no study of that name; did you mean "small"?' in said[0]
+    assert 'unknown kind "curve"; did you mean "curves"?' in said[1]
+    assert [line.split(":")[0] for line in said[2:]] == [
+        "study small",
+        "study more/other",
+    ]
+    twice = sweep(results, "plot", "small", "small/", "--results", str(results))
+    assert twice.returncode == 2
+    assert twice.stderr == 'study "small" is named twice\n'
+
+
+def test_a_study_with_the_name_of_a_kind_has_a_slash(results: Path) -> None:
+    launched(SMALL.replace("study: small", "study: curves"), results)
+    command = ["plot", "small", "curves/", "scatter", "--metric", "speed"]
+    done = sweep(results, *command, "--results", str(results))
+    assert done.stdout.strip().endswith("small/figures/with-curves/scatter-speed.png")
