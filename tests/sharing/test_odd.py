@@ -125,7 +125,7 @@ def test_a_search_has_the_points_that_it_asks_for(tmp_path: Path) -> None:
     asked_by(SEARCHED_SPEC, tmp_path)
     stored = odd(of_stored(StoredStudy("searched", tmp_path)))
     assert "It is a search, which decides as it runs which points it has." in stored
-    assert re.search(r"\| separation_weight \| \d+ values from ", stored)
+    assert re.search(r"^\| separation_weight \| [\d., ]+ \|$", stored, re.M)
 
 
 def test_code_that_may_not_run_leaves_gaps(
