@@ -1,6 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
+from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
@@ -21,8 +22,8 @@ from sweep.spec.recorded import Column
 from sweep.spec.settings import settings_of
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command
-from sweep.text import shortened, unknown
-from sweep.workers.failures import in_a_line
+from sweep.text import shortened, so_many, unknown
+from sweep.workers.failures import MOST_CAUSES, in_a_line
 
 MOST_ROWS = 200
 INTERVALS: dict[MeanKind | None, str] = {
@@ -281,10 +282,17 @@ def status_text(study: StoredStudy) -> str:
         f"commit    {origin['git'].get('commit', 'unknown')}"
         + (" (modified)" if origin["git"].get("diff") else "")
     )
-    if statuses.keys() - {"done", "missing"}:
-        troubled = study.trials[study.trials["status"] != "done"].head(5)
-        for _, row in troubled.iterrows():
-            error = in_a_line(str(row["error"] or ""))
-            again = command("replay", study.name, row["trial_id"])
-            lines.append(f"{row['status']}: {error}\n          {again}")
+    lines += _causes(study) if statuses.keys() - {"done", "missing"} else []
     return "\n".join(lines)
+
+
+def _causes(study: StoredStudy) -> Iterator[str]:
+    """Each cause why trials are not done, once, with the first trial of it."""
+    troubled = study.trials[study.trials["status"] != "done"]
+    causes = troubled["error"].fillna("").astype(str).map(in_a_line)
+    groups = list(troubled.groupby([troubled["status"], causes], sort=False))
+    for (status, cause), rows in groups[:MOST_CAUSES]:
+        again = command("replay", study.name, rows["trial_id"].iloc[0])
+        yield f"{status}: {so_many(len(rows), 'trial')}: {cause}\n          {again}"
+    if (more := len(groups) - MOST_CAUSES) > 0:
+        yield f'{so_many(more, "more cause")}: study.trials["error"] in Python has all'

@@ -41,7 +41,7 @@ from sweep.tables.choosing import Choice, Chooser, as_choices, spelled
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
-from sweep.text import similar, unknown
+from sweep.text import similar, so_many, unknown
 
 if TYPE_CHECKING:
     from sweep.design.jobs import Job
@@ -93,7 +93,7 @@ class StoredStudy:
     def __repr__(self) -> str:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
         where = f" where {', '.join(chosen)}" if chosen else ""
-        about = f"{self.name}{where}: {self.plan.num_rows} trials"
+        about = f"{self.name}{where}: {so_many(self.plan.num_rows, 'trial')}"
         return f"<StoredStudy {about}>"
 
     def where(self, **settings: object) -> Self:
