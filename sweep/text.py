@@ -64,6 +64,15 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     return sentence
 
 
+def installing(extra: str) -> str:
+    """The command that installs the packages of an extra.
+
+    pip reads from the boidsweep that is installed which they are. So this works too
+    where that came from a file, and no registry has it.
+    """
+    return f'pip install "boidsweep[{extra}]"'
+
+
 def so_many(number: int, what: str) -> str:
     """A number of things in words, such as `1 trial` or `2,000 trials`."""
     return f"{number:,} {what}" + "s" * (number != 1)
