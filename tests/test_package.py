@@ -19,7 +19,7 @@ from sweep.errors import (
     UnreadableError,
     UserError,
 )
-from sweep.store.provenance import git_state
+from sweep.store.repository import git_state
 from sweep.text import installing
 from sweep.workers.executors import Serial
 from tests import ROOT

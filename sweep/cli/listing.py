@@ -282,6 +282,9 @@ def status_text(study: StoredStudy) -> str:
         f"commit    {origin['git'].get('commit', 'unknown')}"
         + (" (modified)" if origin["git"].get("diff") else "")
     )
+    if spec := origin.get("study_git"):
+        modified = " (modified)" if spec["modified"] else ""
+        lines.append(f"spec      {spec['path']} of commit {spec['commit']}{modified}")
     lines += _causes(study) if statuses.keys() - {"done", "missing"} else []
     return "\n".join(lines)
 
