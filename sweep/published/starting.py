@@ -81,7 +81,9 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     """
     specs = built_in_specs()
     if name not in specs:
-        raise SpecError(unknown("built-in study (see `sweep init`)", name, specs))
+        asked = unknown("built-in study (see `sweep init`)", name, specs)
+        needed = "; a new file alone needs --model MODEL"
+        raise SpecError(asked + needed * (Path(name).suffix in ENDINGS))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
     check_output(target, ENDINGS, force=force)
