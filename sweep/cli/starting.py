@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from sweep.cli.app import Force, app, stop
+from sweep.cli.completing import model_names
 
 
 @app.command()
@@ -15,7 +16,6 @@ def init(
     study: Annotated[
         str | None,
         typer.Argument(
-            metavar="[STUDY]",
             help="A built-in study, e.g. nguyen2024/separation; without it all are"
             " listed. With --model there is none.",
         ),
@@ -23,7 +23,7 @@ def init(
     path: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE]",
+            metavar="FILE",
             help="The new spec, NAME.yaml; by default in the current folder, named as"
             " the study or the model.",
         ),
@@ -31,8 +31,9 @@ def init(
     model: Annotated[
         str | None,
         typer.Option(
+            autocompletion=model_names,
             help="Begin with a small study of this model instead: one of `sweep"
-            " models`, or a file, ./NAME.py, which is run."
+            " models`, or a file, ./NAME.py, which is run.",
         ),
     ] = None,
     preset: Annotated[
@@ -41,12 +42,13 @@ def init(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Begin a study of your own: with the spec of a built-in one, or with --model with
-    a small one that takes about ten seconds and explains its keys.
+    """Begin a study of your own, as a built-in one or with a model.
 
-    A file NAME.yaml has the study my/NAME: its results are apart from those of the
+    With --model it is a small one that takes about ten seconds and explains its keys. A
+    file NAME.yaml has the study my/NAME: its results are apart from those of the
     built-in one. Tables and images that a built-in spec names are copied too.
 
+    \b
     sweep init                                    lists the built-in studies
     sweep init nguyen2024/separation wide.yaml    a copy of one of them
     sweep init wide.yaml --model nguyen2024       a small study of a model

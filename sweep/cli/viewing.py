@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.cli.app import CodeFrom, NoCode, Results, Trust, app, stop
+from sweep.cli.completing import model_names
 from sweep.text import installing
 
 if TYPE_CHECKING:
@@ -39,8 +40,9 @@ def view(
     model: Annotated[
         str | None,
         typer.Option(
+            autocompletion=model_names,
             help="A model, or a file that has one: ./NAME.py; by default the first of"
-            " `sweep models`."
+            " `sweep models`.",
         ),
     ] = None,
     preset: Annotated[

@@ -11,9 +11,8 @@ from sweep.design.plan import Plan
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
-from sweep.spec.built_in import EXPERIMENTS
+from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
 from sweep.spec.document import Document
-from sweep.spec.schema import FILE_FOR_EDITORS
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.outputs import check_output, unfinished
