@@ -218,3 +218,24 @@ def test_a_plan_and_a_comparison_are_those_of_the_commands(tmp_path: Path) -> No
     assert row["difference"] == pytest.approx(means[1.0] - means[0.5])
     with pytest.raises(sweep.errors.ChoiceError, match='did you mean "speed"'):
         sweep.compare("small", "small", ["sped"], results=str(tmp_path))
+
+
+def installs(target: str, makefile: str) -> str:
+    """What pip is asked for by a target of the Makefile, and by those that it needs."""
+    rule = re.search(rf"^{re.escape(target)}: (.*?)$((?:\n\t.*)*)", makefile, re.M)
+    if rule is None:
+        return ""
+    needed = rule[1].partition("#")[0].split()
+    asked = re.findall(r"^\t\$\(UV\) (.*)", rule[2], re.M)
+    found = [*(installs(one, makefile) for one in needed), *asked]
+    return " ".join(filter(None, found))
+
+
+def test_make_quickstart_installs_no_tools_of_developers() -> None:
+    """And `make test` adds them to the same environment, whichever comes first."""
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in ("quickstart", "reproduce-figures"):
+        assert installs(target, makefile) == "--editable '.[sensitivity,view]'"
+    for target in ("test", "check", "notebooks", "documents"):
+        assert "--group dev" in installs(target, makefile)
+        assert installs("quickstart", makefile) in installs(target, makefile)
