@@ -2,7 +2,9 @@
 a command.
 """
 
+import logging
 import sys
+from functools import partial
 from pathlib import Path
 from textwrap import indent
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -102,6 +104,25 @@ Trust = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def _hush(context: typer.Context, asked: bool) -> bool:
+    """Let this command log errors alone."""
+    if asked:
+        log = logging.getLogger("sweep")
+        context.call_on_close(partial(log.setLevel, log.level))
+        log.setLevel(logging.ERROR)
+    return asked
+
+
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet",
+        callback=_hush,
+        help="No progress and no warnings on stderr: errors alone.",
+    ),
+]
 Workers = Annotated[
     int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")
 ]

@@ -1,8 +1,7 @@
 """Tables of what exists and of what is stored, for a terminal or for a program."""
 
 import json
-from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 from rich.table import Table
@@ -239,13 +238,19 @@ def brief(value: Any) -> str:
 
 
 def status_json(study: StoredStudy) -> str:
-    """Counts by status, as JSON."""
+    """Counts by status, and why trials are not done, for programs: docs/json.md says
+    what each key is.
+    """
     return json.dumps(
         {
             "study": study.name,
+            "folder": str(study.store.folder),
             "trials": study.plan.num_rows,
             "apart": study.apart(),
             "statuses": study.statuses(),
+            "causes": [one._asdict() for one in _causes(study)],
+            "kernels_sha": study.provenance["kernels_sha"],
+            "commit": study.provenance["git"].get("commit"),
         }
     )
 
@@ -285,17 +290,35 @@ def status_text(study: StoredStudy) -> str:
     if spec := origin.get("study_git"):
         modified = " (modified)" if spec["modified"] else ""
         lines.append(f"spec      {spec['path']} of commit {spec['commit']}{modified}")
-    lines += _causes(study) if statuses.keys() - {"done", "missing"} else []
+    causes = _causes(study)
+    for one in causes[:MOST_CAUSES]:
+        again = command("replay", study.name, one.first)
+        trials = so_many(one.trials, "trial")
+        lines.append(f"{one.status}: {trials}: {one.cause}\n          {again}")
+    if (more := len(causes) - MOST_CAUSES) > 0:
+        lines.append(f"{so_many(more, 'more cause')}: --json has all")
     return "\n".join(lines)
 
 
-def _causes(study: StoredStudy) -> Iterator[str]:
-    """Each cause why trials are not done, once, with the first trial of it."""
+class _Cause(NamedTuple):
+    """Why trials are not done: how many have this status and this line as their error,
+    and the id of the first.
+    """
+
+    status: str
+    trials: int
+    cause: str
+    first: str
+
+
+def _causes(study: StoredStudy) -> list[_Cause]:
+    """Each cause once, the one of the first trial first."""
+    if not study.statuses().keys() - {"done", "missing"}:
+        return []
     troubled = study.trials[study.trials["status"] != "done"]
     causes = troubled["error"].fillna("").astype(str).map(in_a_line)
-    groups = list(troubled.groupby([troubled["status"], causes], sort=False))
-    for (status, cause), rows in groups[:MOST_CAUSES]:
-        again = command("replay", study.name, rows["trial_id"].iloc[0])
-        yield f"{status}: {so_many(len(rows), 'trial')}: {cause}\n          {again}"
-    if (more := len(groups) - MOST_CAUSES) > 0:
-        yield f'{so_many(more, "more cause")}: study.trials["error"] in Python has all'
+    groups = troubled.groupby([troubled["status"], causes], sort=False)["trial_id"]
+    return [
+        _Cause(str(status), len(trials), str(cause), str(trials.iloc[0]))
+        for (status, cause), trials in groups
+    ]

@@ -2,6 +2,7 @@
 and then, with the same numbers.
 """
 
+import json
 import sys
 import time
 from types import TracebackType
@@ -13,19 +14,20 @@ from sweep.campaigns.progress import Progress
 from sweep.cli.terminal import Terminal
 from sweep.design.plan import duration
 from sweep.store.locations import Location
+from sweep.store.shares import Share
 from sweep.text import guard_streams, so_many, unguarded
 
 LINE_SECONDS = 10.0
 
 
 class ProgressBar:
-    """Shows the trials of a study: done, a second, time to go, failed. A context
-    manager.
+    """Shows the trials of a study: done, a second, time to go, failed; nothing of that
+    where it is `quiet`. A context manager.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.terminal = sys.stderr.isatty()
+    def __init__(self, name: str, *, quiet: bool = False) -> None:
+        self.name, self.quiet = name, quiet
+        self.terminal = sys.stderr.isatty() and not quiet
         self.bar = Bar(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -119,7 +121,13 @@ class ProgressBar:
             )
 
     def _line(self, text: str) -> None:
-        self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
+        if not self.quiet:
+            self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
+
+    @property
+    def seconds(self) -> float:
+        """How long it has been shown."""
+        return time.monotonic() - self.began
 
     def summary(self, progress: Progress, folder: Location) -> str:
         """The result of the launch, in one line."""
@@ -127,15 +135,34 @@ class ProgressBar:
         counts = ", ".join(
             f"{count:,} {status}" for status, count in sorted(progress.statuses.items())
         )
-        seconds = time.monotonic() - self.began
         done = (
-            f"{so_many(new, 'new trial')} ({counts}) in {seconds:.1f} s"
+            f"{so_many(new, 'new trial')} ({counts}) in {self.seconds:.1f} s"
             if new
             else "nothing was missing"
         )
         settled = f", {_settled(progress)}" if progress.settled is not None else ""
         trials = so_many(progress.trials, "trial")
         return f"{self.name}: {done}; {trials} in {folder}{settled}"
+
+
+def launch_json(
+    study: str, share: Share | None, folder: Location, progress: Progress, took: float
+) -> str:
+    """What a launch has come to, for programs: docs/json.md says what each key is."""
+    return json.dumps(
+        {
+            "study": study,
+            "share": str(share) if share else None,
+            "folder": str(folder),
+            "points": progress.points,
+            "settled": progress.settled,
+            "trials": progress.trials,
+            "stored": progress.stored,
+            "new": dict(progress.statuses),
+            "apart": progress.apart,
+            "seconds": round(took, 3),
+        }
+    )
 
 
 def _settled(progress: Progress) -> str:
