@@ -112,7 +112,9 @@ MAY_IMPORT = {
     "workers": "kernels errors text spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
-    "campaigns": "errors analysis spec design trial store workers tables",
+    "campaigns": (
+        "errors text analysis spec own_code design trial store workers tables"
+    ),
     "figures": (
         "kernels errors text analysis spec own_code trial store tables campaigns"
     ),

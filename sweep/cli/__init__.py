@@ -15,6 +15,7 @@ themselves, so that `sweep --help` answers at once.
     own_code         code: that of a stored study
     viewing          view: the live simulator
     guide            guide: the documentation, in the terminal
+    warming          warm: compiles ahead
     checking         check: whether a model keeps its promises
     catalogue        models, maps, metrics, schema
     listing          tables of what exists and of what is stored
@@ -39,6 +40,7 @@ from sweep.cli import maintenance as maintenance
 from sweep.cli import sharing as sharing
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
+from sweep.cli import warming as warming
 from sweep.cli import guide as guide
 from sweep.cli import checking as checking
 from sweep.cli import catalogue as catalogue
