@@ -9,6 +9,7 @@ from zipfile import ZipFile
 
 import pytest
 
+from sweep.cli.topics import all_topics
 from sweep.published.starting import built_in_specs
 from sweep.store.repository import built_from, git_state
 from tests import ROOT
@@ -73,6 +74,18 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
     schema = installed / "sweep" / "spec" / "spec.schema.json"
     assert first == f"# yaml-language-server: $schema={schema.as_uri()}"
     assert schema.is_file()
+
+
+@pytest.mark.slow
+def test_a_wheel_teaches_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
+    """The guide and its pages, and a study of a model that runs."""
+    listed = run(installed, tmp_path, *SWEEP, "guide")
+    assert set(all_topics()) == {line.split()[0] for line in listed.splitlines()}
+    page = (ROOT / "docs" / "own-models.md").read_text(encoding="utf-8")
+    assert run(installed, tmp_path, *SWEEP, "guide", "own-models") == page
+    run(installed, tmp_path, *SWEEP, "init", "a.yaml", "--model", "nguyen2024")
+    said = run(installed, tmp_path, *SWEEP, "launch", "a.yaml")
+    assert "my/a: 96 new trials (96 done)" in said
 
 
 @pytest.mark.slow

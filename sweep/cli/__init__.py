@@ -26,6 +26,7 @@ themselves, so that `sweep --help` answers at once.
     replay_files     the files that a replay writes
     comparison_text  a comparison as text and as JSON
     completing       names that a shell completes
+    topics           the guide by topics
     output           errors of standard output
     terminal         tables and lines, by rich
 """

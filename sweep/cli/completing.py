@@ -10,14 +10,13 @@ from pathlib import Path
 
 import typer
 
+from sweep.cli.topics import all_topics
 from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.study_folder import STUDY_NAME, launched_studies
 
 
 def guide_topics(beginning: str) -> list[str]:
     """The topics of the guide."""
-    from sweep.cli.guide import all_topics
-
     return _beginning(beginning, all_topics())
 
 

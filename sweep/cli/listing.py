@@ -294,7 +294,7 @@ def status_text(study: StoredStudy) -> str:
     for one in causes[:MOST_CAUSES]:
         again = command("replay", study.name, one.first)
         trials = so_many(one.trials, "trial")
-        lines.append(f"{one.status}: {trials}: {one.cause}\n          {again}")
+        lines.append(f"{one.status}: {one.cause} ({trials})\n          {again}")
     if (more := len(causes) - MOST_CAUSES) > 0:
         lines.append(f"{so_many(more, 'more cause')}: --json has all")
     return "\n".join(lines)

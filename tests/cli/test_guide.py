@@ -8,7 +8,7 @@ from rich.console import Console
 
 import sweep.cli.guide as guide
 from sweep.cli.app import FIRST
-from sweep.cli.guide import all_topics, chapters
+from sweep.cli.topics import all_topics, chapters
 from sweep.design.design import expand
 from sweep.spec.study import parse_spec
 from tests import ROOT

@@ -114,7 +114,7 @@ def test_failed_trials(folder: Path) -> None:
     assert "no free place for a boid" in cause["cause"]
     text = sweep(folder, "status", "small").stdout
     assert text.count("no free place") == 1
-    assert f"failed: 6 trials: {cause['cause']}\n" in text
+    assert f"failed: {cause['cause']} (6 trials)\n" in text
     assert f"sweep replay small {cause['first']}" in text
 
 
