@@ -1,6 +1,7 @@
 """What commands print for programs is what docs/json.md says, and nothing else."""
 
 import json
+import logging
 import re
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,7 @@ def test_quiet_leaves_errors(folder: Path) -> None:
     done = sweep(folder, "launch", "small.yml", "--quiet", "--json")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "small.yml: no such file\n"
+    assert logging.getLogger("sweep").isEnabledFor(logging.WARNING)
     assert "6 new trials" in sweep(folder, "launch", "small.yaml").stderr
     loud = sweep(folder, "launch", "wrong.yaml", "--results", "other")
     assert "small: 6 new trials (6 failed)" in loud.stderr

@@ -14,7 +14,12 @@ from kernels.models import MODELS
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.plan import make_plan
 from sweep.own_code.reading import load_spec
-from sweep.published.model_studies import FEWEST_TRIALS, begin_with_model
+from sweep.published import model_studies
+from sweep.published.model_studies import (
+    FEWEST_TRIALS,
+    MOST_TRIALS,
+    begin_with_model,
+)
 from sweep.published.starting import begin, built_in_specs
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import read_document
@@ -140,6 +145,19 @@ def test_a_study_of_any_model_explains_itself_and_takes_some_seconds(
         depth = len(key) - len(key.lstrip())
         assert comment[depth:].startswith("# "), key
         assert len(comment) > depth + 4
+
+
+@pytest.mark.parametrize(("seconds", "fewer_steps"), [(3.0, False), (0.3, True)])
+def test_where_trials_are_slow_there_are_fewer_and_then_shorter_ones(
+    seconds: float, fewer_steps: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model_studies, "CPU_SECONDS", seconds)
+    study = load_spec(begin_with_model("nguyen2024", tmp_path / "a.yaml").path)
+    plan = make_plan(study, workers=1)
+    assert 0.5 * seconds < plan.cpu_seconds < 1.2 * seconds
+    assert FEWEST_TRIALS <= plan.trials_per_point < MOST_TRIALS
+    usual = MODELS["nguyen2024"].presets["as_run"]["steps"]
+    assert (int(study.fixed["steps"]) < usual) == fewer_steps
 
 
 def test_a_study_of_an_own_model_is_begun_beside_it_and_runs(tmp_path: Path) -> None:
