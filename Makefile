@@ -3,6 +3,7 @@
 PYTHON ?= python3
 SCALE ?= full
 BIN := .venv/bin
+RUN_STAMP := .venv/installed-to-run
 STAMP := .venv/installed
 BENCH_STAMP := .venv/installed-bench
 LAB_STAMP := .venv/installed-lab
@@ -15,12 +16,12 @@ UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 
-quickstart: $(STAMP)  ## run a small study, print its table, draw its figure
+quickstart: $(RUN_STAMP)  ## run a small study, print its table, draw its figure
 	$(BIN)/sweep launch experiments/nguyen2024/quickstart.yaml
 	$(BIN)/sweep table quickstart
 	$(BIN)/sweep plot quickstart curves
 
-reproduce-figures: $(STAMP)  ## run, draw and judge all that was published; SCALE=quick with few trials
+reproduce-figures: $(RUN_STAMP)  ## run, draw and judge all that was published; SCALE=quick with few trials
 	$(BIN)/sweep reproduce --scale $(SCALE)
 
 test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
@@ -58,11 +59,17 @@ clean:  ## delete the environment and all caches, not the results
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml constraints.txt
+# What runs every built-in study and the live simulator; no tools of developers.
+$(RUN_STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "boidsweep needs Python 3.11 or newer: make PYTHON=python3.11")'
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
-	$(UV) --group dev --editable .
+	$(UV) --editable '.[sensitivity,view]'
+	@touch $@
+
+# The tests and tools too, in the same environment.
+$(STAMP): $(RUN_STAMP)
+	$(UV) --group dev
 	@touch $@
 
 $(BENCH_STAMP): $(STAMP)

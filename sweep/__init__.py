@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep import errors
-from sweep.text import harmless, make_harmless
+from sweep.text import harmless, make_harmless, so_many
 from sweep.trial.compiled import BeforeKernels
 
 if TYPE_CHECKING:
@@ -141,7 +141,8 @@ def run(
         counts = ", ".join(
             f"{count:,} {status}" for status, count in sorted(troubled.items())
         )
-        about = f"study {study.name}: {counts}, of {stored.plan.num_rows:,} trials"
+        trials = so_many(stored.plan.num_rows, "trial")
+        about = f"study {study.name}: {counts}, of {trials}"
         warnings.warn(harmless(about), stacklevel=2)
     return stored
 

@@ -1,4 +1,5 @@
-"""Words for people: names that do not exist, and signs that a terminal would obey.
+"""Words for people: names that do not exist, numbers of things, and signs that a
+terminal would obey.
 
 Text for people shows its control characters and never sends them: it may quote a file
 from anyone. A command guards its two streams once, log records pass one filter, and
@@ -61,6 +62,20 @@ def unknown(kind: str, given: object, allowed: Iterable[str]) -> str:
     if len(names) <= SHORT_LIST:
         sentence += ("" if close else ".") + f" Allowed: {', '.join(names)}"
     return sentence
+
+
+def installing(extra: str) -> str:
+    """The command that installs the packages of an extra.
+
+    pip reads from the boidsweep that is installed which they are. So this works too
+    where that came from a file, and no registry has it.
+    """
+    return f'pip install "boidsweep[{extra}]"'
+
+
+def so_many(number: int, what: str) -> str:
+    """A number of things in words, such as `1 trial` or `2,000 trials`."""
+    return f"{number:,} {what}" + "s" * (number != 1)
 
 
 def harmless(text: str) -> str:

@@ -109,14 +109,16 @@ MAY_IMPORT = {
     "design": "kernels spec",
     "trial": "kernels errors text spec design",
     "store": "kernels errors text spec own_code design trial",
-    "workers": "kernels errors spec design trial store",
+    "workers": "kernels errors text spec design trial store",
     "testing": "kernels errors text spec own_code design trial workers",
     "tables": "kernels errors text analysis spec design trial store workers",
-    "campaigns": "errors analysis spec design trial store workers tables",
+    "campaigns": (
+        "errors text analysis spec own_code design trial store workers tables"
+    ),
     "figures": (
         "kernels errors text analysis spec own_code trial store tables campaigns"
     ),
-    "replays": "kernels errors spec design trial store workers tables figures",
+    "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
         "kernels errors text analysis spec own_code design store workers tables"
         " campaigns figures"

@@ -1,6 +1,8 @@
 """The package as installed: versions, the guard on its sibling, provenance."""
 
+import ast
 import pickle
+import re
 import tomllib
 from pathlib import Path
 
@@ -17,10 +19,12 @@ from sweep.errors import (
     UnreadableError,
     UserError,
 )
-from sweep.store.provenance import git_state
+from sweep.store.repository import git_state
+from sweep.text import installing
 from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.studies import IMPOSSIBLE, SMALL, launched
+from tests.test_house import TREES
 
 
 def test_one_version_everywhere() -> None:
@@ -84,6 +88,41 @@ def test_an_error_says_the_same_wherever_it_was_raised(
     again = pickle.loads(pickle.dumps(error))
     assert (str(error), str(again)) == (text, text)
     assert vars(again) == vars(error)
+
+
+PIECES = [
+    (name, node)
+    for name, tree in TREES.items()
+    for node in ast.walk(tree)
+    if isinstance(node, ast.Call | ast.Constant)
+]
+
+
+def test_every_extra_that_is_named_is_one() -> None:
+    """And one function says how it is installed, in a form that holds for all: a path
+    such as `.` is a clone's alone.
+    """
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    named = {
+        ast.literal_eval(node.args[0])
+        for _, node in PIECES
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "installing"
+    }
+    extras = project["project"]["optional-dependencies"]
+    assert named
+    assert named <= extras.keys()
+    assert installing("view") == 'pip install "boidsweep[view]"'
+    said = {
+        name
+        for name, node in PIECES
+        if isinstance(node, ast.Constant) and "pip install" in str(node.value)
+    }
+    assert said == {"sweep/text.py"}
+    guides = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("notebooks/*")]
+    written = "".join(path.read_text() for path in guides if path.is_file())
+    listed = re.findall(r"boidsweep\[([a-z,]+)\]", written)
+    assert {extra for one in listed for extra in one.split(",")} <= extras.keys()
+    assert not re.search(r"pip install \\?[\"']?\.\[", written)
 
 
 @pytest.fixture
@@ -179,3 +218,24 @@ def test_a_plan_and_a_comparison_are_those_of_the_commands(tmp_path: Path) -> No
     assert row["difference"] == pytest.approx(means[1.0] - means[0.5])
     with pytest.raises(sweep.errors.ChoiceError, match='did you mean "speed"'):
         sweep.compare("small", "small", ["sped"], results=str(tmp_path))
+
+
+def installs(target: str, makefile: str) -> str:
+    """What pip is asked for by a target of the Makefile, and by those that it needs."""
+    rule = re.search(rf"^{re.escape(target)}: (.*?)$((?:\n\t.*)*)", makefile, re.M)
+    if rule is None:
+        return ""
+    needed = rule[1].partition("#")[0].split()
+    asked = re.findall(r"^\t\$\(UV\) (.*)", rule[2], re.M)
+    found = [*(installs(one, makefile) for one in needed), *asked]
+    return " ".join(filter(None, found))
+
+
+def test_make_quickstart_installs_no_tools_of_developers() -> None:
+    """And `make test` adds them to the same environment, whichever comes first."""
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in ("quickstart", "reproduce-figures"):
+        assert installs(target, makefile) == "--editable '.[sensitivity,view]'"
+    for target in ("test", "check", "notebooks", "documents"):
+        assert "--group dev" in installs(target, makefile)
+        assert installs("quickstart", makefile) in installs(target, makefile)

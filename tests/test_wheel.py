@@ -4,11 +4,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from tarfile import TarFile
 from zipfile import ZipFile
 
 import pytest
 
+from sweep.cli.topics import all_topics
 from sweep.published.starting import built_in_specs
+from sweep.store.repository import built_from, git_state
 from tests import ROOT
 from tests.commands import SWEEP
 
@@ -19,8 +22,17 @@ MOST_BYTES = 1_500_000
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the wheel brings, and nothing else."""
     folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
-    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    return unpacked(ROOT, folder)
+
+
+def build(kind: str, source: Path, folder: Path) -> None:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", folder]
+    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=120)
+
+
+def unpacked(source: Path, folder: Path) -> Path:
+    """What a wheel brings that is built of `source`."""
+    build("wheel", source, folder)
     (wheel,) = folder.glob("*.whl")
     assert wheel.stat().st_size < MOST_BYTES
     with ZipFile(wheel) as packed:
@@ -62,6 +74,36 @@ def test_a_wheel_has_every_built_in_study_and_begins_one_of_your_own(
     schema = installed / "sweep" / "spec" / "spec.schema.json"
     assert first == f"# yaml-language-server: $schema={schema.as_uri()}"
     assert schema.is_file()
+
+
+@pytest.mark.slow
+def test_a_wheel_teaches_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
+    """The guide and its pages, and a study of a model that runs."""
+    listed = run(installed, tmp_path, *SWEEP, "guide")
+    assert set(all_topics()) == {line.split()[0] for line in listed.splitlines()}
+    page = (ROOT / "docs" / "own-models.md").read_text(encoding="utf-8")
+    assert run(installed, tmp_path, *SWEEP, "guide", "own-models") == page
+    run(installed, tmp_path, *SWEEP, "init", "a.yaml", "--model", "nguyen2024")
+    said = run(installed, tmp_path, *SWEEP, "launch", "a.yaml")
+    assert "my/a: 96 new trials (96 done)" in said
+
+
+@pytest.mark.slow
+def test_a_wheel_knows_the_commit_that_it_was_built_from(
+    installed: Path, tmp_path: Path
+) -> None:
+    """And so does one that is built of an sdist, where git knows nothing."""
+    then = git_state(ROOT / "sweep")
+    assert then["commit"]
+    assert built_from(installed / "sweep") == then
+    build("sdist", ROOT, tmp_path)
+    (sdist,) = tmp_path.glob("*.tar.gz")
+    with TarFile.open(sdist) as packed:
+        packed.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.glob("boidsweep-*/")
+    assert git_state(source / "sweep") == {}
+    assert built_from(unpacked(source, tmp_path) / "sweep") == then
+    assert built_from(ROOT / "sweep") == {}  # nothing is left here
 
 
 @pytest.mark.slow

@@ -11,5 +11,6 @@ search asks for.
     design_plan    the plan of a study whose points come from its axes
     stored_trials  what is stored when a launch begins, and what it adds
     loaded         a stored study, with its search and its sensitivities
+    warming        what is compiled ahead
     progress       how far a campaign is, and what shows it
 """

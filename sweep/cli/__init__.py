@@ -14,6 +14,8 @@ themselves, so that `sweep --help` answers at once.
     sharing          pack, load, cite, odd: a study for others
     own_code         code: that of a stored study
     viewing          view: the live simulator
+    guide            guide: the documentation, in the terminal
+    warming          warm: compiles ahead
     checking         check: whether a model keeps its promises
     catalogue        models, maps, metrics, schema
     listing          tables of what exists and of what is stored
@@ -23,6 +25,8 @@ themselves, so that `sweep --help` answers at once.
     search_report    the report of a search
     replay_files     the files that a replay writes
     comparison_text  a comparison as text and as JSON
+    completing       names that a shell completes
+    topics           the guide by topics
     output           errors of standard output
     terminal         tables and lines, by rich
 """
@@ -37,6 +41,8 @@ from sweep.cli import maintenance as maintenance
 from sweep.cli import sharing as sharing
 from sweep.cli import own_code as own_code
 from sweep.cli import viewing as viewing
+from sweep.cli import warming as warming
+from sweep.cli import guide as guide
 from sweep.cli import checking as checking
 from sweep.cli import catalogue as catalogue
 

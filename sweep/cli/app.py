@@ -2,18 +2,36 @@
 a command.
 """
 
+import logging
 import sys
+from functools import partial
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from sweep.cli.completing import study_names
 from sweep.store.locations import Location, location
 
+FIRST = Path(__file__).with_name("first.yaml")
+"""A spec that is as small as can be."""
+HELP = f"""\
+Monte Carlo experiments and parameter sweeps over boid swarms.
+
+A study is a file, here spec.yaml:
+
+\b
+{indent(FIRST.read_text(encoding="utf-8"), "    ")}
+\b
+sweep launch spec.yaml    runs its trials
+sweep table my/first      means with intervals
+sweep plot my/first       figures
+sweep guide               the documentation
+"""
 app = typer.Typer(
-    help="Monte Carlo experiments and parameter sweeps over boid swarms.",
+    help=HELP,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -43,7 +61,9 @@ Spec = Annotated[Path, typer.Argument(help="The spec of a study, a YAML file.")]
 StudyName = Annotated[
     str,
     typer.Argument(
-        metavar="STUDY", help="Name of a study, e.g. nguyen2024/separation."
+        metavar="STUDY",
+        help="Name of a study, e.g. nguyen2024/separation.",
+        autocompletion=study_names,
     ),
 ]
 if TYPE_CHECKING:
@@ -84,6 +104,25 @@ Trust = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def _hush(context: typer.Context, asked: bool) -> bool:
+    """Let this command log errors alone."""
+    if asked:
+        log = logging.getLogger("sweep")
+        context.call_on_close(partial(log.setLevel, log.level))
+        log.setLevel(logging.ERROR)
+    return asked
+
+
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet",
+        callback=_hush,
+        help="No progress and no warnings on stderr: errors alone.",
+    ),
+]
 Workers = Annotated[
     int, typer.Option(min=0, help="Worker processes; 0 for one on each core.")
 ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sweep.cli.app import CodeFrom, NoCode, app, stop
+from sweep.cli.completing import model_names
 from sweep.text import unknown
 
 if TYPE_CHECKING:
@@ -18,7 +19,8 @@ def models(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="A model, or a file that has one: ./NAME.py, for all its settings."
+            autocompletion=model_names,
+            help="A model, or a file that has one: ./NAME.py, for all its settings.",
         ),
     ] = None,
     no_code: NoCode = False,

@@ -16,6 +16,7 @@ from sweep.cli.terminal import console
 from sweep.tables.comparison import Comparison
 from sweep.tables.comparison_sides import Side
 from sweep.tables.matched_points import telling
+from sweep.text import so_many
 
 MOST_VALUES = 4
 MOST_ALONE = 6
@@ -107,7 +108,7 @@ def summary(comparison: Comparison) -> Iterable[str]:
         (first, number), *others = [
             (words.get(verdict, verdict), number) for verdict, number in counts.items()
         ]
-        points = _number(len(comparison.matching.settings), "point")
+        points = so_many(len(comparison.matching.settings), "point")
         told = [
             f"{first} at {number:,} of {points}",
             *(f"{one} at {n:,}" for one, n in others),
@@ -122,8 +123,8 @@ def _heading(comparison: Comparison) -> Iterable[str]:
             f"; {side.missing:,} of its study are not stored" if side.missing else ""
         )
         points = (
-            f"{_number(side.trials['point'].nunique(), 'point')},"
-            f" {_number(len(side.trials), 'trial')}"
+            f"{so_many(side.trials['point'].nunique(), 'point')},"
+            f" {so_many(len(side.trials), 'trial')}"
         )
         yield f"{letter}  {side.text}: {points}{missing}"
     differ = [
@@ -136,7 +137,7 @@ def _heading(comparison: Comparison) -> Iterable[str]:
         if matching.names
         else " of A with its partner"
     )
-    yield f"{_number(len(matching.settings), 'point')}{on}"
+    yield f"{so_many(len(matching.settings), 'point')}{on}"
     if matching.same:
         yield f"{matching.same:,} more left out: both sides are the same trials"
     for letter, alone in zip("AB", matching.alone, strict=True):
@@ -301,7 +302,7 @@ def _notes(comparison: Comparison) -> Iterable[str]:
             f"{lost['not_done_a']:,} of A and {lost['not_done_b']:,} of B are not done"
         )
         yield (
-            f"in {_number(int(short.sum()), 'row')} not all trials count: {number},"
+            f"in {so_many(int(short.sum()), 'row')} not all trials count: {number},"
             " others lack a value or a partner"
         )
     yield from _undefined(rows)
@@ -312,7 +313,7 @@ def _notes(comparison: Comparison) -> Iterable[str]:
     )
     if small.any():
         yield (
-            f"in {_number(int(small.sum()), 'row')} p is small although the interval"
+            f"in {so_many(int(small.sum()), 'row')} p is small although the interval"
             " has 0: Holm's test sees more"
         )
     for letter, side in (("A", comparison.one), ("B", comparison.other)):
@@ -340,10 +341,6 @@ def _together(comparison: Comparison) -> str:
     if comparison.tests == 1:
         return "p and interval are those of one comparison"
     return INTERVALS[comparison.method.together].format(n=f"{comparison.tests:,}")
-
-
-def _number(number: int, what: str) -> str:
-    return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
 
 
 def _listed(names: Sequence[str]) -> str:

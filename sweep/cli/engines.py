@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.cli.app import stop
+from sweep.text import installing
 
 if TYPE_CHECKING:
     from sweep.workers.executors import ExecutorFactory
@@ -109,7 +110,7 @@ def _dask(
             f" {scheduler_file}` writes it"
         )
     if find_spec("distributed") is None:
-        stop('--executor dask: needs dask.distributed: pip install "boidsweep[dask]"')
+        stop(f"--executor dask: needs dask.distributed: {installing('dask')}")
     from sweep.workers.cluster import Dask
 
     made = Dask(address, None if scheduler_file is None else str(scheduler_file))

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 from rich.table import Table
@@ -21,8 +21,8 @@ from sweep.spec.settings import settings_of
 from sweep.tables.point_means import PointMeans
 from sweep.tables.stored_study import NOT_YET, WHYS, StoredStudy
 from sweep.tables.stored_tables import command
-from sweep.text import shortened
-from sweep.workers.failures import in_a_line
+from sweep.text import shortened, so_many
+from sweep.workers.failures import MOST_CAUSES, in_a_line
 
 MOST_ROWS = 200
 INTERVALS: dict[MeanKind | None, str] = {
@@ -200,13 +200,19 @@ def brief(value: Any) -> str:
 
 
 def status_json(study: StoredStudy) -> str:
-    """Counts by status, as JSON."""
+    """Counts by status, and why trials are not done, for programs: docs/json.md says
+    what each key is.
+    """
     return json.dumps(
         {
             "study": study.name,
+            "folder": str(study.store.folder),
             "trials": study.plan.num_rows,
             "apart": study.apart(),
             "statuses": study.statuses(),
+            "causes": [one._asdict() for one in _causes(study)],
+            "kernels_sha": study.provenance["kernels_sha"],
+            "commit": study.provenance["git"].get("commit"),
         }
     )
 
@@ -241,10 +247,38 @@ def status_text(study: StoredStudy) -> str:
         f"commit    {origin['git'].get('commit', 'unknown')}"
         + (" (modified)" if origin["git"].get("diff") else "")
     )
-    if statuses.keys() - {"done", "missing"}:
-        troubled = study.trials[study.trials["status"] != "done"].head(5)
-        for _, row in troubled.iterrows():
-            error = in_a_line(str(row["error"] or ""))
-            again = command("replay", study.name, row["trial_id"])
-            lines.append(f"{row['status']}: {error}\n          {again}")
+    if spec := origin.get("study_git"):
+        modified = " (modified)" if spec["modified"] else ""
+        lines.append(f"spec      {spec['path']} of commit {spec['commit']}{modified}")
+    causes = _causes(study)
+    for one in causes[:MOST_CAUSES]:
+        again = command("replay", study.name, one.first)
+        trials = so_many(one.trials, "trial")
+        lines.append(f"{one.status}: {one.cause} ({trials})\n          {again}")
+    if (more := len(causes) - MOST_CAUSES) > 0:
+        lines.append(f"{so_many(more, 'more cause')}: --json has all")
     return "\n".join(lines)
+
+
+class _Cause(NamedTuple):
+    """Why trials are not done: how many have this status and this line as their error,
+    and the id of the first.
+    """
+
+    status: str
+    trials: int
+    cause: str
+    first: str
+
+
+def _causes(study: StoredStudy) -> list[_Cause]:
+    """Each cause once, the one of the first trial first."""
+    if not study.statuses().keys() - {"done", "missing"}:
+        return []
+    troubled = study.trials[study.trials["status"] != "done"]
+    causes = troubled["error"].fillna("").astype(str).map(in_a_line)
+    groups = troubled.groupby([troubled["status"], causes], sort=False)["trial_id"]
+    return [
+        _Cause(str(status), len(trials), str(cause), str(trials.iloc[0]))
+        for (status, cause), trials in groups
+    ]

@@ -1,7 +1,8 @@
 """The progress of a launch, on stderr: a bar in a terminal; elsewhere a new line now
-and then.
+and then, with the same numbers.
 """
 
+import json
 import sys
 import time
 from types import TracebackType
@@ -11,20 +12,22 @@ from rich.progress import Progress as Bar
 
 from sweep.campaigns.progress import Progress
 from sweep.cli.terminal import Terminal
+from sweep.design.plan import duration
 from sweep.store.locations import Location
-from sweep.text import guard_streams, unguarded
+from sweep.store.shares import Share
+from sweep.text import guard_streams, so_many, unguarded
 
 LINE_SECONDS = 10.0
 
 
 class ProgressBar:
-    """Shows the trials of a study: done, a second, time to go, failed. A context
-    manager.
+    """Shows the trials of a study: done, a second, time to go, failed; nothing of that
+    where it is `quiet`. A context manager.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.terminal = sys.stderr.isatty()
+    def __init__(self, name: str, *, quiet: bool = False) -> None:
+        self.name, self.quiet = name, quiet
+        self.terminal = sys.stderr.isatty() and not quiet
         self.bar = Bar(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -73,48 +76,58 @@ class ProgressBar:
         )
         if not self.terminal and time.monotonic() - self.line_at > LINE_SECONDS:
             self.line_at = time.monotonic()
-            settled = f", {_settled(progress)}" if progress.settled is not None else ""
-            self._line(
-                f"{progress.stored + new:,} of {progress.trials:,} trials{settled}"
-                + (f", {pace}" if pace else "")
-            )
+            done = f"{progress.stored + new:,} of {so_many(progress.trials, 'trial')}"
+            settled = _settled(progress) if progress.settled is not None else ""
+            left = self._left(progress, new)
+            self._line(", ".join(filter(None, [done, settled, pace, left])))
 
     def _pace(self, new: int) -> str:
-        """Trials a second since the first ones came back. The time before is for
-        compiling and starting workers.
-        """
+        """Trials a second, in words."""
         if new == 0:
             return "compiling"
-        if self.paced_from is None:
+        rate = self._rate(new)
+        return f"{rate:.1f} trials/s" if rate else ""
+
+    def _left(self, progress: Progress, new: int) -> str:
+        """How long the trials will take that are asked for and not there, in words."""
+        rate, left = self._rate(new), progress.missing - new
+        return f"about {duration(left / rate)} left" if rate and left else ""
+
+    def _rate(self, new: int) -> float:
+        """Trials a second since the first ones came back; 0 where it is not known. The
+        time before is for compiling and starting workers.
+        """
+        if new and self.paced_from is None:
             self.paced_from = time.monotonic(), new
-        began, already = self.paced_from
-        return (
-            f"{(new - already) / max(time.monotonic() - began, 1e-3):.1f} trials/s"
-            if new > already
-            else ""
-        )
+        began, already = self.paced_from or (0.0, new)
+        return (new - already) / max(time.monotonic() - began, 1e-3)
 
     def _first(self, progress: Progress) -> None:
         rule = progress.settled is not None
         settled = (
-            f"{_settled(progress)}, at most {progress.most:,} trials; now "
+            f"{_settled(progress)}, at most {so_many(progress.most, 'trial')}; now "
             if rule
             else ""
         )
         self._line(
-            f"{settled}{progress.trials:,} trials,"
+            f"{settled}{so_many(progress.trials, 'trial')},"
             f" {progress.stored:,} of them stored already"
         )
         if progress.apart:
-            later = ", or are not asked for yet" if rule else ""
+            later = ", or not asked for yet" if rule else ""
             self._line(
-                f"{progress.apart:,} stored trials belong to another version of the"
-                f" spec or of the kernels{later}: they are kept,"
-                " and stay out of the tables"
+                f"{so_many(progress.apart, 'stored trial')} of another version of the"
+                f" spec or of the kernels{later}: kept, and left out of the tables"
             )
 
     def _line(self, text: str) -> None:
-        self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
+        if not self.quiet:
+            self.bar.console.print(f"{self.name}: {text}", soft_wrap=True)
+
+    @property
+    def seconds(self) -> float:
+        """How long it has been shown."""
+        return time.monotonic() - self.began
 
     def summary(self, progress: Progress, folder: Location) -> str:
         """The result of the launch, in one line."""
@@ -122,14 +135,34 @@ class ProgressBar:
         counts = ", ".join(
             f"{count:,} {status}" for status, count in sorted(progress.statuses.items())
         )
-        seconds = time.monotonic() - self.began
         done = (
-            f"{new:,} new trials ({counts}) in {seconds:.1f} s"
+            f"{so_many(new, 'new trial')} ({counts}) in {self.seconds:.1f} s"
             if new
             else "nothing was missing"
         )
         settled = f", {_settled(progress)}" if progress.settled is not None else ""
-        return f"{self.name}: {done}; {progress.trials:,} trials in {folder}{settled}"
+        trials = so_many(progress.trials, "trial")
+        return f"{self.name}: {done}; {trials} in {folder}{settled}"
+
+
+def launch_json(
+    study: str, share: Share | None, folder: Location, progress: Progress, took: float
+) -> str:
+    """What a launch has come to, for programs: docs/json.md says what each key is."""
+    return json.dumps(
+        {
+            "study": study,
+            "share": str(share) if share else None,
+            "folder": str(folder),
+            "points": progress.points,
+            "settled": progress.settled,
+            "trials": progress.trials,
+            "stored": progress.stored,
+            "new": dict(progress.statuses),
+            "apart": progress.apart,
+            "seconds": round(took, 3),
+        }
+    )
 
 
 def _settled(progress: Progress) -> str:

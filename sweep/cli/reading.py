@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperArgument, TyperCommand
 
-from sweep.cli.app import Json, Results, StudyName, app
+from sweep.cli.app import Json, Quiet, Results, StudyName, app
 
 
 class Over(StrEnum):
@@ -48,7 +48,10 @@ Where = Annotated[
 
 @app.command()
 def status(
-    study: StudyName, results: Results = Path("results"), as_json: Json = False
+    study: StudyName,
+    results: Results = Path("results"),
+    as_json: Json = False,
+    quiet: Quiet = False,  # noqa: ARG001
 ) -> None:
     """How much of a study is stored, and what went wrong."""
     from sweep.cli.listing import status_json, status_text

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import CodeFrom, Json, NoCode, Results, Spec, Workers, app
+from sweep.cli.app import CodeFrom, Json, NoCode, Quiet, Results, Spec, Workers, app
 from sweep.cli.engines import Address, Engine, EngineKind, SchedulerFile, engine
 from sweep.errors import ChoiceError
 
@@ -37,6 +37,8 @@ def launch(
             help="Run this share of the trials only; other launches run the others.",
         ),
     ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
     executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
@@ -48,7 +50,7 @@ def launch(
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
     from sweep.campaigns.launch import launch as run_study
-    from sweep.cli.progress import ProgressBar
+    from sweep.cli.progress import ProgressBar, launch_json
     from sweep.own_code.reading import load_spec
     from sweep.store.shares import Share
 
@@ -57,12 +59,16 @@ def launch(
     name = f"{study.name}, share {share}" if share else study.name
     with (
         engine(executor, workers, address, scheduler_file) as made,
-        ProgressBar(name) as bar,
+        ProgressBar(name, quiet=quiet) as bar,
     ):
         progress = run_study(
             study, results, made, retry=retry, share=share, report=bar.show
         )
-    print(bar.summary(progress, results / study.name), file=sys.stderr)
+    folder = results / study.name
+    if not quiet:
+        print(bar.summary(progress, folder), file=sys.stderr)
+    if as_json:
+        print(launch_json(study.name, share, folder, progress, bar.seconds))
     if progress.troubled:
         raise SystemExit(1)
 
@@ -94,6 +100,7 @@ def search(
         bool, typer.Option(help="Run trials that failed before once more.")
     ] = False,
     as_json: Json = False,
+    quiet: Quiet = False,
     executor: Engine = EngineKind.local,
     address: Address = None,
     scheduler_file: SchedulerFile = None,
@@ -117,12 +124,13 @@ def search(
         check_export(export, study.name)
     with (
         engine(executor, workers, address, scheduler_file) as made,
-        SearchBar(study.name) as bar,
+        SearchBar(study.name, quiet=quiet) as bar,
     ):
         progress = run_search(
             study, results, made, repetitions=repetitions, retry=retry, report=bar.show
         )
-    print(bar.summary(progress, results / study.name), file=sys.stderr)
+    if not quiet:
+        print(bar.summary(progress, results / study.name), file=sys.stderr)
     stored = StoredStudy(study.name, results)
     print(report.as_json(stored) if as_json else report.text(stored))
     if export:
@@ -139,6 +147,7 @@ def plan(
     spec: Spec,
     workers: Workers = 0,
     as_json: Json = False,
+    quiet: Quiet = False,  # noqa: ARG001
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:

@@ -1,4 +1,4 @@
-"""The command that begins a study of one's own."""
+"""The commands that begin a study, or code, of one's own."""
 
 import shlex
 import sys
@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Force, app
+from sweep.cli.app import Force, app, stop
+from sweep.cli.completing import model_names
 
 
 @app.command()
@@ -16,34 +17,62 @@ def init(
         str | None,
         typer.Argument(
             help="A built-in study, e.g. nguyen2024/separation; without it all are"
-            " listed."
+            " listed. With --model there is none.",
         ),
     ] = None,
     path: Annotated[
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="The new spec; by default in the current folder, of the same name.",
+            help="The new spec, NAME.yaml; by default in the current folder, named as"
+            " the study or the model.",
         ),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=model_names,
+            help="Begin with a small study of this model instead: one of `sweep"
+            " models`, or a file, ./NAME.py, which is run.",
+        ),
+    ] = None,
+    preset: Annotated[
+        str | None,
+        typer.Option(help="A preset of the model; by default as_run, or its first."),
     ] = None,
     force: Force = False,
 ) -> None:
-    """Begin a study of your own with the spec of a built-in one, or list these.
+    """Begin a study of your own, as a built-in one or with a model.
 
-    A file NAME.yaml has the study my/NAME: its results are apart from those of the
-    built-in one. Tables and images that the spec names are copied too.
+    With --model it is a small one that takes about ten seconds and explains its keys. A
+    file NAME.yaml has the study my/NAME: its results are apart from those of the
+    built-in one. Tables and images that a built-in spec names are copied too.
+
+    \b
+    sweep init                                    lists the built-in studies
+    sweep init nguyen2024/separation wide.yaml    a copy of one of them
+    sweep init wide.yaml --model nguyen2024       a small study of a model
     """
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console
+    from sweep.published.model_studies import begin_with_model
     from sweep.published.starting import begin
     from sweep.workers.executors import core_count
 
-    if study is None:
+    if preset and not model:
+        stop("--preset is that of a model: add --model")
+    if model:
+        if path:
+            stop(f"{study}: with --model there is a file alone, {path}, and no study")
+        file = Path(study) if study else None
+        begun = begin_with_model(model, file, preset or "", force=force)
+    elif study:
+        begun = begin(study, path, force=force)
+    else:
         console().print(built_in_table(core_count()))
         return
-    begun = begin(study, path, force=force)
-    files = ", ".join(map(str, begun.written))
-    print(f"{files}: study {begun.study.name}, as {study}", file=sys.stderr)
+    files, source = ", ".join(map(str, begun.written)), model or study
+    print(f"{files}: study {begun.study.name}, as {source}", file=sys.stderr)
     run = "search" if begun.study.search else "launch"
     for command in ("plan", run):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)

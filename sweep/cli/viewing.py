@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.cli.app import CodeFrom, NoCode, Results, Trust, app, stop
+from sweep.cli.completing import model_names
+from sweep.text import installing
 
 if TYPE_CHECKING:
     from sweep.tables.stored_study import StoredStudy
@@ -16,7 +18,6 @@ if TYPE_CHECKING:
     from sweep.web.show import Show
     from sweep.web.state import ViewState
 
-EXTRA = 'the live simulator needs more packages: pip install "boidsweep[view]"'
 SPECS = (".yaml", ".yml")
 
 
@@ -39,8 +40,9 @@ def view(
     model: Annotated[
         str | None,
         typer.Option(
+            autocompletion=model_names,
             help="A model, or a file that has one: ./NAME.py; by default the first of"
-            " `sweep models`."
+            " `sweep models`.",
         ),
     ] = None,
     preset: Annotated[
@@ -82,7 +84,8 @@ def view(
     try:
         from sweep.web.server import PageServer
     except ModuleNotFoundError as error:
-        stop(f"{EXTRA} ({error.name} is missing)")
+        needed = f"the live simulator needs {error.name}, which is not installed"
+        stop(f"{needed}: {installing('view')}")
     if what and trial:
         begin = _replayed(_stored(what, results, trust), trial)
     elif what:

@@ -2,6 +2,7 @@
 computed.
 
     starting            a study of one's own, begun as a copy of a built-in one
+    model_studies       a study of one's own, begun from what a model says of itself
     creating            code of one's own, begun as a copy of an example
     bibliography        who wrote a document, and when
     publications        a document with its specs, claims and mutants: published.yaml

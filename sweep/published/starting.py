@@ -11,9 +11,8 @@ from sweep.design.plan import Plan
 from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec
 from sweep.published.bibliography import FILE
-from sweep.spec.built_in import EXPERIMENTS
+from sweep.spec.built_in import EXPERIMENTS, FILE_FOR_EDITORS
 from sweep.spec.document import Document
-from sweep.spec.schema import FILE_FOR_EDITORS
 from sweep.spec.strict_yaml import read_document
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.outputs import check_output, unfinished
@@ -81,7 +80,9 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     """
     specs = built_in_specs()
     if name not in specs:
-        raise SpecError(unknown("built-in study (see `sweep init`)", name, specs))
+        asked = unknown("built-in study (see `sweep init`)", name, specs)
+        needed = "; a new file alone needs --model MODEL"
+        raise SpecError(asked + needed * (Path(name).suffix in ENDINGS))
     source = specs[name]
     target = path or Path(f"{source.stem}.yaml")
     check_output(target, ENDINGS, force=force)

@@ -22,6 +22,7 @@ from sweep.replays.bits import BitDifference, differences, values_compared
 from sweep.store.provenance import machine
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_trials import StoredTrial, by_part, stored_trials
+from sweep.text import so_many
 from sweep.trial.result import failed
 from sweep.trial.simulation import run, warm
 from sweep.workers.executors import ExecutorFactory
@@ -104,14 +105,14 @@ class Verification:
         lines = [
             f"study      {self.study}",
             (
-                f"checked    {checked:,} of {self.stored:,} stored trials (seed"
-                f" {self.seed}): {_words(self.checked)}"
+                f"checked    {checked:,} of {so_many(self.stored, 'stored trial')}"
+                f" (seed {self.seed}): {_words(self.checked)}"
             ),
             f"compared   {compared}",
         ]
         lines += [f"left out   {_words(self.left_out)}"] if self.left_out else []
         lines += [
-            f"then       {origin}: {count:,} trials"
+            f"then       {origin}: {so_many(count, 'trial')}"
             for origin, count in self.origins.most_common()
         ]
         lines += [

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import OutputError
 from sweep.tables.outputs import by_path
+from sweep.text import installing
 
 FRAMES_A_SECOND = 25
 COLOURS = 64
@@ -20,7 +21,6 @@ SHADES_APART = 17
 """The distance between two shades of a colour in the palette of a GIF. With it, white
 and light grey stay different.
 """
-INSTALL = 'pip install "boidsweep[video]"'
 
 Pictures = Iterator[NDArray[np.uint8]]
 
@@ -36,8 +36,8 @@ def find_ffmpeg() -> str:
 
         return str(get_ffmpeg_exe())
     raise OutputError(
-        f"MP4 needs ffmpeg, which is not installed: {INSTALL} brings one along;"
-        " a .gif needs none"
+        f"MP4 needs ffmpeg, which is not installed: {installing('video')} brings one"
+        " along; a .gif needs none"
     )
 
 

@@ -1,7 +1,8 @@
-"""Where the built-in studies and the examples lie: specs, tables, published numbers,
-figures, files of code of one's own; and how the program is cited.
+"""Where the built-in studies, the examples and the guide lie: specs, tables, published
+numbers, figures, files of code of one's own, and pages. And the schema for editors, and
+how the program is cited.
 
-A wheel has them within the package. In a checkout they are folders beside it, which
+A wheel has them within the package. In a checkout they lie beside it, and the folders
 have the same files and more.
 """
 
@@ -10,15 +11,18 @@ from pathlib import Path
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def _folder(name: str) -> Path:
+def _place(name: str) -> Path:
     shipped = _PACKAGE / name
-    return shipped if shipped.is_dir() else _PACKAGE.parent / name
+    return shipped if shipped.exists() else _PACKAGE.parent / name
 
 
-EXPERIMENTS = _folder("experiments")
+EXPERIMENTS = _place("experiments")
 """One folder a publication."""
-EXAMPLES = _folder("examples")
+EXAMPLES = _place("examples")
 """Models, metrics and maps as users write them."""
-CITATION = _PACKAGE / "CITATION.cff"
-CITATION = CITATION if CITATION.is_file() else _PACKAGE.parent / CITATION.name
+CITATION = _place("CITATION.cff")
 """How the program is cited."""
+GUIDE, DOCS = _place("GUIDE.md"), _place("docs")
+"""The guide, and a folder with the pages that it leads to."""
+FILE_FOR_EDITORS = _PACKAGE / "spec" / "spec.schema.json"
+"""The schema of a spec; `make documents` writes it."""

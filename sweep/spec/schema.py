@@ -5,7 +5,6 @@ several values, as expressions do, is checked by `sweep.spec.study` alone.
 """
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.spec.axes import GRIDS
@@ -31,7 +30,6 @@ from sweep.spec.search_schema import statistic
 from sweep.spec.study import SPEC, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
-FILE_FOR_EDITORS = Path(__file__).resolve().with_name("spec.schema.json")
 """The schema as `make documents` has written it."""
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.objectives import Constraint, Objective
+from sweep.text import installing
 
 if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
@@ -181,7 +182,7 @@ POPULATION = Need(
 )
 TORCH = Need(
     lambda _search: find_spec("torch") is not None,
-    "needs torch: pip install torch",
+    f"needs torch: {installing('gp')}",
 )
 
 SEARCH_SAMPLERS: dict[str, SearchSampler] = {

@@ -5,6 +5,7 @@ safe as long as no part of a study's name is a name that results use.
 """
 
 import re
+from pathlib import Path
 
 from sweep.text import shortened
 
@@ -62,3 +63,11 @@ def taken_name(study: str) -> str | None:
     names = study.split("/")
     taken = (name for name in names if name.lower() in OWN or CODE.fullmatch(name))
     return next(taken, None)
+
+
+def launched_studies(results: Path) -> list[str]:
+    """The studies in a folder of results, which lie at most three folders deep."""
+    plans = (
+        plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN)
+    )
+    return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)

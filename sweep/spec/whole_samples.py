@@ -26,6 +26,7 @@ from sweep.spec.sampling import (
     powers_of_two,
 )
 from sweep.spec.schema_parts import Schema
+from sweep.text import installing
 
 Problem = dict[str, Any]
 """The settings as SALib has them: `num_vars`, `names` and `bounds`."""
@@ -37,7 +38,7 @@ TAIL = 0.005
 and the 99.5 % quantile.
 """
 
-SALIB = Package("SALib", 'pip install "boidsweep[sensitivity]"')
+SALIB = Package("SALib", installing("sensitivity"))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ lock_files  the files of its claims
 custody     a store in one launch's hands
 shares      one study on several machines
 provenance  where results come from
+repository  what git says of code and specs
 origin      the same, read from anyone's file
 plan_about  what a plan says of its study
 stored_code code of the user's own

@@ -46,6 +46,7 @@ COMPUTED = {
 """By which code: its stamps, which of the user's own, and entries of packages."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
+    "study_git": {"commit": str, "path": str, "modified": bool},
     "until": {"min": int, "max": int, "half_width": object}
     | dict.fromkeys(NUMBERS, NUMBER),
 }

@@ -23,6 +23,7 @@ from sweep.store.origin import part_provenance, same_code, stamps
 from sweep.store.parquet import each, load_table, stored_schema
 from sweep.store.stored_code import codes_of, forget_code, kept_code
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import so_many
 from sweep.workers.checkpoint_folder import Checkpoints
 
 
@@ -69,7 +70,7 @@ class Waste:
         for other, count in self.trials.most_common():
             why = f"were computed by {other}" if other else "have left the spec"
             lines.append(
-                f"go         {count:,} trials that {why}:"
+                f"go         {so_many(count, 'trial')} that {why}:"
                 f" {about}{size(self.size_bytes[other])}"
             )
         if self.repeated:
@@ -90,8 +91,8 @@ class Waste:
         if self.unlisted:
             why = "it was not run to its end, or a table or an image has changed"
             lines.append(
-                f"stay       {self.unlisted:,} trials stored under this very spec that"
-                f" its plan lacks: {why}"
+                f"stay       {so_many(self.unlisted, 'trial')} stored under this very"
+                f" spec that its plan lacks: {why}"
             )
         if not self.lasting and not self.checkpoints:
             lines.append("go         nothing; small parts are merged")

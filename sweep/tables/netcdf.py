@@ -26,11 +26,11 @@ from sweep.errors import ChoiceError
 from sweep.store.origin import PROVENANCE
 from sweep.tables.outputs import by_path
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import installing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-INSTALL = 'pip install "boidsweep[netcdf]"'
 OUTSIDE = -2
 MOST_PLACES = 2**31
 """Of an array, which is held in memory."""
@@ -42,14 +42,16 @@ def check_netcdf() -> None:
     if not (find_spec("xarray") and find_spec("netCDF4")):
         raise ChoiceError(
             "netCDF files are written by xarray and netCDF4,"
-            f" which are not installed: {INSTALL}"
+            f" which are not installed: {installing('netcdf')}"
         )
 
 
 def check_xarray() -> None:
     """Raise ChoiceError where xarray is not installed."""
     if not find_spec("xarray"):
-        raise ChoiceError(f"arrays need xarray, which is not installed: {INSTALL}")
+        raise ChoiceError(
+            f"arrays need xarray, which is not installed: {installing('netcdf')}"
+        )
 
 
 def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:

@@ -5,7 +5,8 @@ from pathlib import Path
 import pandas as pd
 
 from sweep.errors import UserError
-from sweep.tables.stored_study import StoredStudy, launched_studies
+from sweep.spec.study_folder import launched_studies
+from sweep.tables.stored_study import StoredStudy
 
 COUNTS = ("trials", "done", "not_done", "missing")
 

@@ -25,7 +25,7 @@ from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
 from sweep.spec.recorded import columns_of
 from sweep.spec.settings import Setting, settings_of
-from sweep.spec.study_folder import PLAN, STUDY_NAME
+from sweep.spec.study_folder import PLAN, STUDY_NAME, launched_studies
 from sweep.store.locations import Location, location
 from sweep.store.origin import plan_provenance, stamps
 from sweep.store.plan_about import AxisAbout, PlanAbout
@@ -48,7 +48,7 @@ from sweep.tables.choosing import (
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
 from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
-from sweep.text import similar, unknown
+from sweep.text import similar, so_many, unknown
 
 if TYPE_CHECKING:
     from sweep.design.jobs import Job
@@ -105,7 +105,7 @@ class StoredStudy:
         chosen = [f"{name} = {spelled(value)}" for name, value in self.chosen.items()]
         wanted = ", ".join([*chosen, *self.conditions])
         where = f" where {wanted}" if wanted else ""
-        about = f"{self.name}{where}: {self.plan.num_rows} trials"
+        about = f"{self.name}{where}: {so_many(self.plan.num_rows, 'trial')}"
         return f"<StoredStudy {about}>"
 
     def where(self, *texts: str, **settings: object) -> Self:
@@ -636,14 +636,6 @@ def _about(field: pa.Field) -> tuple[str, str]:
     about = field.metadata or {}
     unit, text = (about.get(key, b"").decode(errors="replace") for key in ABOUT)
     return unit, text
-
-
-def launched_studies(results: Path) -> list[str]:
-    """The studies in a folder of results, which lie at most three folders deep."""
-    plans = (
-        plan for depth in range(1, 4) for plan in results.glob("*/" * depth + PLAN)
-    )
-    return sorted(plan.parent.relative_to(results).as_posix() for plan in plans)
 
 
 def _label(changed: NDArray[np.bool_], names: list[str]) -> str:

@@ -7,13 +7,16 @@ sentence is numba's own.
 """
 
 import ast
+import builtins
+import dis
 import linecache
 import os
 import re
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import numba
 from numba.core import ir
@@ -33,6 +36,7 @@ OTHERS = tuple(
 )
 """Folders in which the author of a model has made no mistake."""
 PLACES = re.compile(r'File "(.+?)", line (\d+)| (?:at|from) (.+\.py) \((\d+)\)')
+NO_NAME = re.compile(r"NameError: name '(\w+)' is not defined")
 SILENT = re.compile(r"Failed in \w+ mode pipeline|^- Resolution failure|^\s*$")
 OWN_PACKAGE = re.compile(r"^own_[0-9a-f]+/")
 GIVEN = (Flock, World, Workspace, Grid, Near, Reach, Record, Scenery)
@@ -65,13 +69,24 @@ def own_line(error: BaseException) -> str:
     return str(Place(own[-1].filename, own[-1].lineno or 1)) if own else ""
 
 
+def of_own_code(error: BaseException) -> str | None:
+    """What an error says to which code of one's own led, in one line: the line of the
+    code, and why. None for any other error.
+    """
+    if said := explained(error):
+        return said
+    where = own_line(error)
+    words = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"{where}: {words}" if where else None
+
+
 def explained(error: BaseException) -> str | None:
     """The sentence about an error that came up while a kernel was compiled; None for
     any other error.
     """
     if not _is_of_the_compiler(error):
         return None
-    place = _place(error)
+    place = _undefined(error) or _place(error)
     where = f'{place}, "{place.code}"' if place and place.code else place or "a kernel"
     return f"{where}: {_rule(str(error), place)}"
 
@@ -106,6 +121,41 @@ def _is_of_the_compiler(error: BaseException) -> bool:
         frame.f_code.co_filename.startswith(OTHERS[0])
         for frame, _ in traceback.walk_tb(error.__traceback__)
     )
+
+
+def _undefined(error: BaseException) -> Place | None:
+    """Where a name is read that stands for nothing: numba only says from where the
+    function is called.
+    """
+    if not (found := NO_NAME.search(str(error))):
+        return None
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        if compiled := getattr(frame.f_locals.get("self"), "py_func", None):
+            return _reading(found[1], compiled, set())
+    return None
+
+
+def _reading(name: str, function: Any, seen: set[Any]) -> Place | None:
+    """Where a function, or one that it calls, reads a global name that is not there."""
+    seen.add(function)
+    known = function.__globals__
+    for one in dis.get_instructions(function.__code__):
+        at = one.positions.lineno if one.positions else None
+        lacking = name not in known and not hasattr(builtins, name)
+        if one.opname == "LOAD_GLOBAL" and one.argval == name and lacking and at:
+            return _at(function.__code__.co_filename, at)
+    called = [known.get(one) for one in function.__code__.co_names]
+    modules = [one for one in called if isinstance(one, ModuleType)]
+    called += [
+        getattr(one, part, None)
+        for one in modules
+        for part in function.__code__.co_names
+    ]
+    for one in called:
+        inner = getattr(one, "py_func", None)
+        if inner and inner not in seen and (place := _reading(name, inner, seen)):
+            return place
+    return None
 
 
 def _place(error: BaseException) -> Place | None:
@@ -224,7 +274,7 @@ OPENINGS: dict[str, Words] = {
     r"module '(\w+)' has no attribute '(\w+)'": lambda found, _: (
         f'there is no "{found[2]}" in {found[1]}'
     ),
-    r"NameError: name '(\w+)' is not defined": lambda found, _: (
+    NO_NAME.pattern: lambda found, _: (
         f'the name "{found[1]}" stands for nothing; define or import it'
     ),
     r".*Variable '(\w+)' is not defined": lambda found, _: (

@@ -15,9 +15,9 @@ from sweep.design.cost import KNOWN_PACE, TrialPace, trial_seconds
 from sweep.design.design import evenly, expand
 from sweep.design.jobs import Job, Jobs
 from sweep.spec.study import Study
-from sweep.trial.numba_errors import explained, own_line
+from sweep.trial.numba_errors import of_own_code
 from sweep.trial.result import Result
-from sweep.trial.simulation import Simulation, simulate
+from sweep.trial.simulation import Simulation, say_compiling, simulate
 
 MOST_TRIALS = 3
 ESTIMATED_SECONDS = 0.1
@@ -63,6 +63,7 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
     first: Exception | None = None
     ran = 0
     for job in jobs:
+        say_compiling(job)
         try:
             result = simulate(job)
         except Exception as error:
@@ -71,7 +72,8 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
             ran += 1
             yield result
     if first and not ran:
-        said = f"no trial can be run: {_words(first)}"
+        words = " ".join(f"{type(first).__name__}: {first}".split())
+        said = f"no trial can be run: {of_own_code(first) or words}"
         raise study.document.error(("model",), said) from first
 
 
@@ -103,14 +105,6 @@ def _check_contracts(study: Study, job: Job) -> None:
                 f"two runs of one trial differ after a step, in {name}: draw random"
                 " numbers from rng alone, and keep nothing between runs"
             )
-
-
-def _words(error: Exception) -> str:
-    """What an error says, in a line, with the line of a file of the user's own."""
-    if said := explained(error):
-        return said
-    words = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"{where}: {words}" if (where := own_line(error)) else words
 
 
 def _begun(job: Job) -> Job:

@@ -286,11 +286,18 @@ def compiling_seconds(model: Model) -> float:
     return 0.0 if is_kept(model.advance) else COMPILING_SECONDS
 
 
-def warm(job: Job) -> None:
-    """Compile what trials like `job` need, or load it from the cache: take one step.
-    That something is compiled is said, since nothing else is seen of it.
+def warm(job: Job) -> Result:
+    """Compile what trials like `job` need, or load it from the cache: take one step,
+    whose result it is.
+    """
+    say_compiling(job)
+    return run(replace(job, settings=job.settings | {"steps": 1}))
+
+
+def say_compiling(job: Job) -> None:
+    """Say that the model of a job will be compiled, where it is not yet: nothing else
+    is seen of it.
     """
     if seconds := compiling_seconds(job.known.models[job.model]):
         about = f"about {seconds:.0f} s on an idle core, once"
         LOG.warning("compiling %s, %s", job.model, about)
-    run(replace(job, settings=job.settings | {"steps": 1}))

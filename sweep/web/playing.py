@@ -14,6 +14,7 @@ from functools import partial
 from typing import NoReturn, TypeVar
 
 from sweep.errors import SpecError, UserError
+from sweep.trial.numba_errors import of_own_code
 from sweep.web.history import Cursor
 from sweep.web.messages import Export, Hello, Ready
 from sweep.web.outbox import Line, Outbox
@@ -275,6 +276,8 @@ def _reason(error: Exception) -> str:
     """
     if isinstance(error, UserError | MessageError):
         return without_lines(error)
+    if said := of_own_code(error):
+        return said
     log.error("the simulator failed", exc_info=error)
     return (
         f"the simulator failed: {type(error).__name__}; it goes on,"

@@ -8,12 +8,14 @@ from functools import cache
 
 from kernels.catalogue import Catalogue
 from sweep.design.jobs import Job
+from sweep.errors import CodeError
 from sweep.spec.derived_metrics import needed
 from sweep.spec.recorded import lacks_boids
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import RecordSpec, Streams
 from sweep.trial.looking import seen_by
-from sweep.trial.simulation import Simulation
+from sweep.trial.numba_errors import of_own_code
+from sweep.trial.simulation import Simulation, say_compiling
 
 MOST_PIXELS = 4_000_000
 """The largest world, in pixels, whose visits are always counted."""
@@ -58,7 +60,7 @@ def simulation_of(job: Job) -> Simulation:
 @cache
 def _compile(model: str, preset: str, known: Catalogue) -> None:
     """Compile what a model needs beforehand, so that the first step does not wait for
-    it.
+    it. Raises CodeError, with the line, where code of one's own cannot be run.
     """
     settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
     streams = Streams("common", "common", "common")  # the job belongs to no point
@@ -69,8 +71,14 @@ def _compile(model: str, preset: str, known: Catalogue) -> None:
         time_limit=None,
         known=known,
     )
-    simulation = Simulation(job)
-    simulation.advance(1)
+    say_compiling(job)
+    try:
+        simulation = Simulation(job)
+        simulation.advance(1)
+    except Exception as error:
+        if said := of_own_code(error):
+            raise CodeError(said) from error
+        raise
     seen_by(simulation, 0)
 
 

@@ -15,6 +15,7 @@ from sweep.errors import SpecError
 from sweep.spec.settings import Value
 from sweep.tables.outputs import check_output, unfinished
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import installing
 from sweep.web.filing import KINDS
 from sweep.web.live import Live
 from sweep.web.messages import Spec
@@ -28,7 +29,7 @@ try:
     from anywidget import AnyWidget
 except ModuleNotFoundError as error:
     raise ImportError(
-        'the widget needs anywidget: pip install "boidsweep[notebook]"'
+        f"the widget needs anywidget: {installing('notebook')}"
     ) from error
 
 R = TypeVar("R")

@@ -5,7 +5,6 @@ Long trials go on from their checkpoints, if there are any. A checkpoint is dele
 when its trial is stored, and when its trial took too long and is tried again.
 """
 
-import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 
@@ -23,8 +22,6 @@ from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures
 from sweep.workers.runner import drive
 from sweep.workers.watch import Limits
-
-LOG = logging.getLogger("sweep")
 
 GRACE_SECONDS = 10.0
 """How much longer than its time limit a trial may take before it is ended from outside.
@@ -88,19 +85,16 @@ def _outcomes(
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
-        again: list[Job] = []
+        again: list[Result] = []
         for results in _driven(study, jobs, executor, checkpoints):
-            again += [result.job for result in results if result.has_failed]
+            again += [result for result in results if result.has_failed]
             late = [result for result in results if result.status == "timeout"]
             _discard(checkpoints, late)
             yield [result for result in results if not result.has_failed]
         if not again:
             return
-        tried = f"attempt {attempt + 1} of {rounds}"
-        LOG.warning(
-            "%s: %d trials have failed and run again, %s", study.name, len(again), tried
-        )
-        jobs = again
+        failures.note_again(again, f"{attempt + 1} of {rounds}")
+        jobs = [result.job for result in again]
     for results in _driven(study, jobs, executor, checkpoints, failures.too_many):
         yield [after(rounds, result) for result in results]
 

@@ -1,6 +1,7 @@
 """How many trials of a study have failed, and whether its spec lets a launch go on."""
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import pyarrow as pa
@@ -9,7 +10,16 @@ import pyarrow.compute as pc
 from sweep.errors import FailedTrialsError
 from sweep.spec.study import Study
 from sweep.store.store import Store
+from sweep.text import so_many
 from sweep.trial.result import FAILED, Result
+
+LOG = logging.getLogger("sweep")
+MOST_CAUSES = 5
+"""So many are said while a launch runs, and afterwards by `sweep status`."""
+EACH_ONCE = (
+    "; other trials go on, and each cause is said once; on_error: stop in the spec ends"
+    " a launch at the first"
+)
 
 
 @dataclass
@@ -26,17 +36,43 @@ class Failures:
     most: int
     trials: set[str] = field(default_factory=set)
     first: tuple[str, str] | None = None
+    causes: set[str] = field(default_factory=set)
 
     def note_stored(self, trials: Iterable[str]) -> None:
         """Count trials that are stored as failed."""
         self.trials.update(trials)
 
     def note(self, results: Iterable[Result]) -> None:
-        """Count the failed ones of these results."""
+        """Count the failed ones of these results, and say each cause once, unless it
+        ends the launch: then `check` says it.
+        """
         failed = [result for result in results if result.has_failed]
         if failed:
             self.first = self.first or (failed[0].job.trial_id, failed[0].error)
             self.trials.update(result.job.trial_id for result in failed)
+        for result in () if self.too_many() else failed:
+            self._say(result)
+
+    def note_again(self, results: Sequence[Result], attempt: str) -> None:
+        """Say that trials which failed so will run again, for an attempt such as `2 of
+        3`.
+        """
+        first = in_a_line(results[0].error)
+        LOG.warning(
+            "%s: attempt %s will follow for %s that failed; the first error: %s",
+            *(self.study.name, attempt, so_many(len(results), "trial"), first),
+        )
+
+    def _say(self, failed: Result) -> None:
+        cause = in_a_line(failed.error)
+        if cause in self.causes or len(self.causes) == MOST_CAUSES:
+            return
+        more = "" if self.causes else EACH_ONCE
+        self.causes.add(cause)
+        LOG.warning(
+            '%s: a trial has failed: %s ("sweep replay %s %s" shows it)%s',
+            *(self.study.name, cause, self.study.name, failed.job.trial_id, more),
+        )
 
     def too_many(self) -> bool:
         """Whether more trials have failed than may."""
@@ -50,18 +86,14 @@ class Failures:
 
     def _sentence(self) -> str:
         study, count = self.study, len(self.trials)
-        most = (
-            f"at most {self.most:,}"
-            if study.until or study.search
-            else f"{self.most:,}"
-        )
+        most = "at most " if study.until or study.search else ""
         budget = (
             f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
         )
         why = "and on_error is stop" if study.policy.on_error == "stop" else budget
         trial, error = self.first or self._first_stored()
         return (
-            f"{study.name}: {count:,} of {most} trials"
+            f"{study.name}: {count:,} of {most}{so_many(self.most, 'trial')}"
             f" {'has' if count == 1 else 'have'} failed, {why}; the first: "
             f'{in_a_line(error)} ("sweep replay {study.name} {trial}" shows it); what'
             " is finished is stored, and the "

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.store.provenance import git_state
+from sweep.store.repository import git_state, study_state
 
 AUTHOR = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
 
@@ -153,8 +153,11 @@ def test_git_runs_nothing_that_a_repository_names(
     ATTACKS[attack](repository)
     repository.plainly()
     state = git_state(repository.root / "sweep")
+    repository.change()
+    spec = study_state(repository.root / "notes.txt", "a = 1\n")
     assert not repository.marks.exists()
     assert len(state["commit"]) == 40
+    assert spec["commit"] == state["commit"]
     lacking = attack == "promise"
     assert ("+++ b/sweep/one.py\n@@ -1 +1 @@\n-a = 1\n" in state["diff"]) != lacking
 

@@ -19,8 +19,8 @@ from kernels.metrics import METRICS
 from sweep.campaigns.launch import search
 from sweep.design.design import expand
 from sweep.errors import SpecError
+from sweep.spec.built_in import FILE_FOR_EDITORS
 from sweep.spec.sampling import UnitCube, generator, latin_hypercube
-from sweep.spec.schema import FILE_FOR_EDITORS
 from sweep.spec.study import Study, parse_spec
 from sweep.workers.executors import Serial
 from tests.specs import SHORT, short

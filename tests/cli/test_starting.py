@@ -1,6 +1,7 @@
 """`sweep init`, and `sweep reproduce` without a folder of experiments."""
 
 import json
+import re
 from contextlib import chdir
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +10,16 @@ from urllib.parse import unquote, urlsplit
 import jsonschema
 import pytest
 
+from kernels.models import MODELS
 from sweep.campaigns.search.plan import make_search_plan
 from sweep.design.plan import make_plan
 from sweep.own_code.reading import load_spec
+from sweep.published import model_studies
+from sweep.published.model_studies import (
+    FEWEST_TRIALS,
+    MOST_TRIALS,
+    begin_with_model,
+)
 from sweep.published.starting import begin, built_in_specs
 from sweep.spec.schema import json_schema
 from sweep.spec.strict_yaml import read_document
@@ -91,6 +99,8 @@ def test_no_file_is_replaced_without_force(tmp_path: Path) -> None:
     done = sweep(tmp_path, "init", "nguyen2024/cohesion")
     assert done.returncode == 2
     assert done.stderr == "cohesion.yaml: exists already; --force replaces it\n"
+    done = sweep(tmp_path, "init", "cohesion.yaml", "--model", "nanobot")
+    assert done.stderr == "cohesion.yaml: exists already; --force replaces it\n"
     assert spec.read_text() == "mine"
     assert sweep(tmp_path, "init", "nguyen2024/cohesion", "--force").returncode == 0
     assert "study: my/cohesion\n" in spec.read_text()
@@ -111,6 +121,66 @@ def test_tables_that_a_spec_names_are_copied(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("model", "preset"),
+    [(name, preset) for name, model in MODELS.items() for preset in model.presets],
+)
+def test_a_study_of_any_model_explains_itself_and_takes_some_seconds(
+    model: str, preset: str, tmp_path: Path
+) -> None:
+    """With two workers; what it takes to start them comes on top."""
+    with chdir(tmp_path):
+        begun = begin_with_model(model, Path("mine.yaml"), preset)
+        study = load_spec(begun.path)
+    assert (study.name, study.model, study.preset) == ("my/mine", model, preset)
+    plan = make_plan(study, workers=2)
+    assert (plan.points, study.axes[0].columns.keys()) == (3, set(plan.varied))
+    assert 0 < plan.wall_seconds <= 8
+    assert plan.trials_per_point >= FEWEST_TRIALS
+    assert study.record.series
+    lines = study.text.splitlines()
+    keys = [number for number, line in enumerate(lines) if "#" not in line]
+    assert len(keys) == 13
+    for number in keys:
+        comment, key = lines[number - 1], lines[number]
+        depth = len(key) - len(key.lstrip())
+        assert comment[depth:].startswith("# "), key
+        assert len(comment) > depth + 4
+
+
+@pytest.mark.parametrize(("seconds", "fewer_steps"), [(3.0, False), (0.3, True)])
+def test_where_trials_are_slow_there_are_fewer_and_then_shorter_ones(
+    seconds: float, fewer_steps: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model_studies, "CPU_SECONDS", seconds)
+    study = load_spec(begin_with_model("nguyen2024", tmp_path / "a.yaml").path)
+    plan = make_plan(study, workers=1)
+    assert 0.5 * seconds < plan.cpu_seconds < 1.2 * seconds
+    assert FEWEST_TRIALS <= plan.trials_per_point < MOST_TRIALS
+    usual = MODELS["nguyen2024"].presets["as_run"]["steps"]
+    assert (int(study.fixed["steps"]) < usual) == fewer_steps
+
+
+def test_a_study_of_an_own_model_is_begun_beside_it_and_runs(tmp_path: Path) -> None:
+    assert sweep(tmp_path, "new", "model", "eddy").returncode == 0
+    (tmp_path / "eddy.yaml").unlink()
+    done = sweep(tmp_path, "init", "--model", "./eddy.py")
+    assert (done.returncode, done.stderr.splitlines()[0]) == (
+        0,
+        "eddy.yaml: study my/eddy, as ./eddy.py",
+    )
+    spec = tmp_path / "eddy.yaml"
+    text = spec.read_text(encoding="utf-8")
+    assert "model: ./eddy.py\n" in text
+    spec.write_text(re.sub("(replicates|steps): .*", r"\1: 2", text), encoding="utf-8")
+    assert "6 new trials (6 done)" in sweep(tmp_path, "launch", "eddy.yaml").stderr
+    (tmp_path / "below").mkdir()
+    done = sweep(tmp_path, "init", "below/a.yaml", "--model", "./eddy.py")
+    assert done.returncode == 2
+    assert "--code-from" in done.stderr
+    assert not list((tmp_path / "below").iterdir())
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("nguyen2024/seperation",), 'did you mean "nguyen2024/separation"?'),
@@ -118,6 +188,14 @@ def test_tables_that_a_spec_names_are_copied(tmp_path: Path) -> None:
         (("nguyen2024/cohesion", "a b.yaml"), 'a b.yaml:3: study "my/a b" is not'),
         (("nguyen2024/cohesion", "no/a.yaml"), "no/a.yaml: there is no folder no"),
         (("nguyen2024/cohesion", "a.txt"), 'a.txt: unknown kind of file ".txt"'),
+        (("a.yaml",), 'unknown built-in study (see `sweep init`) "a.yaml"'),
+        (("a.yaml",), "; a new file alone needs --model MODEL"),
+        (("a.yaml", "--model", "nguyen"), 'did you mean "nguyen2024"?'),
+        (("--model", "nanobot", "--preset", "as_rum"), 'did you mean "as_run"?'),
+        (("a.yaml", "--preset", "as_run"), "add --model"),
+        (("nanobot/rules", "a.yaml", "--model", "nanobot"), "a file alone, a.yaml"),
+        (("a.txt", "--model", "nanobot"), 'a.txt: unknown kind of file ".txt"'),
+        (("--model", "./none.py"), "none.py"),
     ],
 )
 def test_what_is_wrong_is_one_line_and_nothing_is_written(

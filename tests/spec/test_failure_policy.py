@@ -28,7 +28,7 @@ from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, after, failed, overdue
 from sweep.trial.simulation import run
-from sweep.workers.failures import Failures, in_a_line
+from sweep.workers.failures import MOST_CAUSES, Failures, in_a_line
 from tests.commands import sweep
 from tests.searches import (
     ANALYTIC,
@@ -240,6 +240,46 @@ def test_the_line_of_an_error_is_the_sentence_before_its_traceback() -> None:
     assert in_a_line(again) == "ValueError: c"
 
 
+def test_a_cause_of_failures_is_said_at_the_first_trial_of_it_and_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """While the launch runs, with the way to end it."""
+    study = parse_spec(SMALL)
+    one, two, three, *_ = Jobs(study, expand(study))
+    failures = Failures(study, Store(tmp_path / "small"), 6)
+    failures.note([Result(two, "done", 0.0)])
+    assert caplog.messages == []
+    failures.note([failed(one, "TypeError: y"), failed(two, "x")])
+    failures.note([failed(three, "x")])
+    first, second = caplog.messages
+    assert first.startswith("small: a trial has failed: TypeError: y")
+    assert f'("sweep replay small {one.trial_id}" shows it)' in first
+    assert "on_error: stop in the spec ends a launch at the first" in first
+    assert f'failed: x ("sweep replay small {two.trial_id}" shows' in second
+    assert "on_error" not in second
+
+
+def test_of_many_causes_only_some_are_said_while_a_launch_runs(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = parse_spec(SMALL)
+    failures = Failures(study, Store(tmp_path / "small"), 6)
+    failures.note([failed(one, one.trial_id) for one in Jobs(study, expand(study))])
+    assert len(caplog.messages) == MOST_CAUSES
+
+
+def test_a_failure_that_ends_a_launch_is_said_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = parse_spec(SMALL + "on_error: stop\n")
+    one, *_ = Jobs(study, expand(study))
+    failures = Failures(study, Store(tmp_path / "small"), 1)
+    failures.note([failed(one, "x")])
+    assert caplog.messages == []
+    with pytest.raises(FailedTrialsError, match=r"1 of 1 trial has failed.*: x \("):
+        failures.check()
+
+
 def test_the_first_error_of_this_launch_is_named(tmp_path: Path) -> None:
     """Rather than a later one, or one that is stored from before."""
     study = parse_spec(SMALL + "failure_budget: 2\n")
@@ -307,8 +347,10 @@ def test_a_trial_that_succeeds_at_last_has_the_row_of_an_undisturbed_one(
     )
     pd.testing.assert_frame_equal(again.series, whole.series)
     assert [record.getMessage() for record in caplog.records] == [
-        "small: 4 trials have failed and run again, attempt 2 of 3",
-        "small: 2 trials have failed and run again, attempt 3 of 3",
+        "small: attempt 2 of 3 will follow for 4 trials that failed; the first error:"
+        " Wrong: failed",
+        "small: attempt 3 of 3 will follow for 2 trials that failed; the first error:"
+        " Wrong: failed",
     ]
 
 

@@ -15,7 +15,8 @@ from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.design import expand
 from sweep.own_code.reading import load_spec
-from sweep.spec.schema import FILE_FOR_EDITORS, json_schema
+from sweep.spec.built_in import FILE_FOR_EDITORS
+from sweep.spec.schema import json_schema
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from tests import ROOT

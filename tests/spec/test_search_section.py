@@ -426,7 +426,7 @@ def test_gp_needs_torch(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = edited(TINY, ("  budget", "  sampler: gp\n  budget"))
     monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: None)
     with pytest.raises(
-        SpecError, match=r"^spec\.yaml:12: sampler gp needs torch: pip install torch$"
+        SpecError, match=r'^spec\.yaml:12: sampler gp needs torch: pip .*sweep\[gp\]"$'
     ):
         parse_spec(spec)
     monkeypatch.setattr("sweep.spec.search_samplers.find_spec", lambda _name: object())

@@ -4,6 +4,7 @@ import logging
 
 import pytest
 
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.campaigns import plan as planning
 from sweep.campaigns.plan import plan_of
@@ -11,8 +12,9 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.trial import simulation
 from sweep.trial.simulation import compiling_seconds, warm
+from sweep.web.running import _compile
 from tests.commands import python
-from tests.studies import SMALL, read
+from tests.studies import OWN_SMALL, SMALL, read
 
 
 def test_it_is_said_before_a_model_is_compiled_and_not_afterwards(
@@ -32,6 +34,18 @@ def test_it_is_said_before_a_model_is_compiled_and_not_afterwards(
     assert caplog.messages == [said]
 
 
+def test_it_is_said_too_where_an_own_model_is_tried_and_where_one_is_shown(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Both compile before a launch, or the page, would say so."""
+    monkeypatch.setattr(simulation, "is_kept", lambda _function: False)
+    plan_of(read(OWN_SMALL), 2)
+    assert {one.split(",")[0] for one in caplog.messages} == {"compiling drawn"}
+    caplog.clear()
+    _compile.__wrapped__("nguyen2024", "as_run", BUILT_IN)
+    assert [one.split(",")[0] for one in caplog.messages] == ["compiling nguyen2024"]
+
+
 def test_a_plan_has_the_time_where_the_model_is_not_compiled(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -46,6 +60,7 @@ def test_a_plan_has_the_time_where_the_model_is_not_compiled(
 
 CODE = """
 from kernels.caching import is_kept
+from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 print([is_kept(model.advance) for model in MODELS.values()])
 """

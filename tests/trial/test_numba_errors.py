@@ -83,6 +83,18 @@ def test_the_line_is_that_of_the_function_with_the_mistake(tmp_path: Path) -> No
     assert abs(int(said.split(",")[1].split()[1]) - line) <= 1
 
 
+def test_a_name_that_stands_for_nothing_is_found_in_what_advance_calls(
+    tmp_path: Path,
+) -> None:
+    """There numba says only where the function is called."""
+    within = ("    return x, y", f"    return x, y + gian  {LINE}")
+    path, line = written(tmp_path, within)
+    assert said_of(path) == (
+        f'drawn.py, line {line}, "return x, y + gian  {LINE}": the name "gian" stands'
+        " for nothing; define or import it"
+    )
+
+
 def test_a_name_that_changes_its_type_is_found_where_it_is_used(tmp_path: Path) -> None:
     path, _ = written(tmp_path, doing("vx = None"))
     assert "numba has no mul(none, float64); a name keeps one type" in said_of(path)
@@ -132,15 +144,18 @@ def test_a_failed_trial_begins_with_the_sentence_and_has_the_traceback(
     assert in_a_line(result.error).startswith(sentence)
 
 
-def test_a_plan_and_a_launch_say_it_before_any_work(tmp_path: Path) -> None:
+def test_commands_say_it_before_any_work(tmp_path: Path) -> None:
     path, line = written(tmp_path, inside("vx += params.gian"))
     spec = f"study: mine\nmodel: ./{path.name}\npreset: as_run\nseed: 1\n"
     (tmp_path / "spec.yaml").write_text(f"{spec}replicates: 2\n")
-    for command in ("plan", "launch"):
-        done = sweep(tmp_path, command, "spec.yaml")
+    commands = (("plan",), ("launch",), ("warm",), ("view", "--no-open"))
+    for command, *options in commands:
+        done = sweep(tmp_path, command, "spec.yaml", *options)
         assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr == (
-            "spec.yaml:2: no trial can be run: drawn.py, line"
-            f' {line}, "vx += params.gian  {LINE}": there is no "gian" in Params; did'
-            ' you mean "gain"?\n'
+        *_, said = done.stderr.splitlines()
+        where = "" if command == "view" else "spec.yaml:2: no trial can be run: "
+        assert said == (
+            f'{where}drawn.py, line {line}, "vx += params.gian  {LINE}": there is no'
+            ' "gian" in Params; did you mean "gain"?'
         )
+        assert done.stderr == said + "\n"

@@ -1,0 +1,84 @@
+"""Compiling ahead what trials will need, for images and clusters.
+
+Trials are run for one step, as a launch does with its first: so the cache has what a
+launch asks of it, and no more.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.design.design import evenly, expand
+from sweep.design.jobs import Job, Jobs
+from sweep.errors import SpecError
+from sweep.own_code.reading import named_model, study_of
+from sweep.spec.study import Study
+from sweep.text import unknown
+from sweep.trial.compiled import usual
+from sweep.trial.simulation import warm
+from sweep.workers.failures import in_a_line
+
+MOST_POINTS = 10_000
+"""Points among which are looked for those that run other code."""
+
+
+def cache_folder() -> Path:
+    """Where it is kept. Raises CacheError where that cannot be said."""
+    return usual()
+
+
+def warm_study(study: Study) -> float:
+    """Compile what the trials of a study need; the seconds that it took. Raises
+    SpecError where none of them can take a step.
+    """
+    began = time.perf_counter()
+    results = [warm(job) for job in _unlike(study)]
+    failed = [result for result in results if result.has_failed]
+    if failed and len(failed) == len(results):
+        said = f"no trial can be run: {in_a_line(failed[0].error)}"
+        raise study.document.error(("model",), said)
+    return time.perf_counter() - began
+
+
+def warm_model(model: str, *, code: bool = True) -> float:
+    """Compile a model with each of its presets, and all metrics that can be measured in
+    it; the seconds that it took. Raises SpecError for an unknown one, where it cannot
+    be run, and without `code` for a file.
+    """
+    name, known = named_model(model, code=code)
+    if name not in known.models:
+        raise SpecError(unknown("model", name, known.models))
+    began = time.perf_counter()
+    for preset in known.models[name].presets:
+        spec = {"study": "warm", "model": model, "preset": preset, "replicates": 1}
+        fitting = [one for one in known.metrics if _fits(spec, one)]
+        warm_study(study_of(spec | {"record": {"metrics": fitting}}))
+    return time.perf_counter() - began
+
+
+def _fits(spec: dict[str, Any], metric: str) -> bool:
+    try:
+        study_of(spec | {"record": {"metrics": [metric]}})
+    except SpecError:
+        return False
+    return True
+
+
+def _unlike(study: Study) -> Iterator[Job]:
+    """A trial for each combination of maps, starts and other choices: others may run
+    other code. Of a search those of its scenarios.
+    """
+    if study.search:
+        study = replace(study, axes=study.search.over, require=(), search=None)
+    design = expand(study)
+    looked = evenly(design.n_points, MOST_POINTS)
+    choices = [one[looked] for one in design.columns.values() if one.dtype == object]
+    first = (
+        dict(zip(zip(*choices, strict=True), looked, strict=True)) if choices else {}
+    )
+    few = design.only(sorted(first.values()) or [0])
+    yield from Jobs(study, few, np.ones(few.n_points, np.int64))

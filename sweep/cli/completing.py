@@ -1,0 +1,42 @@
+"""What a shell completes: names of studies, models and topics of the guide.
+
+It must answer at once, and a folder may be anyone's: so files are looked for and a
+small part of one is read, but neither kernels nor stored tables.
+"""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+import typer
+
+from sweep.cli.topics import all_topics
+from sweep.spec.built_in import FILE_FOR_EDITORS
+from sweep.spec.study_folder import STUDY_NAME, launched_studies
+
+
+def guide_topics(beginning: str) -> list[str]:
+    """The topics of the guide."""
+    return _beginning(beginning, all_topics())
+
+
+def model_names(beginning: str) -> list[str]:
+    """The built-in models."""
+    schema = json.loads(FILE_FOR_EDITORS.read_text(encoding="utf-8"))
+    named = schema["properties"]["model"]["oneOf"]
+    return _beginning(beginning, [one["const"] for one in named if "const" in one])
+
+
+def study_names(context: typer.Context, beginning: str) -> list[str]:
+    """The studies in the folder of results that the command line names."""
+    results = Path(str(context.params.get("results") or "results"))
+    return _beginning(beginning, launched_studies(results))
+
+
+def _beginning(beginning: str, names: Iterable[str]) -> list[str]:
+    """The names that begin so, less those of others that a shell could read as more."""
+    return [
+        name
+        for name in names
+        if name.startswith(beginning) and STUDY_NAME.fullmatch(name)
+    ]

@@ -1,0 +1,128 @@
+"""What git says of our code, and of the spec of a study. git runs nothing that a
+repository names.
+
+A wheel has no repository: it has in BUILT_FROM what git said where it was built.
+hatch_build.py writes it, and loads this module by its file, so that this needs nothing
+but Python.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+BUILT_FROM = "built_from.json"
+MOST_DIFF = 200_000
+QUIETLY = ("--no-pager", "-c", "core.fsmonitor=false", "-c", "core.hooksPath=/dev/null")
+OURSELVES = ("--no-ext-diff", "--no-textconv", "--ignore-submodules=all")
+APART = {"GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1", "GIT_ALLOW_PROTOCOL": ""}
+"""With this git neither writes the index nor fetches what a partial clone lacks."""
+
+
+def git_state(folder: Path) -> dict[str, Any]:
+    """What the working tree that `folder` is in says of the code; empty where the code
+    is not kept in one.
+
+    The code is what is below `folder` and in `kernels` beside it: `commit`; its `diff`
+    to it, of which `cut` characters beyond MOST_DIFF are left out; and of the files
+    that are `untracked` the name and the sha256 of each.
+    """
+    root, code = folder.parent, ("--", folder.name, "kernels")
+    commit = _git(root, "rev-parse", "HEAD")
+    if not commit or not _git(root, "ls-files", "--", folder.name):
+        return {}
+    diff = os.fsencode(_git(root, "diff", *OURSELVES, "HEAD", *code)).decode(
+        errors="replace"
+    )
+    return {
+        "commit": commit.strip(),
+        "diff": diff[:MOST_DIFF],
+        "cut": max(0, len(diff) - MOST_DIFF),
+        "untracked": _untracked(root, code),
+    }
+
+
+def built_from(folder: Path) -> dict[str, Any]:
+    """What git said of the code below `folder` where the wheel was built; empty where
+    it is not known.
+    """
+    with suppress(OSError, ValueError):
+        said = json.loads((folder / BUILT_FROM).read_text(encoding="utf-8"))
+        if isinstance(said, dict):
+            return said
+    return {}
+
+
+def study_state(spec: Path, text: str) -> dict[str, Any]:
+    """What the working tree that a spec is in says of it: the `commit`, the `path` of
+    the spec, and whether files in its folder and below are `modified`; a spec that is
+    not committed counts as one.
+
+    Empty where the spec is not in a working tree, or its `text` is not from this file.
+    Nothing else of the user's repository is said.
+    """
+    try:
+        if spec.read_bytes() != text.encode():
+            return {}
+    except OSError:
+        return {}
+    folder = spec.resolve().parent
+    root = _git(folder, "rev-parse", "--show-toplevel").removesuffix("\n")
+    commit = _git(folder, "rev-parse", "HEAD").strip()
+    if not root or not commit:
+        return {}
+    changed = _git(folder, "diff", *OURSELVES, "--name-only", "HEAD", "--", ".")
+    kept = _git(folder, "ls-files", "--", f":(literal){spec.name}")
+    path = spec.resolve().relative_to(Path(root).resolve())
+    return {
+        "commit": commit,
+        "path": path.as_posix(),
+        "modified": bool(changed) or not kept,
+    }
+
+
+def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
+    names = _git(root, "ls-files", "--others", "--exclude-standard", "-z", *code).split(
+        "\0"
+    )
+    paths = {name: root / name for name in names if name and (root / name).is_file()}
+    return {
+        name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for name, path in sorted(paths.items())
+    }
+
+
+def _git(root: Path, *arguments: str) -> str:
+    """The output of git, which runs none of the commands that the settings of a
+    repository may name.
+
+    The code may be installed within somebody else's repository. Filters of files have
+    names of their own, and are switched off by them.
+    """
+    names = _run(
+        root, "config", "--name-only", "-z", "--get-regexp", r"^filter\."
+    ).split("\0")
+    if any("=" in name for name in names):  # no option can name it
+        return ""
+    off = [
+        f"{name}={'false' if name.endswith('.required') else ''}"
+        for name in names
+        if name
+    ]
+    return _run(
+        root, *(word for setting in off for word in ("-c", setting)), *arguments
+    )
+
+
+def _run(root: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(root), *QUIETLY, *arguments]
+    try:
+        done = subprocess.run(
+            command, env=os.environ | APART, capture_output=True, timeout=20
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return os.fsdecode(done.stdout) if done.returncode == 0 else ""

@@ -1,0 +1,128 @@
+"""`sweep guide`, the first help, and what a shell completes."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+import sweep.cli.guide as guide
+from sweep.cli.app import FIRST
+from sweep.cli.topics import all_topics, chapters
+from sweep.design.design import expand
+from sweep.spec.study import parse_spec
+from tests import ROOT
+from tests.commands import python, sweep
+from tests.studies import SMALL, launched
+
+GUIDE = (ROOT / "GUIDE.md").read_text(encoding="utf-8")
+
+
+def test_the_topics_are_the_chapters_and_the_pages(tmp_path: Path) -> None:
+    done = sweep(tmp_path, "guide")
+    listed = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert listed["writing-a-spec"] == "Writing a spec"
+    assert listed["own-models"] == "A model of your own"
+    pages = {page.stem for page in ROOT.glob("docs/*.md")}
+    assert pages
+    assert set(listed) == pages | {
+        line.partition("(#")[2].rstrip(")")
+        for line in GUIDE.splitlines()
+        if line.startswith("- [") and "(#" in line
+    }
+
+
+@pytest.mark.parametrize("asked", ["searching", "Searching", "sear"])
+def test_a_topic_is_the_text_of_its_chapter(asked: str, tmp_path: Path) -> None:
+    said = sweep(tmp_path, "guide", asked).stdout
+    assert said.startswith("## Searching\n\nA spec with `search`")
+    assert said in GUIDE + "\n"
+    assert said.count("\n## ") == 0
+
+
+def test_the_chapters_hold_all_of_the_guide() -> None:
+    assert "".join(chapters(GUIDE)).split() == GUIDE[GUIDE.index("\n## ") :].split()
+    assert len(chapters("## a\n```\n## no\n```\n## b\n")) == 2
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ("serching", 'unknown topic "serching"; did you mean "searching"?'),
+        ("a", "Allowed: analysing, a-model-of-your-own"),
+        ("w", "Allowed: writing-a-spec, when-trials-fail"),
+    ],
+)
+def test_an_unknown_topic_is_one_line(asked: str, message: str, tmp_path: Path) -> None:
+    done = sweep(tmp_path, "guide", asked)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_terminal_gets_every_topic_without_marks(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    terminal = partial_terminal()
+    monkeypatch.setattr("sweep.cli.terminal.console", lambda: terminal)
+    for topic in all_topics():
+        guide.guide(topic)
+    said = capsys.readouterr().out
+    assert "Writing a spec" in said
+    assert "\n## " not in said
+    assert "docs/own-models.md" in said  # where a link leads
+
+
+def partial_terminal() -> Console:
+    return Console(file=sys.stdout, force_terminal=True, width=100, color_system=None)
+
+
+def test_the_first_help_has_a_spec_that_runs(tmp_path: Path) -> None:
+    text = FIRST.read_text(encoding="utf-8")
+    study = parse_spec(text)
+    assert expand(study).n_points == 3
+    said = sweep(tmp_path, "--help").stdout
+    for line in text.splitlines():
+        assert line in said
+    assert f"sweep table {study.name}" in said
+    assert "sweep guide" in said
+
+
+def completed(folder: Path, *words: str) -> list[str]:
+    """What bash would offer for the last of these words."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("_SWEEP_COMPLETE", "complete_bash")
+        patch.setenv("COMP_WORDS", " ".join(["sweep", *words]))
+        patch.setenv("COMP_CWORD", str(len(words)))
+        return sweep(folder, *words).stdout.split()
+
+
+def test_a_shell_completes_studies_models_and_topics(tmp_path: Path) -> None:
+    launched(SMALL, tmp_path / "results")
+    launched(SMALL.replace("study: small", "study: my/slow"), tmp_path / "other")
+    assert completed(tmp_path, "sta") == ["status"]
+    assert completed(tmp_path, "status", "s") == ["small"]
+    assert completed(tmp_path, "table", "--results", "other", "") == ["my/slow"]
+    assert completed(tmp_path, "models", "na") == ["nanobot"]
+    assert completed(tmp_path, "view", "--model", "ngu") == ["nguyen2024"]
+    assert completed(tmp_path, "guide", "se") == ["searching", "see-the-swarm"]
+
+
+def test_names_that_a_shell_could_read_as_more_are_left_out(tmp_path: Path) -> None:
+    launched(SMALL, tmp_path / "results")
+    (tmp_path / "results" / "small").rename(tmp_path / "results" / "s$(touch x)")
+    assert completed(tmp_path, "status", "s") == []
+
+
+def test_completion_loads_no_kernels() -> None:
+    code = "import sys; from sweep.cli.completing import *; model_names('');"
+    code += "print(sys.modules.keys() & {'numpy', 'numba', 'pandas', 'kernels'})"
+    assert python(code).strip() == "set()"
+
+
+def test_a_shell_gets_its_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "--install-completion" in sweep(tmp_path, "--help").stdout
+    monkeypatch.setenv("_SWEEP_COMPLETE", "source_bash")
+    assert "_SWEEP_COMPLETE=complete_bash" in sweep(tmp_path).stdout

@@ -1,0 +1,131 @@
+"""What commands print for programs is what docs/json.md says, and nothing else."""
+
+import json
+import logging
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import ROOT
+from tests.commands import sweep
+from tests.searches import TINY
+from tests.studies import IMPOSSIBLE, SMALL
+
+PAGE = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+ROW = re.compile(r"^\| `(\w+)` \| (.+?) \|", re.MULTILINE)
+ALSO = re.compile(r"A search has the same of (.*?), and those", re.DOTALL)
+
+
+def is_count(value: object) -> bool:
+    return type(value) is int
+
+
+def is_mapping(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def is_text(value: object) -> bool:
+    return isinstance(value, str)
+
+
+TYPES = {
+    "text": is_text,
+    "whole number": is_count,
+    "number": lambda value: isinstance(value, float),
+    "mapping": is_mapping,
+    "counts": lambda value: is_mapping(value) and all(map(is_count, value.values())),
+    "list of texts": lambda value: all(map(is_text, value)),
+    "list of mappings": lambda value: all(map(is_mapping, value)),
+    "null": lambda value: value is None,
+}
+
+
+def chapters() -> dict[str, dict[str, str]]:
+    """The types of the keys by the heading that they stand under."""
+    _, *parts = re.split(r"^## ", PAGE, flags=re.MULTILINE)
+    return {part.partition("\n")[0]: dict(ROW.findall(part)) for part in parts}
+
+
+def agree(printed: str, documented: dict[str, str]) -> dict[str, Any]:
+    """The object that was printed: it has all keys, and each a value of its type."""
+    (line,) = [json.loads(printed)]
+    assert line.keys() == documented.keys()
+    for key, types in documented.items():
+        assert any(TYPES[one](line[key]) for one in types.split(" or ")), key
+    return dict(line)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, spec in (("small", SMALL), ("wrong", IMPOSSIBLE), ("search", TINY)):
+        (tmp_path / f"{name}.yaml").write_text(spec, encoding="utf-8")
+    return tmp_path
+
+
+def plan_keys(*, search: bool) -> dict[str, str]:
+    """Those of a plan: the second table is that of a search."""
+    page = PAGE.partition("## sweep plan --json")[2]
+    plain, own = map(dict, map(ROW.findall, ALSO.split(page)[::2]))
+    shared = re.findall(r"`(\w+)`", ALSO.search(page)[1])  # type: ignore[index]
+    return own | {key: plain[key] for key in shared} if search else plain
+
+
+def test_a_plan(folder: Path) -> None:
+    keys = plan_keys(search=False)
+    plan = agree(sweep(folder, "plan", "small.yaml", "--json").stdout, keys)
+    assert (plan["points"], plan["trials"], plan["until"]) == (2, 6, None)
+
+
+def test_the_plan_of_a_search(folder: Path) -> None:
+    agree(sweep(folder, "plan", "search.yaml", "--json").stdout, plan_keys(search=True))
+
+
+def test_a_launch_and_its_status(folder: Path) -> None:
+    keys = chapters()
+    done = sweep(folder, "launch", "small.yaml", "--json", "--quiet")
+    assert (done.returncode, done.stderr) == (0, "")
+    launched = agree(done.stdout, keys["sweep launch --json"])
+    assert (launched["new"], launched["stored"]) == ({"done": 6}, 0)
+    again = sweep(folder, "launch", "small.yaml", "--json", "--shard", "1/2")
+    assert json.loads(again.stdout)["share"] == "1/2"
+    assert "nothing was missing" in again.stderr
+    said = sweep(folder, "status", "small", "--json", "--quiet")
+    status = agree(said.stdout, keys["sweep status --json"])
+    assert status["folder"] == launched["folder"]
+    assert (status["statuses"], status["causes"]) == ({"done": 6}, [])
+
+
+def test_failed_trials(folder: Path) -> None:
+    """One cause is said once, with its trials."""
+    done = sweep(folder, "launch", "wrong.yaml", "--json", "--quiet")
+    assert (done.returncode, done.stderr) == (1, "")
+    assert json.loads(done.stdout)["new"] == {"failed": 6}
+    said = sweep(folder, "status", "small", "--json").stdout
+    status = agree(said, chapters()["sweep status --json"])
+    (cause,) = status["causes"]
+    assert [(key, type(value)) for key, value in cause.items()] == [
+        ("status", str),
+        ("trials", int),
+        ("cause", str),
+        ("first", str),
+    ]
+    assert (cause["status"], cause["trials"]) == ("failed", 6)
+    assert "no free place for a boid" in cause["cause"]
+    text = sweep(folder, "status", "small").stdout
+    assert text.count("no free place") == 1
+    assert f"failed: {cause['cause']} (6 trials)\n" in text
+    assert f"sweep replay small {cause['first']}" in text
+
+
+def test_quiet_leaves_errors(folder: Path) -> None:
+    """And the next command is as loud as ever."""
+    done = sweep(folder, "launch", "small.yml", "--quiet", "--json")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "small.yml: no such file\n"
+    assert logging.getLogger("sweep").isEnabledFor(logging.WARNING)
+    assert "6 new trials" in sweep(folder, "launch", "small.yaml").stderr
+    loud = sweep(folder, "launch", "wrong.yaml", "--results", "other")
+    assert "small: 6 new trials (6 failed)" in loud.stderr
+    assert loud.stdout == ""
