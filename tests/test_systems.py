@@ -77,6 +77,8 @@ GUARDED = {
     "sweep/store/provenance.py /dev": "git knows it on every system",
     "sweep/store/provenance.py /proc": "an error where it is not there is expected",
     "sweep/analysis/intervals.py rename": "of pandas",
+    "sweep/analysis/pooling.py rename": "of pandas",
+    "sweep/store/whole_studies.py rename": "to a name that is not there",
     "sweep/tables/safe_csv.py rename": "of pandas",
     "sweep/tables/outputs.py /proc": "on Linux alone",
     "sweep/trial/interrupts.py SIGHUP": "asked for",
