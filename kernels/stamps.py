@@ -38,6 +38,7 @@ numba caches, which is the same wherever it is kept.
 
 
 OURS = "kernels"
+QUOTES = ("'", '"', '"""', "'''")
 WHOLE = "*"
 """The name that stands for a module as a whole. Modules that are not ours are not taken
 apart: their statements may act on each other in ways that nobody foresees.
@@ -203,7 +204,7 @@ def stamp_of_all(*places: Path) -> str:
     for place in places:
         folder = place if place.is_dir() else place.parent
         for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            code = ast.unparse(_Bare().visit(ast.parse(path.read_bytes())))
+            code = written_out(_Bare().visit(ast.parse(path.read_bytes())))
             name = path.relative_to(folder).as_posix()
             digest.update(f"{name} {len(code)}\n{code}".encode())
     return digest.hexdigest()
@@ -363,7 +364,8 @@ def _said(statement: ast.stmt, module: str) -> Statement:
     bare = _Bare().visit(statement)
     nodes = list(ast.walk(bare))
     names = frozenset(_names(nodes))
-    return Statement(ast.unparse(bare), names, dict(_imported(nodes, module)))
+    imported = dict(_imported(nodes, module))
+    return Statement(written_out(bare), names, imported)
 
 
 def _bound(statement: ast.stmt) -> set[str]:
@@ -452,6 +454,32 @@ class _Bare(ast.NodeTransformer):
         return self.generic_visit(node)
 
 
+def written_out(tree: ast.AST) -> str:
+    """Code as text, the same from every version of Python. This changes the tree.
+
+    Since 3.12 Python may write the quotes of an f-string within it, too.
+    """
+    return ast.unparse(_Quoted().visit(tree))
+
+
+class _Quoted(ast.NodeTransformer):
+    """Puts f-strings into quotes that do not occur in them, as Python 3.11 does."""
+
+    def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.AST:
+        node.value = self.visit(node.value)
+        return node
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
+        self.generic_visit(node)
+        text = ast.unparse(node)
+        outer = text[1:4] if text[1:4] in QUOTES else text[1]
+        inner = text[1 + len(outer) : -len(outer)]
+        for quote in QUOTES:
+            if quote not in inner and (len(quote) == 3 or "\n" not in inner):
+                return ast.Name(f"f{quote}{inner}{quote}")  # is written as it stands
+        return node
+
+
 def _is_constant(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
@@ -478,7 +506,7 @@ def _hash(definition: Definition) -> str:
         text, _ = _known_text(definition.module)
         tree = _Bare().visit(ast.parse(text))
         tree.body = [one for one in tree.body if not _enters(one)]
-        code = ast.unparse(tree)
+        code = written_out(tree)
     else:
         statements = _read(definition.module).statements.get(definition.name, [])
         code = "\n".join(statement.code for statement in statements)

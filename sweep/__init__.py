@@ -25,13 +25,12 @@ A study flows down this list, and each package imports only what stands above it
 import logging
 import sys
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep import errors
 from sweep.text import harmless, make_harmless, so_many
-from sweep.trial.compiled import BeforeKernels
+from sweep.trial.compiled import OurKernels, check_kernels
 
 if TYPE_CHECKING:
     from sweep.campaigns.loaded import LoadedStudy
@@ -61,26 +60,8 @@ __all__ = [
 __version__ = "0.9.0"
 
 
-def check_sibling(found: str | None, ours: str) -> None:
-    """Raise ImportError unless the package `kernels` that Python finds at `found`
-    stands beside `ours`.
-
-    Another distribution has a package of that name too.
-    """
-    if (
-        found is None
-        or Path(found).resolve().parent.parent != Path(ours).resolve().parent.parent
-    ):
-        raise ImportError(
-            "boidsweep needs its own package `kernels`, but Python finds it at"
-            f" {found or 'no place'}: another distribution named kernels is installed;"
-            " remove it, or use a separate environment"
-        )
-
-
-_kernels = find_spec("kernels")
-check_sibling(_kernels.origin if _kernels else None, __file__)
-sys.meta_path.insert(0, BeforeKernels())
+check_kernels(sys.modules.get("kernels"))
+sys.meta_path.insert(0, OurKernels())
 logging.getLogger(__name__).addFilter(make_harmless)
 
 

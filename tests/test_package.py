@@ -3,8 +3,10 @@
 import ast
 import pickle
 import re
+import sys
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pandas as pd
 import pytest
@@ -21,8 +23,10 @@ from sweep.errors import (
 )
 from sweep.store.repository import git_state
 from sweep.text import installing
+from sweep.trial.compiled import OurKernels, check_kernels
 from sweep.workers.executors import Serial
 from tests import ROOT
+from tests.commands import python
 from tests.studies import IMPOSSIBLE, SMALL, launched
 from tests.test_house import TREES
 
@@ -37,16 +41,41 @@ def test_one_version_everywhere() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "found", [None, "/elsewhere/site-packages/kernels/__init__.py"]
-)
-def test_another_package_named_kernels_is_refused(found: str | None) -> None:
-    with pytest.raises(ImportError, match="needs its own package `kernels`"):
-        sweep.check_sibling(found, sweep.__file__)
+@pytest.fixture
+def with_others(tmp_path: Path) -> Path:
+    """A folder with another package `kernels`, which cannot be imported."""
+    (tmp_path / "kernels").mkdir()
+    (tmp_path / "kernels" / "__init__.py").write_text(
+        "import huggingface_hub_that_is_not_there", encoding="utf-8"
+    )
+    return tmp_path
 
 
-def test_our_own_kernels_are_accepted() -> None:
-    sweep.check_sibling(str(ROOT / "kernels" / "__init__.py"), sweep.__file__)
+def test_our_kernels_are_found_though_others_stand_first(with_others: Path) -> None:
+    said = python("import sweep, kernels; print(kernels.__file__)", with_others)
+    assert Path(said.strip()) == ROOT / "kernels" / "__init__.py"
+
+
+def test_other_kernels_that_are_imported_already_are_refused() -> None:
+    other = ModuleType("kernels")
+    for file in (None, "/elsewhere/kernels/__init__.py"):
+        other.__file__ = file
+        with pytest.raises(ImportError, match="import sweep first, or use a separate"):
+            check_kernels(other)
+    check_kernels(None)
+    check_kernels(sys.modules["kernels"])
+
+
+def test_kernels_that_are_gone_are_said_with_the_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder of that name without files would be a package, too."""
+    monkeypatch.setattr("sweep.trial.compiled.PACKAGE", tmp_path / "sweep")
+    for _ in range(2):
+        with pytest.raises(ImportError, match="force-reinstall --no-deps boidsweep"):
+            OurKernels().find_spec("kernels")
+        (tmp_path / "kernels").mkdir(exist_ok=True)
+    assert OurKernels().find_spec("numpy") is None
 
 
 def test_code_outside_a_repository_has_no_git_state(tmp_path: Path) -> None:
@@ -67,7 +96,7 @@ def test_the_public_functions_are_on_one_screen() -> None:
         for name, one in vars(sweep).items()
         if getattr(one, "__module__", "") == "sweep"
     }
-    public = {name for name in own if not name.startswith("_")} - {"check_sibling"}
+    public = {name for name in own if not name.startswith("_")}
     assert public | {"errors", "__version__"} == set(sweep.__all__)
     assert isinstance(sweep.errors.StoreError("gone"), sweep.errors.UserError)
 

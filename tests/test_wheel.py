@@ -3,17 +3,20 @@
 import os
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 from tarfile import TarFile
 from zipfile import ZipFile
 
 import pytest
 
+from kernels.identity import kernels_sha
 from sweep.cli.topics import all_topics
 from sweep.published.starting import built_in_specs
 from sweep.store.repository import built_from, git_state
 from tests import ROOT
 from tests.commands import SWEEP
+from tests.studies import SMALL
 
 MOST_BYTES = 1_500_000
 
@@ -53,6 +56,57 @@ def run(site: Path, folder: Path, *command: str) -> str:
     )
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr
+
+
+CLEAN = """
+import sys
+sys.path += {paths!r}
+import sweep, kernels
+from kernels.identity import kernels_sha
+print(sweep.__file__, kernels.__file__, kernels_sha(), sep="\\n")
+sweep.run({spec!r}, {results!r}, workers=1)
+sys.argv = ["sweep", "table", "small", "--csv", "--results", {results!r}]
+from sweep.cli import main
+main()
+"""
+
+
+def test_a_wheel_runs_where_nothing_of_the_checkout_can_be_imported(
+    installed: Path, tmp_path: Path
+) -> None:
+    """Nor is another package `kernels` in its way, in whatever order both came there.
+
+    A process with -S reads no .pth files, and so does not find the checkout. It has the
+    dependencies from the folder of this environment.
+    """
+    other = tmp_path / "other" / "kernels" / "__init__.py"
+    other.parent.mkdir(parents=True)
+    other.write_text("raise ModuleNotFoundError('huggingface_hub')", encoding="utf-8")
+    paths = [str(tmp_path / "other"), str(installed), sysconfig.get_path("purelib")]
+    code = CLEAN.format(paths=paths, spec=SMALL, results=str(tmp_path / "results"))
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    ours, theirs, sha, *table = done.stdout.splitlines()
+    assert Path(ours) == installed / "sweep" / "__init__.py"
+    assert Path(theirs) == installed / "sweep/bundled/kernels/__init__.py"
+    assert sha == kernels_sha()
+    assert len(table) == 3
+    assert table[0].startswith("separation_weight,speed,speed_low")
+
+
+def test_editors_and_type_checkers_find_the_kernels_of_a_wheel(installed: Path) -> None:
+    """By the .pth file, whose folder Python and they take for one of packages."""
+    named = (installed / "boidsweep.pth").read_text(encoding="utf-8").strip()
+    assert [path.name for path in (installed / named).iterdir()] == ["kernels"]
+    assert not (installed / "kernels").exists()
+    assert (installed / named / "kernels" / "py.typed").is_file()
+    assert (installed / "sweep" / "py.typed").is_file()
 
 
 @pytest.mark.slow

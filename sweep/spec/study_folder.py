@@ -28,6 +28,11 @@ the year 2286.
 STUDY_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 """What a folder can be called. A study of an older version may have a name of OWN."""
 
+NOWHERE = re.compile(
+    r"((con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?|.*\.)", re.IGNORECASE
+)
+"""What no folder can be called on Windows; results are to be read on every system."""
+
 
 MOST_NAME = 200
 NAME_WORDS = (
@@ -43,6 +48,9 @@ def why_no_name(study: str) -> str:
     if taken := taken_name(study):
         said = "is a name that results use themselves"
         return f'study "{study}" is not allowed: "{taken}" {said}'
+    if impossible := impossible_name(study):
+        said = "can be no folder on Windows, where its results should be read too"
+        return f'study "{study}" is not allowed: "{impossible}" {said}'
     return ""
 
 
@@ -54,6 +62,11 @@ def is_own(name: str) -> bool:
 def code_file(sha: str) -> str:
     """The name of the file of the code with this sha256."""
     return f"code-{sha}.json"
+
+
+def impossible_name(study: str) -> str | None:
+    """The first part of a study's name that no folder can have on Windows."""
+    return next(filter(NOWHERE.fullmatch, study.split("/")), None)
 
 
 def taken_name(study: str) -> str | None:

@@ -8,7 +8,6 @@ so their files may be small. They are bounded by the memory of this machine, whi
 not hold more anyway.
 """
 
-import os
 from typing import Any
 
 from sweep.spec.study_folder import ASKED, PLAN
@@ -55,4 +54,6 @@ def _rows(metadata: Any) -> int:
 
 def _memory() -> int:
     """The bytes of memory of this machine."""
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    import psutil
+
+    return int(psutil.virtual_memory().total)

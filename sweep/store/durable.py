@@ -3,18 +3,41 @@
 Flushing a file saves its content; flushing a folder saves the names in it. So a new
 file is safe when first its content is flushed, and then its name in each folder on the
 way to it.
+
+Windows has no way to flush the names in a folder. There a file system that keeps a
+journal, as NTFS, holds them soon after.
 """
 
 import os
+import sys
 from contextlib import suppress
 from pathlib import Path
 
 
+def flush(descriptor: int) -> None:
+    """Flush what an open file or folder holds to the disk. Raises OSError.
+
+    On macOS fsync only hands it to the drive, which may keep it in memory of its own.
+    """
+    if sys.platform == "darwin":
+        import fcntl
+
+        with suppress(OSError):  # a file system that cannot ask its drive
+            fcntl.fcntl(descriptor, fcntl.F_FULLFSYNC)
+            return
+    os.fsync(descriptor)
+
+
 def flush_to_disk(path: Path) -> None:
     """Flush a file's content, or the names in a folder, to the disk. Raises OSError."""
-    descriptor = os.open(path, os.O_RDONLY)
+    flags = os.O_RDONLY
+    if not hasattr(os, "O_DIRECTORY"):  # folders cannot be opened
+        if path.is_dir():
+            return
+        flags = os.O_RDWR  # by which alone Windows flushes
+    descriptor = os.open(path, flags)
     try:
-        os.fsync(descriptor)
+        flush(descriptor)
     finally:
         os.close(descriptor)
 

@@ -23,7 +23,6 @@ that looks too old, or comes from the future, is watched for a while before its 
 counts as dead. An owner who was suspended meanwhile finds its claim gone, and stops.
 """
 
-import getpass
 import json
 import logging
 import os
@@ -36,7 +35,7 @@ from typing import NamedTuple
 from sweep.errors import StoreError
 from sweep.store.lock_files import Claims
 from sweep.store.places import StudyPlace
-from sweep.store.processes import host, machine, started
+from sweep.store.processes import host, machine, started, user
 from sweep.store.regular import parsed
 from sweep.store.shares import Share
 
@@ -259,15 +258,12 @@ class Lock:
 
 
 def _owner() -> dict[str, object]:
-    name, process = host(), os.getpid()
-    try:
-        user = getpass.getuser()
-    except (KeyError, OSError):  # a user without a name
-        user = str(os.getuid())
+    name, process, login = host(), os.getpid(), user()
     since = time.strftime("%Y-%m-%d %H:%M:%S %Z")
-    who = f"{user} on {name} (process {process}) since {since}"
-    about = {"host": name, "process": process, "user": user, "since": since, "who": who}
-    return about | {"machine": machine(), "started": started(process) or ""}
+    who = f"{login} on {name} (process {process}) since {since}"
+    about = {"host": name, "process": process, "user": login, "since": since}
+    lasting = {"machine": machine(), "started": started(process) or ""}
+    return about | {"who": who} | lasting
 
 
 def _is_touched(claims: Claims, token: str) -> bool:

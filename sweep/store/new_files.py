@@ -4,6 +4,8 @@ It is flushed to the disk before the rename. So a file exists whole or not at al
 stranger's folder has a link in its place, the rename replaces the link, and nothing is
 written through it. Everything happens relative to the descriptor of the folder that was
 opened first, so it does no harm if somebody swaps a folder for a link meanwhile.
+Windows cannot open folders. There everything happens by paths, and such a swap is not
+noticed.
 """
 
 import os
@@ -11,10 +13,9 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
-NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
-FOLDER = os.O_RDONLY | os.O_DIRECTORY
+from sweep.store.durable import flush
 
 
 def create(path: Path, folder: int | None = None) -> BinaryIO:
@@ -22,7 +23,13 @@ def create(path: Path, folder: int | None = None) -> BinaryIO:
 
     Raises OSError, also where there is a link.
     """
-    return os.fdopen(os.open(path, NEW, 0o666, dir_fd=folder), "w+b")
+    new = os.open(
+        path,
+        os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0),
+        0o666,
+        dir_fd=folder,
+    )
+    return os.fdopen(new, "w+b")
 
 
 @contextmanager
@@ -34,37 +41,116 @@ def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
     of them may be a link. Raises OSError.
     """
     # The name of `path` may be as long as names can be.
-    name = Path(f"{path.name[:40]}-{secrets.token_hex(8)}.unfinished")
+    name = f"{path.name[:40]}-{secrets.token_hex(8)}.unfinished"
     folder = _open_folder(path.parent, below or path.parent)
     try:
-        with create(name, folder) as file:
-            try:
+        new = folder.create(name)
+        try:
+            with new as file:
                 yield file
                 file.flush()
-                os.fsync(file.fileno())
-                os.replace(name, path.name, src_dir_fd=folder, dst_dir_fd=folder)
-            except BaseException:
-                with suppress(OSError):
-                    os.unlink(name, dir_fd=folder)
-                raise
-        os.fsync(folder)
+                flush(file.fileno())
+            folder.rename(name, path.name)  # Windows renames no open file
+        except BaseException:
+            with suppress(OSError):
+                folder.delete(name)
+            raise
+        folder.flush()
     finally:
-        os.close(folder)
+        folder.close()
 
 
-def _open_folder(path: Path, below: Path) -> int:
-    """A descriptor of the folder `path`, reached from `below` through no link."""
-    here, folder = below, os.open(below, FOLDER)
+class _Folder(Protocol):
+    """A folder in which a file comes to be. All but `close` may raise OSError."""
+
+    def create(self, name: str) -> BinaryIO: ...
+
+    def rename(self, name: str, new: str) -> None: ...
+
+    def delete(self, name: str) -> None: ...
+
+    def enter(self, name: str) -> "_Folder":
+        """A folder in it, which is made where it is missing, and may be no link."""
+
+    def flush(self) -> None:
+        """Flush the names in it, where the system can."""
+
+    def close(self) -> None: ...
+
+
+class _Opened:
+    """A folder by its descriptor, whatever its path leads to meanwhile."""
+
+    def __init__(
+        self, path: str | Path, flags: int = 0, above: int | None = None
+    ) -> None:
+        flags |= os.O_RDONLY | os.O_DIRECTORY
+        self._descriptor = os.open(path, flags, dir_fd=above)
+
+    def create(self, name: str) -> BinaryIO:
+        return create(Path(name), self._descriptor)
+
+    def rename(self, name: str, new: str) -> None:
+        here = self._descriptor
+        os.replace(name, new, src_dir_fd=here, dst_dir_fd=here)
+
+    def delete(self, name: str) -> None:
+        os.unlink(name, dir_fd=self._descriptor)
+
+    def enter(self, name: str) -> "_Opened":
+        with suppress(FileExistsError):
+            os.mkdir(name, dir_fd=self._descriptor)
+            self.flush()
+        return _Opened(name, os.O_NOFOLLOW, self._descriptor)
+
+    def flush(self) -> None:
+        flush(self._descriptor)
+
+    def close(self) -> None:
+        os.close(self._descriptor)
+
+
+class _Named:
+    """A folder by its path, where folders cannot be opened."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def create(self, name: str) -> BinaryIO:
+        return create(self._path / name)
+
+    def rename(self, name: str, new: str) -> None:
+        (self._path / name).replace(self._path / new)
+
+    def delete(self, name: str) -> None:
+        (self._path / name).unlink()
+
+    def enter(self, name: str) -> "_Named":
+        inner = self._path / name
+        with suppress(FileExistsError):
+            inner.mkdir()
+        if inner.is_symlink() or not inner.is_dir():
+            raise NotADirectoryError
+        return _Named(inner)
+
+    def flush(self) -> None:
+        """Nothing: see `durable.py`."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def _open_folder(path: Path, below: Path) -> _Folder:
+    """The folder `path`, reached from `below` through no link."""
+    here = below
+    folder: _Folder = _Opened(below) if hasattr(os, "O_DIRECTORY") else _Named(below)
     for name in path.relative_to(below).parts:
         here = here / name
         try:
-            with suppress(FileExistsError):
-                os.mkdir(name, dir_fd=folder)
-                os.fsync(folder)
-            inner = os.open(name, FOLDER | os.O_NOFOLLOW, dir_fd=folder)
+            inner = folder.enter(name)
         except NotADirectoryError:
             raise OSError(f"{here} is a symbolic link, or no folder") from None
         finally:
-            os.close(folder)
+            folder.close()
         folder = inner
     return folder

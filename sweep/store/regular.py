@@ -13,12 +13,16 @@ from typing import Any, BinaryIO
 
 from sweep.store.locations import Location
 
-# A pipe that is opened so is not waited for; ordinary files are opened as ever.
-QUIETLY = os.O_NOFOLLOW | os.O_NONBLOCK
-
 
 class ForeignError(OSError):
     """What lies there was not written by us: it is no ordinary file, or too large."""
+
+
+def quietly() -> int:
+    """Flags of `os.open` by which a link is not followed, and a pipe is not waited for;
+    0 where the system has none.
+    """
+    return getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
@@ -26,8 +30,10 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
 
     Raises OSError for anything else, and for writing where the file has a second name.
     """
+    if not hasattr(os, "O_NOFOLLOW") and path.is_symlink():
+        raise _link()
     try:
-        descriptor = os.open(path, flags | QUIETLY, 0o666)
+        descriptor = os.open(path, flags | quietly(), 0o666)
     except OSError as error:
         if error.errno == errno.ELOOP:
             raise _link() from None

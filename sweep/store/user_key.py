@@ -4,9 +4,10 @@ and code that was launched.
 A checkpoint says where boids are and how often they have collided. A checksum that
 anyone can compute finds damage; only a key finds a forgery, which would become a result
 of ours. In the same way code runs again without a question only for who has launched
-it. The key is a file that only its user can read. The coordinator reads it and hands it
-to its workers, so that they need no home folder. On another machine, with another key,
-such a trial begins anew, and such code needs a yes.
+it. The key is a file that only its user can read: by its mode, or on Windows by the
+folder of its user. The coordinator reads it and hands it to its workers, so that they
+need no home folder. On another machine, with another key, such a trial begins anew, and
+such code needs a yes.
 """
 
 import logging
@@ -16,6 +17,9 @@ import stat
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+from sweep.store.durable import flush
+from sweep.store.regular import quietly
 
 LOG = logging.getLogger("sweep")
 
@@ -56,7 +60,7 @@ def _made(path: Path) -> bytes:
         ) as file:
             file.write(secrets.token_bytes(BYTES))
             file.flush()
-            os.fsync(file.fileno())
+            flush(file.fileno())
         with suppress(FileExistsError):
             path.hardlink_to(new)
     finally:
@@ -66,12 +70,19 @@ def _made(path: Path) -> bytes:
 
 def _read(path: Path) -> bytes:
     """The key in a file. Raises OSError if others could have written or read it."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | quietly())
     try:
         about = os.fstat(descriptor)
-        private = about.st_uid == os.geteuid() and not about.st_mode & 0o077
-        if not (stat.S_ISREG(about.st_mode) and private and about.st_size == BYTES):
+        is_key = stat.S_ISREG(about.st_mode) and about.st_size == BYTES
+        if not (is_key and _is_private(about)):
             raise OSError(f"{path} is not a key that only you can read: delete it")
         return os.read(descriptor, BYTES)
     finally:
         os.close(descriptor)
+
+
+def _is_private(about: os.stat_result) -> bool:
+    """Whether nobody else can read a file, as far as its owner and mode can say."""
+    if not hasattr(os, "geteuid"):
+        return True
+    return about.st_uid == os.geteuid() and not about.st_mode & 0o077

@@ -1,4 +1,8 @@
-"""Where compiled kernels are kept: in a folder that nobody else can write.
+"""Which package `kernels` is ours, and where what it compiles is kept: in a folder that
+nobody else can write.
+
+Another distribution has a package of that name. So ours is found at its own place: in a
+checkout beside `sweep`, in a wheel within it, where no other distribution writes.
 
 numba's cache is pickles: whoever can write there, or rename a folder on the way there,
 runs code as the user. So the folder, and every folder and link on the way, belongs to
@@ -20,28 +24,62 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import suppress
+from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from sweep.errors import CacheError
 
+PACKAGE = Path(__file__).parents[1]
+REINSTALL = "install it again: pip install --force-reinstall --no-deps boidsweep"
 NAME = "boidsweep"
 VARIABLE = "NUMBA_CACHE_DIR"
 WAY_OUT = f"Set {VARIABLE} to a folder that you alone can write."
 LOG = logging.getLogger("sweep")
 
 
-class BeforeKernels:
-    """Calls `settle` just before `kernels`, which reads NUMBA_CACHE_DIR, is imported.
+class OurKernels:
+    """Finds our `kernels`, and calls `settle` just before, as it reads NUMBA_CACHE_DIR
+    when it is imported.
 
-    It is a finder for `sys.meta_path` that never finds a module. So the folder is
+    It is a finder for `sys.meta_path` that finds no other module. So the folder is
     looked at only when kernels are needed, and `sweep --help` looks at none.
     """
 
-    def find_spec(self, name: str, *_: Any) -> None:
-        """Python asks this for each module that it imports for the first time."""
-        if name == "kernels" and os.name == "posix":  # others have no modes to look at
+    def find_spec(self, name: str, *_: Any) -> ModuleSpec | None:
+        """Python asks this for each module that it imports for the first time.
+
+        Raises ImportError where the package is not at its place.
+        """
+        if name != "kernels":
+            return None
+        found = PathFinder.find_spec(name, [str(beside_kernels())])
+        if found is None or found.origin is None:
+            raise ImportError(
+                f"boidsweep lacks its package `kernels` in {beside_kernels()};"
+                f" {REINSTALL}"
+            )
+        if hasattr(os, "geteuid"):  # other systems have no modes to look at
             settle()
+        return found
+
+
+def beside_kernels() -> Path:
+    """The folder that holds our `kernels`."""
+    within = PACKAGE / "bundled"
+    return within if within.is_dir() else PACKAGE.parent
+
+
+def check_kernels(imported: ModuleType | None) -> None:
+    """Raise ImportError if a package `kernels` that is imported already is not ours."""
+    file = getattr(imported, "__file__", None)
+    if imported and (file is None or Path(file).parent.parent != beside_kernels()):
+        raise ImportError(
+            "boidsweep needs its own package `kernels`, but this process has imported"
+            f" another one, of {file or 'no file'}: import sweep first, or use a"
+            " separate environment for one of them"
+        )
 
 
 def settle() -> None:

@@ -1,5 +1,5 @@
-"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP. All have the same effect,
-and none stops it immediately.
+"""How a launch is told to stop: by Ctrl-C, SIGTERM or SIGHUP, on Windows by Ctrl-Break
+in place of the last. All have the same effect, and none stops it immediately.
 """
 
 import signal
@@ -10,10 +10,27 @@ from types import FrameType, TracebackType
 
 SIGNALS = [
     getattr(signal, name)
-    for name in ("SIGINT", "SIGTERM", "SIGHUP")
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
     if hasattr(signal, name)
 ]
-"""The signals that ask a launch to stop; Windows has no SIGHUP."""
+"""The signals that ask a launch to stop, as far as the system has them."""
+
+
+@contextmanager
+def deaf() -> Iterator[bool]:
+    """Inside, this thread hears none of SIGNALS, nor do processes that it starts, from
+    their first instruction on.
+
+    Says whether that is so: Windows cannot hold signals back.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield False
+        return
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        yield True
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 class HeldInterrupt:

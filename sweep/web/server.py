@@ -233,7 +233,10 @@ def _bound(port: int) -> socket.socket:
     # Without the protocol asyncio leaves Nagle's algorithm on, which holds every second
     # small message back for 40 ms.
     bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-    bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # A port that was just left is free again. By the same option Windows would let
+    # another program share the port, and has one against that.
+    alone = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
+    bound.setsockopt(socket.SOL_SOCKET, alone, 1)
     try:
         bound.bind((HERE, port))
         bound.listen()

@@ -166,7 +166,7 @@ class _Checkpoint:
         """
         for place, aside in pairwise(self._places):
             with suppress(OSError):
-                return place.rename(aside)
+                return place.replace(aside)
         if self._places[-1].exists():
             LOG.warning(
                 "trial %s: its worker died twice when it went on from its checkpoint;"
@@ -178,7 +178,7 @@ class _Checkpoint:
 
     def _put_back(self, aside: Path) -> None:
         with suppress(OSError):
-            aside.rename(self._places[0])
+            aside.replace(self._places[0])
 
     def _write(self, seconds: float) -> None:
         if self._folder.is_symlink():

@@ -26,6 +26,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from sweep.store.durable import flush
 from sweep.store.new_files import replacing
 from sweep.store.provenance import cpu_name
 from sweep.store.regular import open_regular, read_whole
@@ -149,7 +150,7 @@ def add_frames(
             file.write(content)
             frames, crc = frames + len(rows), zlib.crc32(content, crc)
         file.flush()
-        os.fsync(file.fileno())
+        flush(file.fileno())
     return frames, crc
 
 

@@ -5,20 +5,18 @@ An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, an
 keeps the limits of a job.
 """
 
-import ctypes
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
-from sweep.trial.interrupts import SIGNALS
+from sweep.store.processes import end, end_with, started
+from sweep.trial.interrupts import SIGNALS, deaf
 from sweep.workers.surroundings import SAFE_PATH, ignore_settings, safe_path
 
 if TYPE_CHECKING:
@@ -30,7 +28,6 @@ P = ParamSpec("P")
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
 PATIENCE_SECONDS = 5.0
-PR_SET_PDEATHSIG = 1
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
     for library in ("NUMBA", "OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM")
@@ -145,20 +142,19 @@ class Loky:
 
         if self._pool is None:
             self._missed = None
-            with safe_path(), _deaf():
+            with safe_path(), _deaf_workers():
                 # A pool of our own: loky's shared one could be resized or shut down
                 # under us by any joblib user.
                 pool = ProcessPoolExecutor(
                     max_workers=self.workers,
                     timeout=IDLE_SECONDS,
                     initializer=_prepare_worker,
-                    initargs=(os.getpid(), self.initializer),
+                    initargs=(os.getpid(), started(os.getpid()), self.initializer),
                     # Processes that start later have it, too.
                     env=ONE_THREAD | {SAFE_PATH: "1"},
                 )
-                # The pool's tracker has lifted the mask.
-                signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-                pool.submit(int)
+                with deaf():  # once more: the pool's tracker has lifted the mask
+                    pool.submit(int)
             self._pool = _Pool(pool)
         running: Executor = self._pool.pool
         return running
@@ -213,55 +209,36 @@ class _Pool:
         """Kill the processes, and tell the pool's reader that nothing follows."""
         for process in list(self._processes.values()):
             if process.exitcode is None:
-                with suppress(ProcessLookupError):
-                    os.kill(process.pid, signal.SIGKILL)
+                end(process.pid)
         if not self._writer.closed:
             self._writer.close()
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def _deaf_workers() -> Iterator[None]:
     """Processes that are started inside ignore the signals that stop a launch, from
-    their first instruction on.
+    their first instruction on where the system can do that.
     """
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    try:
-        # Starting it later, between the workers, would lift the mask.
-        resource_tracker.ensure_running()
+    with deaf() as so:
+        if so:
+            from multiprocessing import resource_tracker
+
+            # Starting it later, between the workers, would lift the mask.
+            resource_tracker.ensure_running()
         yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _prepare_worker(coordinator: int, initializer: Callable[[], None] | None) -> None:
+def _prepare_worker(
+    coordinator: int, began: str | None, initializer: Callable[[], None] | None
+) -> None:
     # Ctrl-C in a terminal reaches the whole process group; the coordinator alone
     # decides what it means.
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    _end_with(coordinator)
+    end_with(coordinator, began)
     ignore_settings()
     if initializer is not None:
         initializer()
-
-
-def _end_with(coordinator: int) -> None:
-    """Make sure that this worker ends with the coordinator, even if the coordinator is
-    ended by SIGKILL, or the worker hangs in a call.
-    """
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    else:
-        threading.Thread(
-            target=_await_orphanage, args=(coordinator,), daemon=True
-        ).start()
-    if os.getppid() != coordinator:  # it ended before we had asked
-        os._exit(1)
-
-
-def _await_orphanage(coordinator: int) -> None:
-    while os.getppid() == coordinator:
-        time.sleep(0.5)
-    os._exit(1)
 
 
 def core_count() -> int:

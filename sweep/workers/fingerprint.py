@@ -17,7 +17,6 @@ import sys
 from functools import cache, lru_cache
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent.parent
 PACKAGES = ("kernels", "sweep")
 LIBRARIES = ("numpy", "numba", "llvmlite")
 MOST_NAMED = 4
@@ -115,8 +114,8 @@ def _folders() -> dict[str, Path]:
     """The folder of each package whose code trials may run."""
     from kernels.registry import packages
 
-    found = {name: ROOT / name for name in PACKAGES}
-    for name in packages():
+    found = dict[str, Path]()
+    for name in (*PACKAGES, *packages()):
         spec = importlib.util.find_spec(name)
         if spec and spec.submodule_search_locations:
             found[name] = Path(spec.submodule_search_locations[0])

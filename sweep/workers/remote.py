@@ -22,7 +22,7 @@ J = TypeVar("J")
 
 WARDEN = (
     "import sys; sys.path[:] = {path!r};"
-    " from sweep.workers.warden import main; main({scheduler!r})"
+    " from sweep.workers.warden import main; main({process}, {scheduler!r})"
 )
 _task = threading.local()
 _warmed: set[tuple[Catalogue, str]] = set()
@@ -113,7 +113,8 @@ def _note(job: dict[str, Any] | None) -> None:
 def _new_warden() -> "subprocess.Popen[bytes]":
     from distributed import get_worker
 
-    code = WARDEN.format(path=sys.path, scheduler=get_worker().scheduler.address)
+    scheduler = get_worker().scheduler.address
+    code = WARDEN.format(path=sys.path, process=os.getpid(), scheduler=scheduler)
     warden = subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True
     )

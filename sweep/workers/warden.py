@@ -11,12 +11,11 @@ end closes the pipe.
 
 import asyncio
 import json
-import os
-import select
-import signal
 import sys
+import threading
 import time
 from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from sweep.workers.watch import WATCH_SECONDS, Limits, beyond
@@ -28,25 +27,33 @@ TAKE_BACK_SECONDS = 1.0
 REPORT_SECONDS = 30.0
 
 
-def main(scheduler: str) -> None:
-    """Watch the jobs of the parent process, which it writes to our input; report to the
-    scheduler at that address.
+def main(process: int, scheduler: str) -> None:
+    """Watch the jobs of the worker `process`, which it writes to our input; report to
+    the scheduler at that address.
     """
     import psutil
 
-    worker, unread, job = psutil.Process(os.getppid()), b"", None
+    worker, job = psutil.Process(process), None
+    lines = SimpleQueue[bytes]()
+    threading.Thread(target=_read, args=(lines,), daemon=True).start()
     while True:
-        if select.select([sys.stdin], [], [], None if job is None else WATCH_SECONDS)[
-            0
-        ]:
-            new = os.read(sys.stdin.fileno(), 2**16)
-            if not new:
+        # Not by `select`, which knows no pipes on Windows.
+        with suppress(Empty):
+            line = lines.get(timeout=None if job is None else WATCH_SECONDS)
+            if not line:
                 return
-            *lines, unread = (unread + new).split(b"\n")
-            job = json.loads(lines[-1]) if lines else job
+            job = json.loads(line)
+            continue  # another line may be there already
         if job is not None:
             with suppress(psutil.NoSuchProcess):
                 _judge(worker, job, scheduler)
+
+
+def _read(lines: SimpleQueue[bytes]) -> None:
+    """Hand on every line of our input; the empty one is its end."""
+    while line := sys.stdin.buffer.readline():
+        lines.put(line)
+    lines.put(b"")
 
 
 def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> None:
@@ -55,7 +62,7 @@ def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> Non
         Limits(*job["limits"]), time.monotonic() - job["since"], worker
     )
     if error:
-        worker.send_signal(signal.SIGSTOP)
+        worker.suspend()
         # If the scheduler is away, the job is tried again and convicted in the end.
         with suppress(OSError):
             asyncio.run(

@@ -15,7 +15,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
@@ -129,14 +131,15 @@ class LimitKeeper:
     def __enter__(self) -> "LimitKeeper":
         if self.limits != NO_LIMITS:
             try:
-                self._file = tempfile.NamedTemporaryFile(prefix="sweep-limits-")
-                self._file.write(bytes(8 * NOTES * len(self._free)))
-                self._file.flush()
+                descriptor, path = tempfile.mkstemp(prefix="sweep-limits-")
+                self._file = Path(path)
+                with os.fdopen(descriptor, "wb") as file:
+                    file.write(bytes(8 * NOTES * len(self._free)))
             except OSError as error:
                 raise WorkersError(
                     f"the limits of trials need a small temporary file: {error}"
                 ) from error
-            self._board = board(self._file.name)
+            self._board = board(str(self._file))
             self._thread.start()
         return self
 
@@ -149,7 +152,8 @@ class LimitKeeper:
         if self.limits != NO_LIMITS:
             self._over.set()
             self._thread.join()
-            self._file.close()
+            with suppress(OSError):  # Windows deletes no file that a worker still maps
+                self._file.unlink()
 
     def take(self) -> JobNote | None:
         """A seat for a chunk to be sent; None without limits, or if all are taken."""
@@ -159,7 +163,7 @@ class LimitKeeper:
             number = self._free.pop()
             self._board[NOTES * number + SINCE] = IDLE
             self._verdicts[number] = None
-        return Seat(self._file.name, number)
+        return Seat(str(self._file), number)
 
     def leave(self, place: JobNote | None) -> Overrun | None:
         """Free the seat of a finished chunk; returns the verdict on one of its jobs."""

@@ -32,6 +32,17 @@ def test_no_part_of_a_name_is_one_that_results_use(own: str, form: str) -> None:
         parse_spec(named(form.format(own.upper())))
 
 
+@pytest.mark.parametrize("name", ["con", "a/NUL", "aux.txt/b", "COM1", "ends.", "a./b"])
+def test_a_name_is_a_folder_on_every_system(name: str) -> None:
+    with pytest.raises(SpecError, match="can be no folder on Windows"):
+        parse_spec(named(name))
+
+
+@pytest.mark.parametrize("name", ["console", "a/common1", "nul_", "a.b", "lpt"])
+def test_a_name_that_only_looks_like_that_is_allowed(name: str) -> None:
+    assert parse_spec(named(name)).name == name
+
+
 def test_the_names_are_those_that_a_launch_and_a_reproduction_make(
     tmp_path: Path,
 ) -> None:

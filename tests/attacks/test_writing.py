@@ -74,9 +74,10 @@ OTHERWISE = {
     "sweep/store/user_key.py fdopen": "the same key",
     "sweep/store/user_key.py hardlink_to": ("the same key, which comes to be whole"),
     "sweep/web/export.py TemporaryFile": "a film for the page; it has no name",
-    "sweep/workers/watch.py NamedTemporaryFile": (
+    "sweep/workers/watch.py mkstemp": (
         "the board, which workers map: made exclusively, for us alone"
     ),
+    "sweep/workers/watch.py fdopen": "the same board",
     "sweep/workers/watch.py open": "the same board, in a worker",
     "sweep/tables/outputs.py TemporaryDirectory": (
         "for programs that know paths only; nobody else may enter it"

@@ -1,5 +1,6 @@
 """Stamps of code: what changes them, and whom it concerns."""
 
+import ast
 import importlib
 import re
 import sys
@@ -353,3 +354,20 @@ def test_all_that_runs_a_trial_has_a_stamp() -> None:
         ):
             for one in re.findall(r"\b[a-z_]\w*", names):
                 assert (module, one) in named
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("""x = f"{', '.join(a)}: {n}\"""", """f"{', '.join(a)}: {n}\""""),
+        ("x = f'{n:.1f} {m!r}'", "f'{n:.1f} {m!r}'"),
+        ("""x = f"it's {n}\"""", """f"it's {n}\""""),
+        ("""x = f'{a["one"]} {b}'""", """f"{a['one']} {b}\""""),
+        ("""x = f"{f'{n}'} of {'m'}\"""", """f\"{f'{n}'} of {'m'}\""""),
+    ],
+)
+def test_code_is_written_out_alike_by_every_version_of_python(
+    code: str, said: str
+) -> None:
+    """As Python 3.11 does: ids of trials follow from it. 3.12 has other quotes."""
+    assert stamps.written_out(ast.parse(code)) == f"x = {said}"
