@@ -9,7 +9,6 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -411,7 +410,7 @@ def swarm_size(studies: Studies) -> Figure:
                     )
                     for i in chosen
                 ]
-                found = [mean_interval(change) for change in changes]
+                found = [studies[spec].mean_of(column, change) for change in changes]
                 draw_values(
                     axes,
                     places[chosen] + shift,
@@ -508,7 +507,7 @@ FIGURES = {
 def _interval(
     study: StoredStudy, settings: Mapping[str, object], column: str
 ) -> tuple[float, float, float, int]:
-    return mean_interval(done(study, **settings)[column].to_numpy(np.float64))
+    return study.mean_of(column, done(study, **settings)[column])
 
 
 def _trials(study: StoredStudy) -> int:

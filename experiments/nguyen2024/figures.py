@@ -8,7 +8,7 @@ from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from sweep.analysis import by_point, mean_interval
+from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     COLOURS,
@@ -175,9 +175,7 @@ def rules(studies: Studies) -> Figure:
     some.
     """
     study = studies["rules"]
-    table = by_point(
-        study.trials, study.varied, list(RUN_INTO), distributions=study.distributions
-    )
+    table = study.means(list(RUN_INTO))
     with style.context(STYLE):
         figure = Figure(figsize=(9.6, 2.6))
         panels = figure.subplots(1, len(RUN_INTO), sharey=True)
@@ -214,7 +212,10 @@ def energy(studies: Studies) -> Figure:
         for k, weight in enumerate(np.unique(study.trials["separation_weight"])):
             found = energies(studies, weight)
             frames = found[0][0]
-            bounds = [mean_interval(at)[:3] for at in np.array([v for _, v in found]).T]
+            bounds = [
+                mean_interval(at, distribution="skewed")[:3]
+                for at in np.array([values for _, values in found]).T
+            ]
             mean, low, high = np.array(bounds).T
             axes.plot(
                 frames, mean, color=COLOURS[k], ls=LINE_STYLES[k], label=f"{weight:g}"

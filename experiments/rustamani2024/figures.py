@@ -177,7 +177,12 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
                 _speed_by_distance(study, flight, edges)
                 for flight in flights_of(study, only(study, rules))
             ]
-            table = np.array([mean_interval(values) for values in np.transpose(trials)])
+            table = np.array(
+                [
+                    mean_interval(values, distribution="normal")
+                    for values in np.transpose(trials)
+                ]
+            )
             centres = 0.5 * (edges[1:] + edges[:-1])
             axes.plot(
                 centres,
@@ -337,14 +342,20 @@ def _draw_levels(
     )
     for shift, (ending, situation), (colour, marker) in looks:
         study = studies[spec + ending]
-        columns = [
-            chosen(study, {"map": situation, setting: level})[metric].to_numpy()
+        found = [
+            study.mean_of(
+                metric, chosen(study, {"map": situation, setting: level})[metric]
+            )[:3]
             for level in levels
         ]
-        table = np.array([mean_interval(column)[:3] for column in columns]).T
         label = f"{SITUATIONS[situation]}, {PRESETS[ending]}"
         draw_values(
-            axes, np.arange(len(levels)) + shift, tuple(table), colour, marker, label
+            axes,
+            np.arange(len(levels)) + shift,
+            tuple(np.transpose(found)),
+            colour,
+            marker,
+            label,
         )
 
 

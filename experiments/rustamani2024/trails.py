@@ -12,7 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     ORANGE,
@@ -169,12 +168,12 @@ def priorities(studies: Studies) -> Figure:
         )
         for number, (metric, label) in enumerate(MEASURES.items()):
             for shift, (priority, title), colour, marker in looks:
-                values = [
-                    _values(studies[f"priorities{ending}"], priority, metric)
-                    for ending in PRESETS
-                ]
+                named = [studies[f"priorities{ending}"] for ending in PRESETS]
                 value, low, high, _ = np.transpose(
-                    [mean_interval(array) for array in values]
+                    [
+                        study.mean_of(metric, _values(study, priority, metric))
+                        for study in named
+                    ]
                 )
                 draw_values(
                     panels[number],
