@@ -5,6 +5,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from sweep.cli.output import spelled
 from sweep.text import harmless
 
 PIPE_WIDTH = 200
@@ -19,10 +20,12 @@ class Terminal(Console):
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text harmless. rich calls this for every text that it prints, each
-        cell of a table too.
+        """Make a text harmless, and spell what the encoding lacks while widths are not
+        yet decided. rich calls this for every text that it prints, each cell of a table
+        too.
         """
-        return super().render_str(harmless(text), **options)
+        shown = spelled(harmless(text), self.encoding)
+        return super().render_str(shown, **options)
 
 
 def console() -> Terminal:
