@@ -260,7 +260,7 @@ def corners(studies: Studies) -> Figure:
         panels = figure.subplots(rows, len(trials) // rows, sharex=True, sharey=True)
         low, high = np.zeros(2), trials[["width", "height"]].iloc[0].to_numpy()
         for axes, trial in zip(panels.ravel(), trials.itertuples(), strict=True):
-            _, flight = study.trajectory(trial.trial_id)
+            frames, flight = study.trajectory(trial.trial_id)
             low = np.minimum(low, flight[-11:, :2].min(axis=(0, 2)))
             high = np.maximum(high, flight[-11:, :2].max(axis=(0, 2)))
             draw_map(axes, study.world(trial.trial_id), "px")
@@ -291,8 +291,8 @@ def corners(studies: Studies) -> Figure:
             axes.set_ylim(high[1] + ROOM, low[1] - ROOM)
         note(
             figure,
-            f"{study.name}: one trial each, same start, {trial.steps} steps; middle:"
-            " default; dashed: margins",
+            f"{study.name}: one trial each, same start, {trial.steps} steps; lines: the"
+            f" last {frames[-1] - frames[-11]}; middle: default; dashed: margins",
         )
     return figure
 

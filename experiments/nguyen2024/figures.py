@@ -30,6 +30,7 @@ from .measures import (  # noqa: F401 (for published.yaml)
     END,
     HALF_TIME,
     METRICS,
+    PUBLISHED_TRIALS,
     WEIGHTS,
     Floats,
     Studies,
@@ -98,10 +99,11 @@ def figure2(studies: Studies) -> Figure:
             clip_on=False,
             zorder=3,
         )
-    first = figure.axes[0]
-    first.plot([], [], "o", ms=4.5, mfc="none", mec="0.3", label="published")
-    handles, labels = first.get_legend_handles_labels()
-    first.legend(handles[-1:], labels[-1:], fontsize=7, loc="best")
+    note(
+        figure,
+        f"{figure.get_supxlabel()}; circles: published means of {PUBLISHED_TRIALS}"
+        " trials",
+    )
     return figure
 
 

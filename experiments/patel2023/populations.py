@@ -380,8 +380,8 @@ def weights(studies: Studies) -> Figure:
         note(
             figure,
             f"left: {study.name}, {counts[0]} trials a value; right:"
-            f" {studies['limits'].name}, {counts[1]} trials, powers of ten; mean with"
-            " 95 % interval",
+            f" {studies['limits'].name}, {counts[1]} trials, powers of ten, dotted: the"
+            " bound of the claim; mean with 95 % interval",
         )
     return figure
 

@@ -74,6 +74,7 @@ def _show_beyond(axes: Axes, width: float, height: float) -> None:
         Rectangle((0.0, 0.0), width, height, fill=False, edgecolor="0.3", linewidth=0.8)
     )
     axes.set(xlim=(-BEYOND, width + BEYOND), ylim=(-BEYOND, height + BEYOND))
+    axes.locator_params(steps=[1, 2, 5, 10])
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
 
@@ -128,7 +129,7 @@ def mazes(studies: Studies) -> Figure:
     """
     study = studies["priorities_paths"]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(7.2, 4.0))
+        figure = Figure(figsize=(7.2, 4.3))
         for axes, (priority, title) in zip(
             figure.subplots(1, 2), SCENARIOS.items(), strict=True
         ):
