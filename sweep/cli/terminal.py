@@ -3,6 +3,7 @@
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 from sweep.cli.output import spelled
@@ -26,6 +27,19 @@ class Terminal(Console):
         """
         shown = spelled(harmless(text), self.encoding)
         return super().render_str(shown, **options)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as rich does, and the caption of a table below it in its own lines:
+        rich would wrap it to the width of the table.
+        """
+        match objects:
+            case [Table(caption=str(caption)) as table]:
+                table.caption = None
+                super().print(table, **options)
+                super().print(caption, style="table.caption", soft_wrap=True)
+                table.caption = caption
+            case _:
+                super().print(*objects, **options)
 
 
 def console() -> Terminal:

@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 
 from sweep.cli import app, main
+from sweep.cli.listing import INTERVALS
 from sweep.cli.output import spelled
 from sweep.workers import attempts
 from sweep.workers.executors import Loky, Serial
@@ -133,6 +134,14 @@ def test_signs_that_an_encoding_lacks_are_spelled(
     assert len({len(row) for row in rows}) == 1
     assert spelled("px²: ± 3 → \N{SNOWMAN}", "ascii") == "px^2: +- 3 \\u2192 \\u2603"
     assert spelled("px²: ± 3 →", "utf-8") == "px²: ± 3 →"
+
+
+def test_the_caption_of_a_narrow_table_is_one_line(folder: Path) -> None:
+    done = sweep(folder, "table", "small", "--metric", "speed")
+    lines = done.stdout.splitlines()
+    wanted = INTERVALS[None]
+    assert wanted in lines
+    assert len(wanted) > max(len(line) for line in lines if line.startswith("│"))
 
 
 PRINTING = [
