@@ -225,7 +225,7 @@ def _references_text(found: Findings) -> str:
         return ""
     if len(found.objectives) > 1:
         table = _table(
-            "candidate", "minus", "objective", "difference", "n", "seeds save"
+            "candidate", "minus", "objective", "difference", "blocks", "seeds save"
         )
         for row in rows:
             who, whom, what = (

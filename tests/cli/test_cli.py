@@ -17,7 +17,7 @@ import pytest
 
 from sweep.cli import app, main
 from sweep.cli.listing import INTERVALS
-from sweep.cli.output import spelled
+from sweep.cli.output import check_output_stream, flush_output, spelled
 from sweep.workers import attempts
 from sweep.workers.executors import Loky, Serial
 from tests import ROOT
@@ -134,6 +134,12 @@ def test_signs_that_an_encoding_lacks_are_spelled(
     assert len({len(row) for row in rows}) == 1
     assert spelled("px²: ± 3 → \N{SNOWMAN}", "ascii") == "px^2: +- 3 \\u2192 \\u2603"
     assert spelled("px²: ± 3 →", "utf-8") == "px²: ± 3 →"
+    plain = BytesIO()
+    with redirect_stdout(TextIOWrapper(plain, encoding="ascii")):
+        check_output_stream()
+        print("±1 →")
+        flush_output()
+        assert plain.getvalue() == b"+-1 \\u2192\n"
 
 
 def test_the_caption_of_a_narrow_table_is_one_line(folder: Path) -> None:
