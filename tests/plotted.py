@@ -62,7 +62,7 @@ SEARCHED = edited(
         "flock_radius: {minimize: mean}",
         "flock_radius: {minimize: mean}\n    speed: {maximize: mean}",
     ),
-    ("metrics: [flock_radius]", "metrics: [flock_radius, speed]"),
+    ("metrics: [flock_radius]", "metrics: [flock_radius, speed, dispersion]"),
 )
 SPECS = {
     "small": SMALL,

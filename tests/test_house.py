@@ -280,6 +280,37 @@ def test_public_functions_and_classes_have_a_docstring(name: str) -> None:
     assert silent == []
 
 
+MEANS = {
+    "mean_interval": "distribution",
+    "curves": "distribution",
+    "by_point": "distributions",
+}
+"""Functions that show the means of values they do not know, and what tells them how
+these are distributed.
+"""
+
+
+def test_no_figure_forgets_how_values_are_distributed() -> None:
+    """`StoredStudy.means` and `mean_of` know it of metrics; of other values it is said,
+    and `half_width` holds for normal ones only.
+    """
+    figures = [*ROOT.glob("sweep/figures/*.py"), *ROOT.glob("experiments/*/*.py")]
+    calls = [
+        (path, node)
+        for path in figures
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    ]
+    found = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path, node in calls
+        if node.func.id == "half_width"
+        or MEANS.get(node.func.id) not in {None, *(one.arg for one in node.keywords)}
+    ]
+    assert found == []
+    assert {"mean_interval", "curves"} <= {node.func.id for _, node in calls}
+
+
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
 def test_lines_of_scripts_are_short(script: Path) -> None:
     """The formatter breaks code, but neither comments nor texts."""

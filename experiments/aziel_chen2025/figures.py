@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
-from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -103,14 +103,18 @@ OURS = {
 }
 DRAWN_ANEW = {"dense_cafeteria": "dense_cafeteria_heatmap"}
 """The map of the heatmaps, where it is another one than that of the search."""
+DRAWN_BLOCKS = {"narrow_corridor": (100.0, 270.0)}
+"""Width and height of obstacles as the program draws them, where its physics has
+others, with the same centres.
+"""
 NOT_BY_VISITS = "narrow_corridor"
 """Boids leave it, so that mean visits do not give the steps."""
 SECONDS, MOST_VISITS, BINS = 60.0, 60.0, 20
 
 
 def figure3(studies: Studies) -> Figure:
-    """The four maps as the physics has them, with the
-    margin inside which boids start.
+    """The four maps as the physics has them and as they are drawn, with the margin
+    inside which boids start.
     """
     study = studies["equal_steps"]
     trials = study.trials.drop_duplicates("map").set_index("map")
@@ -122,30 +126,34 @@ def figure3(studies: Studies) -> Figure:
             trial = trials.loc[name]
             world, margin = study.world(trial["trial_id"]), trial["start_margin"]
             draw_map(axes, world, "px", face="0.45")
-            inside = [
-                margin,
-                world.width - margin,
-                world.width - margin,
-                margin,
-                margin,
-            ]
-            heights = [
-                margin,
-                margin,
-                world.height - margin,
-                world.height - margin,
-                margin,
-            ]
-            axes.plot(inside, heights, color=BLUE, linestyle=":", linewidth=0.9)
+            start = (world.width - 2 * margin, world.height - 2 * margin)
+            _frame(axes, (margin, margin), start, BLUE, ":")
+            if name in DRAWN_BLOCKS:
+                wide, high = DRAWN_BLOCKS[name]
+                for x, y in world.obstacles[:, :2]:
+                    corner = (x - wide / 2, y - high / 2)
+                    _frame(axes, corner, (wide, high), VERMILION, "--")
             axes.set_title(words)
             axes.set_xticks([0, 400, 800])
             axes.label_outer()
         note(
             figure,
-            "obstacles as the physics has them; boids start uniformly inside the dotted"
-            " line",
+            "obstacles as the physics has them, dashed as the program draws them, where"
+            " that differs; boids start uniformly inside the dotted line",
         )
     return figure
+
+
+def _frame(
+    axes: Axes,
+    corner: tuple[float, float],
+    size: tuple[float, float],
+    colour: str,
+    dashes: str,
+) -> None:
+    axes.add_patch(
+        Rectangle(corner, *size, fill=False, ec=colour, ls=dashes, lw=0.9, zorder=2)
+    )
 
 
 def figure4(studies: Studies) -> Figure:
@@ -394,6 +402,19 @@ def swarm_size(studies: Studies) -> Figure:
                 for name in MAPS
             ]
             places = np.arange(len(names))
+            seeds = np.array(
+                [
+                    _published_seeds(name, 100, column)
+                    - _published_seeds(name, 50, column)
+                    for name in MAPS
+                ]
+            )
+            axes.plot(
+                *(seeds.ravel(), places.repeat(seeds.shape[1]), "|"),
+                markersize=8,
+                color="0.55",
+                label="published, by seed",
+            )
             axes.plot(
                 published,
                 places,
@@ -401,7 +422,7 @@ def swarm_size(studies: Studies) -> Figure:
                 markersize=19,
                 markeredgewidth=1.6,
                 color="0.1",
-                label="published",
+                label="published, means",
             )
             for spec, (label, colour, marker, shift) in OURS.items():
                 chosen = [i for i, name in enumerate(MAPS) if _has(spec, name)]
@@ -411,7 +432,7 @@ def swarm_size(studies: Studies) -> Figure:
                     )
                     for i in chosen
                 ]
-                found = [mean_interval(change) for change in changes]
+                found = [studies[spec].mean_of(column, change) for change in changes]
                 draw_values(
                     axes,
                     places[chosen] + shift,
@@ -424,7 +445,7 @@ def swarm_size(studies: Studies) -> Figure:
             axes.locator_params(axis="x", nbins=6)
         for axes in panels:
             name_rows(axes, names)
-        legend(figure, panels[0], columns=2)
+        legend(figure, panels[0], columns=3)
         pairs = f"{_trials(studies['fitted_steps'])} pairs of trials a row"
         note(
             figure,
@@ -508,7 +529,7 @@ FIGURES = {
 def _interval(
     study: StoredStudy, settings: Mapping[str, object], column: str
 ) -> tuple[float, float, float, int]:
-    return mean_interval(done(study, **settings)[column].to_numpy(np.float64))
+    return study.mean_of(column, done(study, **settings)[column])
 
 
 def _trials(study: StoredStudy) -> int:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from sweep.analysis import by_point, mean_interval
+from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     SKY,
@@ -117,12 +117,7 @@ def sensitivity(studies: Studies) -> Figure:
     """
     study = studies["sensitivity"]
     columns = [f"{metric}_mean" for metric in METRICS]
-    table = by_point(
-        study.trials,
-        ["separation_range", "cohesion_weight"],
-        columns,
-        distributions=study.distributions,
-    )
+    table = study.means(columns, ["separation_range", "cohesion_weight"])
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(11.0, 5.3))
         panels = figure.subplots(2, len(METRICS), sharex=True, sharey=True)
@@ -250,7 +245,7 @@ def _change(
     """
     changed = _at(table, **{name: float(f"{DEFAULT[name] * (1 + part):.6g}")})
     values = (changed[metric] - default[metric]) / default[metric].std()
-    return mean_interval(values.to_numpy(np.float64))[:3]
+    return mean_interval(values, distribution="skewed")[:3]
 
 
 def corners(studies: Studies) -> Figure:
@@ -265,7 +260,7 @@ def corners(studies: Studies) -> Figure:
         panels = figure.subplots(rows, len(trials) // rows, sharex=True, sharey=True)
         low, high = np.zeros(2), trials[["width", "height"]].iloc[0].to_numpy()
         for axes, trial in zip(panels.ravel(), trials.itertuples(), strict=True):
-            _, flight = study.trajectory(trial.trial_id)
+            frames, flight = study.trajectory(trial.trial_id)
             low = np.minimum(low, flight[-11:, :2].min(axis=(0, 2)))
             high = np.maximum(high, flight[-11:, :2].max(axis=(0, 2)))
             draw_map(axes, study.world(trial.trial_id), "px")
@@ -296,8 +291,8 @@ def corners(studies: Studies) -> Figure:
             axes.set_ylim(high[1] + ROOM, low[1] - ROOM)
         note(
             figure,
-            f"{study.name}: one trial each, same start, {trial.steps} steps; middle:"
-            " default; dashed: margins",
+            f"{study.name}: one trial each, same start, {trial.steps} steps; lines: the"
+            f" last {frames[-1] - frames[-11]}; middle: default; dashed: margins",
         )
     return figure
 
@@ -315,7 +310,7 @@ def rules(studies: Studies) -> Figure:
     )
     settings = ["separation_weight", "alignment_weight", "cohesion_weight"]
     columns = [f"{metric}_mean" for metric in metrics]
-    table = by_point(study.trials, settings, columns, distributions=study.distributions)
+    table = study.means(columns, settings)
     names = [_missing(row) for row in table[settings].to_numpy()]
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(11.0, 2.6))

@@ -8,7 +8,7 @@ from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from sweep.analysis import by_point, mean_interval
+from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     COLOURS,
@@ -30,6 +30,7 @@ from .measures import (  # noqa: F401 (for published.yaml)
     END,
     HALF_TIME,
     METRICS,
+    PUBLISHED_TRIALS,
     WEIGHTS,
     Floats,
     Studies,
@@ -98,10 +99,11 @@ def figure2(studies: Studies) -> Figure:
             clip_on=False,
             zorder=3,
         )
-    first = figure.axes[0]
-    first.plot([], [], "o", ms=4.5, mfc="none", mec="0.3", label="published")
-    handles, labels = first.get_legend_handles_labels()
-    first.legend(handles[-1:], labels[-1:], fontsize=7, loc="best")
+    note(
+        figure,
+        f"{figure.get_supxlabel()}; circles: published means of {PUBLISHED_TRIALS}"
+        " trials",
+    )
     return figure
 
 
@@ -175,9 +177,7 @@ def rules(studies: Studies) -> Figure:
     some.
     """
     study = studies["rules"]
-    table = by_point(
-        study.trials, study.varied, list(RUN_INTO), distributions=study.distributions
-    )
+    table = study.means(list(RUN_INTO))
     with style.context(STYLE):
         figure = Figure(figsize=(9.6, 2.6))
         panels = figure.subplots(1, len(RUN_INTO), sharey=True)
@@ -214,7 +214,10 @@ def energy(studies: Studies) -> Figure:
         for k, weight in enumerate(np.unique(study.trials["separation_weight"])):
             found = energies(studies, weight)
             frames = found[0][0]
-            bounds = [mean_interval(at)[:3] for at in np.array([v for _, v in found]).T]
+            bounds = [
+                mean_interval(at, distribution="skewed")[:3]
+                for at in np.array([values for _, values in found]).T
+            ]
             mean, low, high = np.array(bounds).T
             axes.plot(
                 frames, mean, color=COLOURS[k], ls=LINE_STYLES[k], label=f"{weight:g}"

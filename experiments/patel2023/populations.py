@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import by_point, curves, mean_interval
+from sweep.analysis import curves, mean_interval
 from sweep.figures import (
     BLUE,
     GREEN,
@@ -181,12 +181,7 @@ def _shares(axes: Axes, study: StoredStudy) -> None:
     """The share of rovers in equilibrium over the second half, by rules and by border
     rule.
     """
-    table = by_point(
-        study.trials,
-        ["border_adds_velocity", *study.varied],
-        ["equilibrium_mean"],
-        distributions=study.distributions,
-    )
+    table = study.means(["equilibrium_mean"], ["border_adds_velocity", *study.varied])
     table = table.loc[:, ~table.columns.duplicated()]
     for k, (border, colour) in enumerate(COLOURS.items()):
         for row, (alignment, separation) in enumerate(RULES):
@@ -237,9 +232,7 @@ def _lasting(axes: Axes, study: StoredStudy) -> None:
         "equilibrium_tolerance",
         "equilibrium_steps",
     ]
-    table = by_point(
-        study.trials, names, ["equilibrium_mean"], distributions=study.distributions
-    )
+    table = study.means(["equilibrium_mean"], names)
     table = table[
         (table["border_adds_velocity"] == "always") & (table["alignment_weight"] > 0)
     ]
@@ -273,7 +266,8 @@ def _averaged(axes: Axes, study: StoredStudy, border: str) -> None:
                         100.0 * _in_step(one, tolerance, window)[company].mean()
                         for one, company in found
                     ]
-                )
+                ),
+                distribution="percentage",
             )[:3]
             for tolerance in TOLERANCES
         ]
@@ -317,12 +311,7 @@ def _curve(
 def safety(studies: Studies) -> Figure:
     """Rocks touched and arena left, with the rule against rocks and without it."""
     study = studies["safety"]
-    table = by_point(
-        study.trials,
-        study.varied,
-        ["collisions", "escapes"],
-        distributions=study.distributions,
-    )
+    table = study.means(["collisions", "escapes"])
     titles = {"collisions": "touches of a rock", "escapes": "exits from the arena"}
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(8.2, 2.9))
@@ -364,12 +353,7 @@ def weights(studies: Studies) -> Figure:
     """
     study = studies["weights"]
     names = ["border_adds_velocity", *RULE_WEIGHTS]
-    table = by_point(
-        study.trials,
-        names,
-        ["nearest_neighbour_distance_mean"],
-        distributions=study.distributions,
-    )
+    table = study.means(["nearest_neighbour_distance_mean"], names)
     with matplotlib.style.context(STYLE):
         figure = Figure(figsize=(9.0, 2.9))
         near, fast = figure.subplots(1, 2)
@@ -396,8 +380,8 @@ def weights(studies: Studies) -> Figure:
         note(
             figure,
             f"left: {study.name}, {counts[0]} trials a value; right:"
-            f" {studies['limits'].name}, {counts[1]} trials, powers of ten; mean with"
-            " 95 % interval",
+            f" {studies['limits'].name}, {counts[1]} trials, powers of ten, dotted: the"
+            " bound of the claim; mean with 95 % interval",
         )
     return figure
 
@@ -405,7 +389,8 @@ def weights(studies: Studies) -> Figure:
 def _unlimited(axes: Axes, study: StoredStudy) -> None:
     """The mean speed at the end of a trial without its upper limit."""
     for k, (border, colour) in enumerate(COLOURS.items()):
-        found = np.array([mean_interval(powers_above(study, border))[:3]]).T
+        powers = powers_above(study, border)
+        found = np.array([mean_interval(powers, distribution="normal")[:3]]).T
         columns = (found[0], found[1], found[2])
         draw_values(axes, [k], columns, colour, MARKERS[k])
     axes.axvline(1.0, color="0.5", ls=":")

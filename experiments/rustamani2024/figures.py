@@ -177,7 +177,12 @@ def _draw_speeds(axes: Axes, studies: Studies) -> None:
                 _speed_by_distance(study, flight, edges)
                 for flight in flights_of(study, only(study, rules))
             ]
-            table = np.array([mean_interval(values) for values in np.transpose(trials)])
+            table = np.array(
+                [
+                    mean_interval(values, distribution="normal")
+                    for values in np.transpose(trials)
+                ]
+            )
             centres = 0.5 * (edges[1:] + edges[:-1])
             axes.plot(
                 centres,
@@ -254,7 +259,8 @@ def perception(studies: Studies) -> Figure:
     )
     names = [f"{value:g} m" for value in (0.6, 1.2, 2.4)]
     figure, below = _compare(
-        studies, "perception", "perception_range", (0.6, 1.2, 2.4), names, values
+        *(studies, "perception", "perception_range", (0.6, 1.2, 2.4), names, values),
+        "dotted: bounds of the claims",
     )
     below[0].set(xlim=(0, 101))
     for bound in (70, 95):
@@ -270,7 +276,8 @@ def field_of_view(studies: Studies) -> Figure:
     )
     names = ["π/2.2", "π/1.4", "π"]
     figure, below = _compare(
-        studies, "field_of_view", "fov", (163.636, 257.143, 360.0), names, values
+        *(studies, "field_of_view", "fov", (163.636, 257.143, 360.0), names, values),
+        "grey: what the claims take for round",
     )
     below[1].axvspan(-0.15, 0.15, color="0.93", lw=0)
     return figure
@@ -283,13 +290,14 @@ def _compare(
     levels: Sequence[float],
     names: Sequence[str],
     values: Sequence[tuple[str, str]],
+    bounds: str,
 ) -> tuple[Figure, list[Axes]]:
     """Trails in both situations for each level of `setting`, and below them means with
-    intervals of `values`.
+    intervals of `values`. `bounds` says what the caller draws of the claims.
     """
     paths, study = studies[f"{spec}_paths"], studies[spec]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(7.4, 9.2))
+        figure = Figure(figsize=(7.4, 9.4))
         top, bottom = figure.subfigures(2, 1, height_ratios=(6.6, 2.4))
         pictures = top.subplots(
             len(levels), len(SITUATIONS), squeeze=False, width_ratios=(12, 32)
@@ -316,7 +324,7 @@ def _compare(
             figure,
             f"{paths.name}: the first trials, with what lies {BEYOND:g} m behind the"
             f" borders; below {trials} trials each, mean of their last halves, 95 %"
-            f" intervals; times a trial that boids leave the world: {left}",
+            f" intervals, {bounds}; times a trial that boids leave the world: {left}",
         )
     return figure, panels
 
@@ -337,14 +345,20 @@ def _draw_levels(
     )
     for shift, (ending, situation), (colour, marker) in looks:
         study = studies[spec + ending]
-        columns = [
-            chosen(study, {"map": situation, setting: level})[metric].to_numpy()
+        found = [
+            study.mean_of(
+                metric, chosen(study, {"map": situation, setting: level})[metric]
+            )[:3]
             for level in levels
         ]
-        table = np.array([mean_interval(column)[:3] for column in columns]).T
         label = f"{SITUATIONS[situation]}, {PRESETS[ending]}"
         draw_values(
-            axes, np.arange(len(levels)) + shift, tuple(table), colour, marker, label
+            axes,
+            np.arange(len(levels)) + shift,
+            tuple(np.transpose(found)),
+            colour,
+            marker,
+            label,
         )
 
 

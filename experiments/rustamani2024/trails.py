@@ -12,7 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from sweep.analysis import mean_interval
 from sweep.figures import (
     BLUE,
     ORANGE,
@@ -75,6 +74,7 @@ def _show_beyond(axes: Axes, width: float, height: float) -> None:
         Rectangle((0.0, 0.0), width, height, fill=False, edgecolor="0.3", linewidth=0.8)
     )
     axes.set(xlim=(-BEYOND, width + BEYOND), ylim=(-BEYOND, height + BEYOND))
+    axes.locator_params(steps=[1, 2, 5, 10])
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
 
@@ -129,7 +129,7 @@ def mazes(studies: Studies) -> Figure:
     """
     study = studies["priorities_paths"]
     with matplotlib.style.context(STYLE):
-        figure = Figure(figsize=(7.2, 4.0))
+        figure = Figure(figsize=(7.2, 4.3))
         for axes, (priority, title) in zip(
             figure.subplots(1, 2), SCENARIOS.items(), strict=True
         ):
@@ -169,12 +169,12 @@ def priorities(studies: Studies) -> Figure:
         )
         for number, (metric, label) in enumerate(MEASURES.items()):
             for shift, (priority, title), colour, marker in looks:
-                values = [
-                    _values(studies[f"priorities{ending}"], priority, metric)
-                    for ending in PRESETS
-                ]
+                named = [studies[f"priorities{ending}"] for ending in PRESETS]
                 value, low, high, _ = np.transpose(
-                    [mean_interval(array) for array in values]
+                    [
+                        study.mean_of(metric, _values(study, priority, metric))
+                        for study in named
+                    ]
                 )
                 draw_values(
                     panels[number],

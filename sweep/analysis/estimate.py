@@ -12,7 +12,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.mean_bounds import EVENTS, Distribution, Samples, mean_bounds
+from sweep.analysis.mean_bounds import (
+    EVENTS,
+    Distribution,
+    Samples,
+    equal,
+    mean_bounds,
+)
 
 Floats = NDArray[np.float64]
 
@@ -268,9 +274,7 @@ def _sample(values: NDArray[np.float64]) -> Sample:
     if len(values) < 2:
         return Sample(float(values[0]) if len(values) else np.nan, np.nan, len(values))
     least, largest = float(values.min()), float(values.max())
-    # The mean of equal values may be off by a rounding error, which would pass for a
-    # variance.
-    if least == largest:
+    if equal(least, largest):
         return Sample(least, 0.0, len(values), 0.0, least, largest)
     with np.errstate(invalid="ignore"):
         mean, variance = float(values.mean()), float(values.var(ddof=1))

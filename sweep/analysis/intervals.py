@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis.estimate import CONFIDENCE, mean_estimate
-from sweep.analysis.mean_bounds import Distribution, Samples, mean_bounds
+from sweep.analysis.mean_bounds import Distribution, Samples, equal, mean_bounds
 from sweep.analysis.resampling import resampled_interval, studentised_interval
 from sweep.text import unknown
 
@@ -245,15 +245,13 @@ def group_bounds(
 ) -> tuple[Floats, Floats]:
     """The bounds of the mean of each of k groups of a column, (k,) each."""
     least, largest, n = groups.min(), groups.max(), groups.count()
-    varies = least < largest
+    varies = ~equal(least, largest)
     skewness = groups.skew() if distribution != "normal" else 0.0 * least
     samples = Samples(
         *(
             one.to_numpy(np.float64)
             for one in (
                 groups.mean(),
-                # The mean of equal values may be off by a rounding error, which would
-                # pass for a variance.
                 (groups.std() ** 2).where(varies, 0.0),
                 n,
                 skewness.where(varies & (n > 2), 0.0),

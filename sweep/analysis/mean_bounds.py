@@ -42,6 +42,10 @@ Distribution = Literal["normal", "skewed", "count", "proportion", "percentage"]
 
 HALVINGS = 40
 ROUNDING = 1e-9
+EQUAL = 1e-12
+"""Values that are nearer to each other than this part of them are equal, but for
+rounding.
+"""
 
 
 class Samples(NamedTuple):
@@ -55,6 +59,13 @@ class Samples(NamedTuple):
     skewness: Floats
     least: Floats
     largest: Floats
+
+
+def equal(least: ArrayLike, largest: ArrayLike) -> NDArray[np.bool_]:
+    """Whether values from `least` to `largest` are equal, but for rounding. The error
+    of their sums would pass for a variance.
+    """
+    return np.asarray(np.isclose(least, largest, rtol=EQUAL, atol=0.0))
 
 
 def mean_bounds(

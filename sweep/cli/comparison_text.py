@@ -208,7 +208,7 @@ def _table(comparison: Comparison) -> Table:
         "p",
         "g",
         "variance\nreduction",
-        "n",
+        "trials",
     ]
     titles += [f"p within\n±{margin:g}"] if margin is not None else []
     table = Table(

@@ -3,8 +3,12 @@
 A full disk behind `sweep table STUDY > FILE` is found when Python empties the buffer of
 the stream: while something is printed, or at the very end. Both happen before `main` is
 over, because it flushes the stream itself.
+
+Signs that the encoding of the stream does not have are spelled in ASCII.
 """
 
+import codecs
+import io
 import os
 import sys
 from contextlib import suppress
@@ -52,8 +56,32 @@ class Output:
         return getattr(self._stream, name)
 
 
+SPELLED = "boidsweep.spelled"
+IN_ASCII = {"±": "+-", "²": "^2"}
+"""Signs of numbers and units; all others are escaped."""
+
+
+def spelled(text: str, encoding: str) -> str:
+    """`text` without the signs that an encoding does not have."""
+    return text.encode(encoding, SPELLED).decode(encoding)
+
+
+def _spell(error: UnicodeError) -> tuple[str | bytes, int]:
+    """What is written for the signs of an error, and where writing goes on."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    if sign := IN_ASCII.get(error.object[error.start]):
+        return sign, error.start + 1
+    return codecs.backslashreplace_errors(error)
+
+
+codecs.register_error(SPELLED, _spell)
+
+
 def check_output_stream() -> None:
-    """From now on what is printed to standard output fails as `Output` says."""
+    """From now on standard output fails as `Output` says, and no sign makes it fail."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors=SPELLED)
     if sys.stdout is not None:  # it is None where it is closed
         sys.stdout = Output(sys.stdout)
 

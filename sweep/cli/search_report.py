@@ -137,9 +137,9 @@ def _table_text(found: Findings) -> str:
         "candidate",
         *(["objective"] if several else []),
         "search",
-        "n",
+        "blocks",
         "held out",
-        "n",
+        "held-out blocks",
         "too good by",
     )
     last = ""
@@ -174,9 +174,9 @@ def _table_text(found: Findings) -> str:
     what = "" if several else f"{_named(found, found.objectives[0].column)}, "
     return (
         _rendered(table)
-        + f"\n{what}95 % intervals over n blocks: of the search each as if its"
-        " candidate had not\nbeen chosen, which makes it look too good; held out, on"
-        " seeds that no search has seen, they hold together."
+        + f"\n{what}95 % intervals over so many blocks: of the search each as if"
+        " its candidate had not\nbeen chosen, which makes it look too good; held out,"
+        " on seeds that no search has seen, they hold together."
     )
 
 
@@ -197,19 +197,16 @@ def _known(*numbers: float | None) -> str:
 def _front_text(found: Findings) -> str:
     if len(found.objectives) == 1 or found.front.empty:
         return ""
-    table = _table(
-        "candidate", "on the held-out front", "in resamples", "beaten by", ""
-    )
+    table = _table("candidate", "on the held-out front", "in resamples", "beaten by")
     for row in _records(found.front):
         beaten = str(row["beaten_by"]) if row["beaten_by"] >= 0 else ""
-        knee = "knee" if row["knee"] else ""
+        on_front = "yes" if row["on_front"] else "no"
         share = "-" if row["share"] is None else f"{100.0 * row['share']:.0f} %"
         table.add_row(
             str(row["candidate"]),
-            "yes" if row["on_front"] else "no",
+            f"{on_front}, its knee" if row["knee"] else on_front,
             share,
             beaten,
-            knee,
         )
     return (
         _rendered(table)
@@ -228,7 +225,7 @@ def _references_text(found: Findings) -> str:
         return ""
     if len(found.objectives) > 1:
         table = _table(
-            "candidate", "minus", "objective", "difference", "n", "seeds save"
+            "candidate", "minus", "objective", "difference", "blocks", "seeds save"
         )
         for row in rows:
             who, whom, what = (

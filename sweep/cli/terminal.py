@@ -3,8 +3,10 @@
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
+from sweep.cli.output import spelled
 from sweep.text import harmless
 
 PIPE_WIDTH = 200
@@ -19,10 +21,25 @@ class Terminal(Console):
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Make a text harmless. rich calls this for every text that it prints, each
-        cell of a table too.
+        """Make a text harmless, and spell what the encoding lacks while widths are not
+        yet decided. rich calls this for every text that it prints, each cell of a table
+        too.
         """
-        return super().render_str(harmless(text), **options)
+        shown = spelled(harmless(text), self.encoding)
+        return super().render_str(shown, **options)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as rich does, and the caption of a table below it in its own lines:
+        rich would wrap it to the width of the table.
+        """
+        match objects:
+            case [Table(caption=str(caption)) as table]:
+                table.caption = None
+                super().print(table, **options)
+                super().print(caption, style="table.caption", soft_wrap=True)
+                table.caption = caption
+            case _:
+                super().print(*objects, **options)
 
 
 def console() -> Terminal:

@@ -36,6 +36,13 @@ def direction(study: StoredStudy, text: str) -> Direction:
     )
 
 
+def shown_metrics(study: StoredStudy) -> list[str]:
+    """The metrics of a study that figures show where none are chosen: the objectives of
+    a search, or else all that are recorded.
+    """
+    return [one.column for one in asked_objectives(study)] or study.metrics
+
+
 def opposed_metrics(study: StoredStudy) -> list[str]:
     """Two metrics that are good together: the first two objectives of a search, or else
     the first metric of which more is better and the first of which less is.

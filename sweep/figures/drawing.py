@@ -27,6 +27,10 @@ from sweep.trial.world import TrialWorld
 
 LETTERS_AN_INCH = 18.0
 LETTERS_OF_A_TITLE = 104
+OUTLINE, SEAM = 1.8, 0.5
+"""Widths of lines, in points. Half of an outline is drawn over by what it surrounds; a
+seam closes the gap between obstacles that touch, such as the pieces of an image.
+"""
 
 
 def draw_map(
@@ -35,18 +39,24 @@ def draw_map(
     unit: str,
     *,
     face: str = "0.6",
-    edge: str = "none",
+    outline: str | None = None,
     downwards: bool = True,
 ) -> None:
     """The frame of `world`, in `unit` of length on both axes, and its obstacles, filled
-    with `face`.
+    with `face`. Obstacles that touch or overlap have one `outline`, if any.
     """
     shapes = [_shape(row) for row in world.obstacles]
-    axes.add_collection(
-        PatchCollection(
-            shapes, facecolor=face, edgecolor=edge, linewidth=0.7, zorder=1.5
+    layers = [(face, SEAM)] if outline is None else [(outline, OUTLINE), (face, SEAM)]
+    for colour, width in layers:
+        axes.add_collection(
+            PatchCollection(
+                shapes,
+                color=colour,
+                linewidth=width,
+                antialiased=outline is None,
+                zorder=1.5,
+            )
         )
-    )
     axes.set(
         xlim=(0.0, world.width),
         ylim=(world.height, 0.0) if downwards else (0.0, world.height),
@@ -123,7 +133,7 @@ def draw_visits(
         extent=extent,
         interpolation="antialiased",
     )
-    draw_map(axes, world, unit, face="none", edge=BLUE, downwards=world.y_down)
+    draw_map(axes, world, unit, face="white", outline=BLUE, downwards=world.y_down)
     return image
 
 

@@ -11,11 +11,14 @@ import numpy as np
 import pandas as pd
 from matplotlib import style
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
-from sweep.analysis import half_width
+from sweep.analysis import CONFIDENCE
+from sweep.analysis.intervals import group_bounds
+from sweep.analysis.mean_bounds import equal
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -37,6 +40,8 @@ FEWEST_BINS, MOST_BINS, POINTS_A_BIN = 3, 12, 10
 LIGHT = 0.6
 HEIGHTS = (2.6, 2.6, 2.1, 1.75)
 """The height of a row of one to four panels, in inches."""
+WIDENED = 0.1
+"""Of equal values the scale of colours reaches so far beyond, as a part of them."""
 MOST_COUNTED = 2
 """In so many panels the number of points is written into each bin."""
 
@@ -200,40 +205,55 @@ def _block(
     panels = block.subplots(
         -(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False
     )
-    known = np.concatenate(
-        [value[np.isfinite(value)] for value in values] or [np.zeros(0)]
-    )
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    meshes = []
+    scale = _scale(values)
     for axes, facet, one, value in zip(
         tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True
     ):
-        meshes.append(_mesh(axes, one, value, (low, high), colours))
+        _mesh(axes, one, value, scale, colours)
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
         title_panel(axes, facet.title.split(", "), across)
         if layout.averages and len(cells) <= MOST_COUNTED and colours == "magma":
-            _count(axes, one, (value - low) / max(high - low, 1e-300))
+            _count(axes, one, scale(value))
     block.supxlabel(quantity(layout.selection.study, layout.x), fontsize=9)
     block.supylabel(quantity(layout.selection.study, layout.y), fontsize=9)
     block.colorbar(
-        meshes[0], ax=list(panels.ravel()), label=words, shrink=0.9, pad=0.02
+        ScalarMappable(scale, colours),
+        ax=list(panels.ravel()),
+        label=words,
+        shrink=0.9,
+        pad=0.02,
     )
 
 
+def _scale(values: list[Floats]) -> Normalize:
+    """The scale of colours of all panels.
+
+    It is widened where all values are equal, but for rounding: then they have one
+    colour, and the bar has numbers that can be read.
+    """
+    known = np.concatenate([value[np.isfinite(value)] for value in values])
+    if not len(known):
+        return Normalize(0.0, 1.0)
+    low, high = float(known.min()), float(known.max())
+    if equal(low, high):
+        room = WIDENED * (abs(high) or 1.0)
+        low, high = low - (room if low else 0.0), high + room
+    return Normalize(low, high)
+
+
 def _mesh(
-    axes: Axes, cells: Cells, value: Floats, limits: tuple[float, float], colours: str
-) -> QuadMesh:
+    axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: str
+) -> None:
     axes.grid(visible=False)
     shown = np.ma.masked_invalid(value)
-    return axes.pcolormesh(
+    axes.pcolormesh(
         cells.x,
         cells.y,
         shown,
         cmap=colours,
-        vmin=limits[0],
-        vmax=limits[1],
+        norm=scale,
         rasterized=True,
         linewidth=0,
     )
@@ -300,7 +320,9 @@ def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
     places = np.asarray(count.index)
     points.ravel()[places], mean.ravel()[places] = count, groups.mean()
     if layout.averages:
-        half.ravel()[places] = half_width(groups.std(), count)
+        of = layout.selection.study.distributions[metric]
+        low, high = group_bounds(groups, CONFIDENCE, of)
+        half.ravel()[places] = (high - low) / 2.0
     else:
         half.ravel()[keys] = (known[f"{metric}_high"] - known[f"{metric}_low"]) / 2.0
     return Cells(x, y, mean, half, points)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError, UserError
-from sweep.figures.directions import direction
+from sweep.figures.directions import direction, shown_metrics
 from sweep.spec.recorded import Column
 from sweep.tables.stored_study import StoredStudy
 
@@ -19,8 +19,8 @@ class Choices(NamedTuple):
     """What to draw: metrics and settings. A metric may have its direction, as
     `coverage+`.
 
-    Without metrics all recorded ones are drawn. `half` takes their means over the last
-    half of a trial.
+    Without metrics all recorded ones are drawn, of a search its objectives. `half`
+    takes their means over the last half of a trial.
     """
 
     metrics: tuple[str, ...] = ()
@@ -35,7 +35,7 @@ class Choices(NamedTuple):
         """
         named = [
             (direction(study, text).metric, text[len(text.rstrip("+-")) :])
-            for text in self.metrics or study.metrics
+            for text in self.metrics or shown_metrics(study)
         ]
         return [
             f"{Column(Column.read(metric).metric, True) if self.half else metric}{sign}"

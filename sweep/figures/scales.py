@@ -22,7 +22,9 @@ Floats = NDArray[np.float64]
 
 DECADE = 10.0
 LONG_NAMES = 12
-FEW_TICKS = 3
+MOST_TICKS = 12
+LETTERS_OF_TICKS = 20
+"""So many fit side by side below a panel."""
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
@@ -93,6 +95,9 @@ def label_setting(
 ) -> None:
     """Label an axis with the name and the unit of a setting, set its scale, and name
     its values where they have none.
+
+    Ticks stand at listed values: at all of them, or at each second, third and so on
+    where that is what fits.
     """
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(quantity(selection.study, name))
@@ -105,10 +110,25 @@ def label_setting(
                 label.set(ha="right", rotation_mode="anchor")
         axes.grid(visible=False, axis=direction)
         return
-    if len(selection.values(name)) <= FEW_TICKS:
-        axis.set_ticks([float(str(value)) for value in selection.values(name)])
     if is_logarithmic(selection, name):
         (axes.set_xscale if direction == "x" else axes.set_yscale)("log")
+    if name in selection.listed:
+        values = [float(str(value)) for value in selection.values(name)]
+        ticks = _that_fit(values, side_by_side=direction == "x")
+        axis.set_ticks(ticks, [f"{value:g}" for value in ticks])
+        axis.set_ticks([], minor=True)
+
+
+def _that_fit(values: list[float], *, side_by_side: bool) -> list[float]:
+    """Each k-th of ascending values, of as many as fit on an axis."""
+    for every in range(1, len(values)):
+        chosen = values[::every]
+        letters = sum(len(f"{value:g}") + 1 for value in chosen)
+        if len(chosen) <= MOST_TICKS and (
+            not side_by_side or letters <= LETTERS_OF_TICKS
+        ):
+            return chosen
+    return values[:1]
 
 
 def _crowded(names: Sequence[str]) -> bool:

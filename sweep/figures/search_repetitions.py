@@ -4,6 +4,7 @@ and what their winners are worth.
 
 from collections.abc import Sequence
 from functools import partial
+from textwrap import wrap
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import Distribution, half_width, mean_interval
+from sweep.analysis import Distribution, mean_interval
 from sweep.campaigns.search.asked_trials import AskedTrials, read_asked
 from sweep.campaigns.search.outcome import SEARCH, objectives
 from sweep.campaigns.search.repetitions import (
@@ -29,6 +30,8 @@ from sweep.figures.search import with_front
 from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
 from sweep.spec.objectives import Floats
 from sweep.tables.stored_study import StoredStudy
+
+LETTERS_OF_A_LABEL = 44
 
 
 def comparison_figure(study: StoredStudy) -> Figure:
@@ -50,7 +53,8 @@ def comparison_figure(study: StoredStudy) -> Figure:
             (RANDOM, found.random, ORANGE, "random search"),
         )
         for place, (kind, values, colour, label) in enumerate(sides):
-            _band(left, _curves(asked, runs(asked, kind)), colour, label)
+            curves = _curves(asked, runs(asked, kind))
+            _band(left, curves, colour, label, found.distribution)
             _strip(right, place, values, colour, found.distribution)
         left.set(
             xlim=(0, None),
@@ -142,14 +146,21 @@ def _curves(asked: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
     return pd.DataFrame(columns).sort_index().ffill()
 
 
-def _band(axes: Axes, curves: pd.DataFrame, colour: str, label: str) -> None:
+def _band(
+    axes: Axes,
+    curves: pd.DataFrame,
+    colour: str,
+    label: str,
+    distribution: Distribution,
+) -> None:
     known = curves.dropna()
-    mean, half = known.mean(axis=1), half_width(known.std(axis=1), len(known.columns))
+    means = [mean_interval(row, distribution=distribution) for row in known.to_numpy()]
+    mean, low, high, _ = np.reshape(means, (-1, 4)).T
     axes.step(known.index, mean, where="post", color=colour, label=label)
     axes.fill_between(
         known.index,
-        mean - half,
-        mean + half,
+        low,
+        high,
         step="post",
         color=colour,
         alpha=0.2,
@@ -177,8 +188,8 @@ def _best_label(study: StoredStudy, asked: AskedTrials) -> str:
     if len(wanted) == 1:
         column = quantity(study, wanted[0].column)
         return f"best {wanted[0].statistic.named(column)}"
-    units = " ".join(study.units.get(one.column, "") for one in wanted).strip()
-    return "hypervolume" + (f" ({units})" if units else "")
+    sides = [quantity(study, one.column) for one in wanted]
+    return "\n".join(["hypervolume,", *wrap(" x ".join(sides), LETTERS_OF_A_LABEL)])
 
 
 def _runs_note(asked: AskedTrials) -> str:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import by_point
 from sweep.analysis.notation import percent
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span
@@ -75,13 +74,7 @@ class Selection:
         The interval is that of the distribution of the metric. The interval of a metric
         that decided how many trials a point has is the repeated one.
         """
-        means = by_point(
-            self.trials,
-            ["point"],
-            metrics,
-            repeated=self.study.repeated,
-            distributions=self.study.distributions,
-        ).set_index("point")
+        means = self.study.means(metrics, ["point"]).set_index("point")
         return self.points.join(means, how="left")
 
     def values(self, name: str) -> list[object]:

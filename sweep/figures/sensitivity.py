@@ -157,8 +157,7 @@ def _note(table: pd.DataFrame) -> str:
     text = f"{table.attrs['study']}: {span(table['blocks'])} {unit}"
     if table["blocks_left_out"].any():
         text += f" ({span(table['blocks_left_out'])} more left out: no value)"
-    text += f", {span(table['trials'])} trials{each};\n"
-    text += f"{table.attrs['confidence']:.0%} bootstrap intervals, each for itself"
+    text += f", {span(table['trials'])} trials{each};\n{_intervals(table)}"
     if "index" in table:
         kinds = {
             "corrected": "without replicate noise",
@@ -167,7 +166,22 @@ def _note(table: pd.DataFrame) -> str:
         share = table["noise_share"].max()
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""
+    if (fewest := table.attrs["fewest"]) > table["blocks"].min():
+        text += f"\nfewer than {fewest} {unit} say little: take more"
     return text.replace("%", " %")
+
+
+def _intervals(table: pd.DataFrame) -> str:
+    """Which intervals are drawn, or why there are none."""
+    known = [
+        (bars.values.iloc[:, 1].notna()).any()
+        for _, part in _panels(table)
+        for bars in _bars(part)
+    ]
+    if not any(known):
+        return "no intervals: some resamples of so few blocks give no value"
+    some = "" if all(known) else ", where all resamples give a value"
+    return f"{table.attrs['confidence']:.0%} bootstrap intervals, each for itself{some}"
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:

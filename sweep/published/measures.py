@@ -68,8 +68,8 @@ class Call:
     """
 
     function: str
+    distribution: Distribution
     settings: Mapping[str, Value] = field(default_factory=dict)
-    distribution: Distribution = "normal"
 
 
 Measure = Mean | MeanDifference | RankCorrelation | Call
@@ -163,15 +163,18 @@ class MeasureReader:
         return self._call(entry, spec)
 
     def _call(self, entry: Entry, spec: str) -> Call:
-        entry.keys(["call", "for", "distribution"])
         study, design = self.designs[spec]
         settings = _settings(entry.get("for"), study, _chooser(design))
         function = entry.child("call").one_of("function of figures.py", self.functions)
+        distributions = get_args(Distribution)
         given = entry.get("distribution")
         if given is None:
-            return Call(function, settings)
-        distribution = given.one_of("distribution", get_args(Distribution))
-        return Call(function, settings, cast(Distribution, distribution))
+            raise entry.error(
+                'missing key "distribution": how the values of'
+                f" {function} vary, one of {', '.join(distributions)}"
+            )
+        distribution = given.one_of("distribution", distributions)
+        return Call(function, cast(Distribution, distribution), settings)
 
     def _two(self, entry: Entry) -> list[Entry]:
         children = entry.entries()

@@ -1,10 +1,12 @@
 """A trial as pictures: one frame, or all of them as an animation.
 
 Boids are triangles that point in their direction of flight; where they are of several
-kinds, each kind has a colour. The picture shows the world with its obstacles, and the
-goal if boids are drawn to it. What does not change is drawn once.
+kinds, each kind has a colour. In an animation lines show whence they come. The picture
+shows the world with its obstacles, and the goal if boids are drawn to it. What does not
+change is drawn once.
 """
 
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
@@ -21,7 +23,7 @@ from sweep.errors import ChoiceError
 from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
 from sweep.figures.drawing import colours_of_kinds
 from sweep.replays.flight import Report, frames
-from sweep.replays.video import write_gif, write_mp4
+from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
 from sweep.tables.outputs import unfinished
 from sweep.trial.kinds import kinds_of
 from sweep.trial.world import world_of
@@ -35,17 +37,19 @@ longer side of the world.
 
 BOIDS = "0.1"
 """Their colour, where there are no kinds."""
+TRAIL, TRAIL_COLOUR = 15, "0.75"
+"""How many pictures a trail goes back in an animation."""
 
 Picture = NDArray[np.uint8]
 """Pixels (rows, columns, 3): red, green and blue."""
 
 
 class Scene:
-    """The world of a trial as a figure. Frames are drawn into it, one after the
-    other.
+    """The world of a trial as a figure. Frames are drawn into it, one after the other;
+    with trails where they are `every` so many steps of an animation.
     """
 
-    def __init__(self, study: str, job: Job) -> None:
+    def __init__(self, study: str, job: Job, every: int | None = None) -> None:
         self.job, self.world, self.model = (
             job,
             world_of(job),
@@ -67,7 +71,17 @@ class Scene:
             self.figure.suptitle(
                 f"{job.model}, {words(job.preset)}: {words(job.settings['map'])}"
             )
-            note(self.figure, f"{study}, trial {job.trial_id}")
+            pace = (
+                f"; {every * FRAMES_A_SECOND:,} steps a second, lines: the last"
+                f" {every * TRAIL:,}"
+                if every
+                else ""
+            )
+            note(self.figure, f"{study}, trial {job.trial_id}{pace}")
+            self.past = deque[NDArray[np.float64]](maxlen=TRAIL + 1 if every else 1)
+            (self.trail,) = self.axes.plot(
+                [], [], color=TRAIL_COLOUR, linewidth=0.8, zorder=2, animated=True
+            )
             self.title = self.axes.set_title(" ", animated=True)
             self.canvas.draw()
         self.figure.set_layout_engine("none")
@@ -77,6 +91,9 @@ class Scene:
         """The picture of one frame; `bodies` (4, N) are x, y, vx and vy."""
         with style.context(STYLE):
             self.canvas.restore_region(self.still)
+            self.past.append(bodies[:2])
+            self.trail.set_data(*self._ways())
+            self.axes.draw_artist(self.trail)
             draw_flock(self.axes, bodies, self.length, self.colour)
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
@@ -84,6 +101,16 @@ class Scene:
             self.title.set_text(self._words(step, bodies))
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
+
+    def _ways(self) -> NDArray[np.float64]:
+        """The ways of boids in the last pictures as one line (2, K), broken by NaN. A
+        border may be joined to the opposite one; jumps across it are left out.
+        """
+        past = np.stack(self.past)
+        steps = np.stack([past[:-1], past[1:], np.full_like(past[1:], np.nan)])
+        size = np.array([self.world.width, self.world.height])[:, None]
+        jumps = (np.abs(steps[1] - steps[0]) > size / 2).any(axis=1)
+        return steps.transpose(2, 1, 3, 0)[:, ~jumps].reshape(2, -1)
 
     def _size(self) -> tuple[float, float]:
         """Width and height in inches. They give even numbers of pixels, which MP4
@@ -192,7 +219,7 @@ def write_animation(
     every   steps between two frames
     report  is told how many of how many steps are done
     """
-    scene = Scene(study, job)
+    scene = Scene(study, job, every)
     pictures = (
         scene.draw(step, bodies) for step, bodies in _bodies(job, every, report)
     )

@@ -2,7 +2,7 @@
 
 import copy
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from kernels.metrics import Distribution
-from sweep.analysis import undefined_shares
+from sweep.analysis import Interval, by_point, mean_interval, undefined_shares
 from sweep.analysis.sequential import SeenMetric, Until, from_json, look
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset
@@ -377,7 +377,7 @@ class StoredStudy:
         """The metrics that decided how many trials a point has, each with the
         confidence of its interval at each look.
 
-        Empty where the number of trials is fixed. `by_point` takes it.
+        Empty where the number of trials is fixed. `means` uses it.
         """
         rule = self.about.until
         if rule is None:
@@ -578,7 +578,7 @@ class StoredStudy:
         """How the values of each column of a metric are distributed over trials, as the
         metric declares it; of derived ones as the launch has stored it.
 
-        `by_point` takes it. Up to 0.8 nothing was stored: those are "skewed".
+        `means` uses it. Up to 0.8 nothing was stored: those are "skewed".
         """
         if self.restricted:
             return self.whole.distributions
@@ -595,6 +595,29 @@ class StoredStudy:
             for name in self.metrics
             for column in columns_of([name])
         }
+
+    def means(
+        self, metrics: Sequence[str], varied: Sequence[str] | None = None
+    ) -> pd.DataFrame:
+        """The mean of each metric with its 95 % interval, a row a point, as `by_point`
+        has it; beside them the `varied` settings, by default those of the spec.
+
+        Each interval is that of the distribution of the metric, and the repeated one of
+        a metric that decided how many trials a point has.
+        """
+        return by_point(
+            self.trials,
+            self.varied if varied is None else varied,
+            metrics,
+            repeated=self.repeated,
+            distributions=self.distributions,
+        )
+
+    def mean_of(self, metric: str, values: ArrayLike) -> Interval:
+        """The mean of `values` of a metric (n,), one a trial, such as its means over
+        some frames, with the 95 % interval of its distribution.
+        """
+        return mean_interval(values, distribution=self.distributions[metric])
 
     def statuses(self) -> Counter[str]:
         """How many trials of the spec have which status; `missing` are not stored."""

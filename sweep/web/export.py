@@ -124,7 +124,7 @@ def animate(flight: KeptFlight, kind: str) -> File:
         find_ffmpeg()
     few = thinned(flight, MOST_FRAMES)
     with DRAWING, TemporaryFile() as file:  # ffmpeg needs the path of a true file
-        scene = Scene(few.study, few.job)
+        scene = Scene(few.study, few.job, few.every)
         frames = zip(few.steps, few.bodies, strict=True)
         WRITERS[kind]((scene.draw(int(step), one) for step, one in frames), file)
         file.seek(0)

@@ -8,12 +8,19 @@ from pathlib import Path
 from typing import get_args
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.typing import ArrayLike
 from scipy.stats import norm, poisson
 
 import kernels.metrics
-from sweep.analysis import Distribution, mean_estimate, mean_interval, paired_estimate
+from sweep.analysis import (
+    Distribution,
+    by_point,
+    mean_estimate,
+    mean_interval,
+    paired_estimate,
+)
 from sweep.analysis.mean_bounds import BOUNDS
 from sweep.analysis.sequential import Until, Width, look
 from tests.analysis.measured_coverage import (
@@ -113,6 +120,21 @@ def test_equal_counts_and_shares_have_a_width(
     low, high = bounds(np.full(n, value), distribution)
     assert low <= value <= high
     assert high - low > 0.5 / n
+
+
+@pytest.mark.parametrize("distribution", ["normal", "skewed"])
+def test_values_that_are_equal_but_for_rounding_have_none(
+    distribution: Distribution,
+) -> None:
+    values = np.array([0.1 + 0.2, 0.3, 0.3])
+    assert values.min() < values.max()
+    trials = pd.DataFrame({"point": "a", "status": "done", "x": values})
+    row = by_point(trials, [], ["x"], distributions={"x": distribution}).iloc[0]
+    estimate = mean_estimate(values, distribution=distribution)
+    for low, high in (row[["x_low", "x_high"]], estimate.interval()):
+        assert low == high == pytest.approx(0.3)
+    little = np.array([0.3, 0.3, 0.3 + 1e-9])
+    assert np.ptp(mean_estimate(little, distribution=distribution).interval()) > 1e-10
 
 
 @pytest.mark.parametrize("distribution", ["normal", "skewed"])

@@ -9,13 +9,15 @@ import sys
 import time
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import partial
-from io import StringIO
+from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
 from sweep.cli import app, main
+from sweep.cli.listing import INTERVALS
+from sweep.cli.output import check_output_stream, flush_output, spelled
 from sweep.workers import attempts
 from sweep.workers.executors import Loky, Serial
 from tests import ROOT
@@ -110,6 +112,42 @@ def test_a_table_as_text_csv_and_json(folder: Path) -> None:
         < records[0]["speed_mean"]
         < records[0]["speed_mean_high"]
     )
+
+
+def test_signs_that_an_encoding_lacks_are_spelled(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before the widths of columns are decided."""
+    monkeypatch.setattr(sys, "argv", ["sweep", "table", "small"])
+    buffer = BytesIO()
+    stream = TextIOWrapper(buffer, encoding="ascii")
+    with (
+        chdir(folder),
+        redirect_stdout(stream),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main()
+    assert ended.value.code == 0
+    text = buffer.getvalue().decode("ascii")
+    assert " +- " in text
+    rows = [line for line in text.splitlines() if line.startswith(("|", "+"))]
+    assert len({len(row) for row in rows}) == 1
+    assert spelled("px²: ± 3 → \N{SNOWMAN}", "ascii") == "px^2: +- 3 \\u2192 \\u2603"
+    assert spelled("px²: ± 3 →", "utf-8") == "px²: ± 3 →"
+    plain = BytesIO()
+    with redirect_stdout(TextIOWrapper(plain, encoding="ascii")):
+        check_output_stream()
+        print("±1 →")
+        flush_output()
+        assert plain.getvalue() == b"+-1 \\u2192\n"
+
+
+def test_the_caption_of_a_narrow_table_is_one_line(folder: Path) -> None:
+    done = sweep(folder, "table", "small", "--metric", "speed")
+    lines = done.stdout.splitlines()
+    wanted = INTERVALS[None]
+    assert wanted in lines
+    assert len(wanted) > max(len(line) for line in lines if line.startswith("│"))
 
 
 PRINTING = [

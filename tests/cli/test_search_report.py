@@ -173,7 +173,7 @@ def test_estimates_come_with_intervals_and_how_much_too_good_the_search_was(
         with_interval(first["held_out"], first["held_out_low"], first["held_out_high"])
         in text
     )
-    assert "gain (%), 95 % intervals over n blocks" in text
+    assert "gain (%), 95 % intervals over so many blocks" in text
 
 
 @pytest.mark.parametrize(
@@ -340,6 +340,11 @@ def test_a_front_names_its_knee_and_how_sure_it_is(said) -> None:
         "objective   mean gain, to be large\n            mean loss, to be small" in text
     )
     assert "on the held-out front" in text
+    assert "yes, its knee" in text
+    for heading in (line for line in text.splitlines() if line.startswith("┃")):
+        names = [name.strip() for name in heading.strip("┃").split("┃")]
+        assert len(set(names)) == len(names)
+        assert "" not in names
 
 
 def test_what_common_seeds_save_is_a_dash_where_it_is_not_known(said) -> None:

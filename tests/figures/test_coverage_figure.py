@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from sweep.analysis import mean_interval
 from sweep.errors import ChoiceError
 from sweep.figures import coverage_figure
-from sweep.figures.drawing import estimated
+from sweep.figures.drawing import draw_visits, estimated
+from sweep.trial.world import TrialWorld
 from tests.plotted import shown, study, titles
 from tests.studies import SMALL, launched
 
@@ -44,6 +47,23 @@ def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
         == "covering: mean of 2 trials a panel, coverage and CV with 95 % interval;"
         " white: never visited; blue: obstacles"
     )
+
+
+def test_obstacles_that_touch_have_one_outline() -> None:
+    """Such as the rows of pixels of an image: what they surround is drawn over the
+    outlines within.
+    """
+    rows = np.array([[50.0, 30.0 + 2.0 * k, 30.0, 1.0, 0.0] for k in range(20)])
+    world = TrialWorld(100.0, 100.0, rows)
+    figure = Figure(figsize=(2, 2), dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    draw_visits(axes, np.zeros((100, 100)), world, most=1.0)
+    canvas.draw()
+    picture = np.asarray(canvas.buffer_rgba())[:, :, :3]
+    inside = picture[65:130, 60:140]
+    assert (inside == 255).all()
+    assert (picture[60:136, 36:44].min(axis=(1, 2)) < 200).all()
 
 
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:

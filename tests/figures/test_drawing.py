@@ -77,9 +77,10 @@ def test_visits_lie_where_their_pixels_are_and_obstacles_are_outlined(
     drawn = np.ma.asarray(image.get_array())
     assert drawn.mask.sum() == (visits < 1).sum()
     assert drawn.sum() == visits[visits > 0].sum() > 0
-    (shapes,) = axes.collections
-    assert len(shapes.get_paths()) == 18
-    assert to_hex(shapes.get_edgecolor()[0]) == BLUE.lower()
+    outlines, insides = axes.collections
+    assert len(outlines.get_paths()) == len(insides.get_paths()) == 18
+    assert to_hex(outlines.get_edgecolor()[0]) == BLUE.lower()
+    assert to_hex(insides.get_facecolor()[0]) == "#ffffff"
 
 
 def test_values_have_their_intervals_and_an_unknown_one_is_left_out(axes: Axes) -> None:

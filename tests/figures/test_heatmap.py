@@ -58,6 +58,58 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
     )
 
 
+def scales(figure: Figure) -> list[tuple[float, float]]:
+    """What the colours of each panel reach from and to, and those of each bar: means
+    first, then half widths.
+    """
+    return [
+        (
+            (float(mesh.norm.vmin), float(mesh.norm.vmax))
+            if axes.get_label() != "<colorbar>"
+            else axes.get_ylim()
+        )
+        for axes in figure.axes
+        for mesh in axes.collections[:1]
+    ]
+
+
+@pytest.mark.parametrize("value", [0.0, 12.5, -3.0])
+def test_a_metric_that_is_equal_everywhere_has_one_colour(value: float) -> None:
+    """But for rounding, as 0.1 + 0.2 and 0.3 are; the bar shows the same scale."""
+    grid = made_up(
+        "n: [3, 4], cohesion_weight: [0, 1], borders: [torus, bounded]", ascending
+    )
+    rounding = np.arange(len(grid.trials)) % 2 * value * 2e-16
+    grid.trials["speed"] = value + rounding
+    figure = heatmap_figure(grid, "speed", "n", "cohesion_weight")
+    means, halves = scales(figure)[:3], scales(figure)[3:]
+    for found in (means, halves):
+        assert len(found) == 3
+        assert len(set(found)) == 1
+    (low, high), half = means[0], halves[0]
+    assert low <= value < high
+    assert high - low == pytest.approx(0.1 if value == 0 else 0.2 * abs(value))
+    assert half == (0.0, 0.1)
+
+
+def test_ticks_stand_at_the_values_that_were_swept() -> None:
+    grid = made_up(
+        "n: [90, 180, 270, 360], cohesion_weight: [0.0001, 0.001, 0.01, 0.1, 1]",
+        ascending,
+    )
+    axes = heatmap_figure(grid, "speed", "n", "cohesion_weight").axes[0]
+    assert axes.get_xticks().tolist() == [90, 180, 270, 360]
+    assert axes.get_yscale() == "log"
+    assert [text.get_text() for text in axes.get_yticklabels()] == [
+        *("0.0001", "0.001", "0.01", "0.1", "1")
+    ]
+    assert axes.get_yticks(minor=True).tolist() == []
+    values = list(range(10, 351, 20))
+    many = made_up(f"n: {values}, cohesion_weight: [1, 2]", ascending)
+    axes = heatmap_figure(many, "speed", "n", "cohesion_weight").axes[0]
+    assert axes.get_xticks().tolist() == [10, 90, 170, 250, 330]
+
+
 def test_axes_and_colour_bars_are_labelled() -> None:
     figure = heatmap_figure(
         study("grid").where(borders="torus"),

@@ -105,6 +105,17 @@ def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
     ), "said once"
 
 
+def test_of_a_search_only_its_objectives_are_drawn() -> None:
+    """Unless others are asked for."""
+    part = study("searched")
+    assert part.metrics == ["flock_radius", "speed", "dispersion"]
+    plot = plan_figures(part, [], Choices())
+    drawn = {word for _, planned in plot.figures for word in planned.metric.split("-")}
+    assert drawn == {"flock_radius", "speed", ""}
+    asked = plan_figures(part, ["scatter"], Choices(("dispersion",)))
+    assert [planned.metric for _, planned in asked.figures] == ["dispersion"]
+
+
 def test_files_are_named_by_kind_and_metric_in_the_order_asked_for(
     tmp_path: Path,
 ) -> None:

@@ -226,7 +226,7 @@ def test_a_comparison_names_the_statistic(drawn) -> None:
 
 def test_several_objectives_are_compared_by_hypervolume(drawn) -> None:
     figure = drawn(comparison_figure, repeated(several=True))
-    assert figure.axes[0].get_ylabel() == "hypervolume (% px)"
+    assert figure.axes[0].get_ylabel() == "hypervolume,\ngain (%) x loss (px)"
     assert line(figure.axes[0], "search")[1] == [0.0, 6.0]
     figure = drawn(hypervolume_figure, repeated(several=True))
     assert line(figure.axes[0], "the search") == ([4.0, 8.0], [0.0, 2.0])

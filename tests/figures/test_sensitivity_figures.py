@@ -2,6 +2,8 @@
 trials.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -46,7 +48,7 @@ def test_sobol_indices_of_settings_and_pairs() -> None:
 
 
 def test_raw_indices_say_that_noise_is_in_them() -> None:
-    *_, said = texts(axis("saltelli", 64, second_order="false"), sobol, replicates=1)
+    *_, said = texts(axis("saltelli", 128, second_order="false"), sobol, replicates=1)
     assert said.endswith("; replicate noise not separated")
 
 
@@ -55,6 +57,29 @@ def test_effects_have_the_unit_of_the_metric() -> None:
     assert kinds == ["mu*, mean size", "sigma, spread", "mu, mean"]
     assert quantity == "effect of the whole range on speed (px/step)"
     assert "made_up: " in said
+
+
+@pytest.mark.parametrize(
+    ("sampler", "analyse", "fewest"),
+    [("saltelli", sobol, 100), ("morris", morris, 10), ("random", None, 30)],
+)
+def test_too_few_blocks_are_said_to_say_little(
+    sampler: str, analyse: Any, fewest: int
+) -> None:
+    *_, few = texts(axis(sampler, 4), analyse or rank_correlations)
+    *_, many = texts(axis(sampler, fewest + 2), analyse or rank_correlations)
+    assert f"\nfewer than {fewest} " in few
+    assert "say little" not in many
+
+
+def test_where_resamples_have_no_value_the_note_says_that_there_is_no_interval() -> (
+    None
+):
+    study = study_of(axis("saltelli", 2))
+    study.trials["speed"] = np.arange(len(study.trials)) // (len(study.trials) // 2)
+    said = sensitivity_figure(sobol(study, "speed", resamples=50)).get_supxlabel()
+    assert "bootstrap" not in said
+    assert "no intervals: some resamples of so few blocks give no value" in said
 
 
 def test_rank_correlations() -> None:

@@ -53,14 +53,13 @@ def test_a_publication_is_read(tmp_path: Path) -> None:
             "{rank_correlation: [separation_weight, speed]}",
             RankCorrelation("small", "separation_weight", "speed", {}),
         ),
-        ("{call: constant}", Call("constant")),
         (
             "{call: constant, distribution: percentage}",
-            Call("constant", {}, "percentage"),
+            Call("constant", "percentage"),
         ),
         (
-            "{call: constant, for: {separation_weight: 1}}",
-            Call("constant", {"separation_weight": 1.0}),
+            "{call: constant, distribution: normal, for: {separation_weight: 1}}",
+            Call("constant", "normal", {"separation_weight": 1.0}),
         ),
         (
             (
@@ -153,7 +152,12 @@ MISTAKES = [
     ),
     (
         MEASURE,
-        "{call: constat}",
+        "{call: constant}",
+        'missing key "distribution": how the values of constant vary, one of normal,',
+    ),
+    (
+        MEASURE,
+        "{call: constat, distribution: normal}",
         'unknown function of figures.py "constat"; did you mean "constant"?',
     ),
     (

@@ -170,13 +170,17 @@ def test_a_rank_correlation_is_over_points() -> None:
 
 def test_functions_give_one_or_two_samples() -> None:
     assert_same(
-        found(Call("f"), f=lambda studies: studies["s"].trials["speed"]), SPEEDS
+        found(Call("f", "normal"), f=lambda studies: studies["s"].trials["speed"]),
+        SPEEDS,
     )
     heavy = found(
-        Call("f", {"weight": 2.0}), f=lambda _studies, weight: weight * np.arange(3.0)
+        Call("f", "normal", {"weight": 2.0}),
+        f=lambda _studies, weight: weight * np.arange(3.0),
     )
     assert_same(heavy, [0, 2, 4])
-    two = found(Call("f"), f=lambda _: (np.arange(4.0), np.array([1.0, np.nan, 3.0])))
+    two = found(
+        Call("f", "normal"), f=lambda _: (np.arange(4.0), np.array([1.0, np.nan, 3.0]))
+    )
     assert_same(two, [0, 1, 2, 3], [1, 3])
     assert (two.trials, two.left_out) == ("4 and 2", 1)
 
@@ -184,10 +188,11 @@ def test_functions_give_one_or_two_samples() -> None:
 def test_a_function_says_how_its_values_are_distributed() -> None:
     """Twenty trials in none of which something happens say that it is rare."""
     never = np.zeros(20)
-    assert found(Call("f"), f=lambda _: never).estimate.interval() == (0.0, 0.0)
-    low, high = found(
-        Call("f", {}, "percentage"), f=lambda _: never
-    ).estimate.interval()
+    assert found(Call("f", "normal"), f=lambda _: never).estimate.interval() == (
+        0.0,
+        0.0,
+    )
+    low, high = found(Call("f", "percentage"), f=lambda _: never).estimate.interval()
     assert (low, 10.0 < high < 20.0) == (0.0, True)
 
 
@@ -206,4 +211,4 @@ def raising(_studies: Any) -> None:
 )
 def test_a_function_that_fails_says_so(function: Any, message: str) -> None:
     with pytest.raises(MeasureError, match=message):
-        found(Call("f"), f=function)
+        found(Call("f", "normal"), f=function)

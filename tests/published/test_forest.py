@@ -25,7 +25,7 @@ from tests.published.test_scorecard import row
 
 def named(name: str, expect: Expectation, kind: Kind, *values: float) -> Row:
     found = row(expect, *values)
-    claim = replace(found.claim, id=name, kind=kind, measure=Call("f"))
+    claim = replace(found.claim, id=name, kind=kind, measure=Call("f", "normal"))
     return found._replace(claim=claim)
 
 

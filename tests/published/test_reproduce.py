@@ -118,7 +118,8 @@ def test_a_figure_is_drawn_again_when_its_inputs_change(
 
 def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> None:
     published = PUBLISHED.replace(
-        "{mean: speed, frame: 0, for: {separation_weight: 1}}", "{call: broken}"
+        "{mean: speed, frame: 0, for: {separation_weight: 1}}",
+        "{call: broken, distribution: normal}",
     )
     others = (
         '"bad": Drawing(broken, ("small",), "nothing"),\n"none": Drawing(constant,'

@@ -77,7 +77,7 @@ FRAMES = TURNED.replace(
     kind: reading
     registered: 2024-03-01
     spec: small
-    measure: {call: last_speeds}
+    measure: {call: last_speeds, distribution: normal}
     expect: {above: 0.1}
     looked: before
   - id: fitted-speed""",

@@ -190,8 +190,32 @@ def test_a_gif_has_a_picture_a_frame_and_the_same_bytes_again(
         assert gif.info["duration"] == 40
         gif.seek(6)
         shown = np.asarray(gif.convert("RGB"), np.int64)
-    bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])[6]
-    assert np.abs(shown - Scene(study.name, job).draw(6, bodies)).mean() < 1.0
+    bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])
+    scene = Scene(study.name, job, every=1)
+    drawn = [scene.draw(step, bodies[step]) for step in range(7)]
+    assert np.abs(shown - drawn[-1]).mean() < 1.0
+
+
+def test_an_animation_shows_whence_boids_come_and_how_fast_it_goes() -> None:
+    """Not across the border of a torus."""
+    job = builders.job("nguyen2024", n=1, n_obstacles=0, width=1000, height=1000)
+    heights = [100.0, 300.0, 500.0, 900.0, 50.0]
+    scene, alone = Scene("test", job, every=4), Scene("test", job)
+
+    def grey(picture: np.ndarray, x: float, y: float) -> bool:
+        column, up = scene.axes.transData.transform((x, y))
+        near = picture[round(picture.shape[0] - up), round(column) + np.arange(-1, 2)]
+        return bool(near.min() < 230)
+
+    for step, y in enumerate(heights):
+        bodies = np.array([[300.0], [y], [0.0], [1.0]])
+        flown, still = scene.draw(4 * step, bodies), alone.draw(4 * step, bodies)
+    assert [grey(flown, 300.0, y) for y in (200.0, 400.0, 700.0)] == [True] * 3
+    assert not grey(flown, 300.0, 980.0)
+    assert not grey(still, 300.0, 200.0)
+    said = scene.figure.get_supxlabel()
+    assert "; 100 steps a second, lines: the last 60" in said
+    assert "second" not in alone.figure.get_supxlabel()
 
 
 def test_the_picture_of_a_frame_is_that_frame(
@@ -241,7 +265,7 @@ def test_an_mp4_can_be_decoded_and_has_all_frames(
         [*command, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True
     ).stdout
     bodies = np.concatenate([taken.bodies for taken in frames(job, 1, silent)])
-    scene = Scene(study.name, job)
+    scene = Scene(study.name, job, every=1)
     drawn = np.stack([scene.draw(step, bodies[step]) for step in range(10)])
     film = np.frombuffer(decoded, np.uint8).reshape(drawn.shape)
     assert np.abs(film.astype(np.int64) - drawn).mean() < 4.0
@@ -294,7 +318,9 @@ def test_an_mp4_is_written_where_it_will_be(
     monkeypatch.setattr(video, "find_ffmpeg", lambda: str(writes))
     job, place = study.job(study.trial(trial)), tmp_path / "flight.mp4"
     write_animation(study.name, job, place, 1, silent)
-    first = Scene(study.name, job).draw(0, next(frames(job, 1, silent)).bodies[0])
+    first = Scene(study.name, job, every=1).draw(
+        0, next(frames(job, 1, silent)).bodies[0]
+    )
     assert place.read_bytes()[: first.nbytes] == first.tobytes()
     assert sorted(tmp_path.iterdir()) == [place, writes]
 

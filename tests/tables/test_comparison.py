@@ -447,6 +447,15 @@ def test_what_is_not_known_is_a_dash(capsys: pytest.CaptureFixture[str]) -> None
     assert "too few values" in printed
 
 
+def test_the_number_of_boids_is_another_column_than_that_of_trials(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    comparison_text(compared(results, "sizes", "others", "speed"))
+    lines = capsys.readouterr().out.splitlines()
+    (heading,) = (line.split() for line in lines if "reduction " in line[:100])
+    assert (heading[0], heading.count("n"), heading.count("trials")) == ("n", 1, 1)
+
+
 def test_what_else_differs_is_said() -> None:
     zero: Any = {"speed": lambda trials: np.zeros(len(trials))}
     one = Made("one", "sweep: {n: [10, 20]}", **zero).side()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.analysis import by_point, contrast, mean_interval, undefined_shares
+from sweep.analysis import contrast, mean_interval, undefined_shares
 from sweep.cli.comparison_text import comparison_text
 from sweep.cli.listing import metric_table, table_text
 from sweep.figures.selection import select
@@ -52,6 +52,24 @@ def test_columns_have_the_distribution_of_their_metric(results: Path) -> None:
     assert (found["hits"], found["gain_mean"]) == ("count", "skewed")
     assert (
         StoredStudy("rare", results).where(separation_weight=1).distributions == found
+    )
+
+
+def test_means_have_the_interval_of_the_distribution(results: Path) -> None:
+    """Nobody has to name it; of metrics that decide the number of trials it is the
+    repeated one, see below.
+    """
+    study = StoredStudy("rare", results)
+    table = study.means(["speed", "escapes"])
+    first = study.trials[study.trials["separation_weight"] == 0.5]
+    for name, distribution in (("speed", "normal"), ("escapes", "count")):
+        wanted = mean_interval(first[name], distribution=distribution)  # type: ignore[arg-type]
+        row = table.iloc[0][[name, f"{name}_low", f"{name}_high", f"{name}_n"]]
+        assert row.tolist() == pytest.approx(list(wanted))
+        assert study.mean_of(name, first[name]) == wanted
+    assert table.iloc[0]["escapes_high"] > 0.5
+    assert study.means(["speed"], ["point"])["point"].tolist() == list(
+        dict.fromkeys(study.trials["point"])
     )
 
 
@@ -132,13 +150,7 @@ def test_until_does_not_stop_because_nothing_was_seen(tmp_path: Path) -> None:
     assert (stopping["why"] == "half width").all()
     assert (stopping["undefined"] == 0.0).all()
     assert ((stopping["half_width"] > 0.1) & (stopping["half_width"] <= 0.2)).all()
-    rows = by_point(
-        study.trials,
-        study.varied,
-        ["escapes"],
-        repeated=study.repeated,
-        distributions=study.distributions,
-    )
+    rows = study.means(["escapes"])
     nominal = study.repeated["escapes"]
     wanted = mean_interval(
         np.zeros(stopping["n"].iloc[0]), nominal, distribution="count"

@@ -11,15 +11,17 @@ makes intervals too wide rather than too narrow.
 
 A table has one row a setting, or index, at each combination of the other axes, whose
 settings stand first. Its last columns count: blocks, blocks_left_out, trials,
-trials_without_value. `attrs` names the study, metric and unit.
+trials_without_value. `attrs` names the study, metric, unit and confidence, and how
+many blocks are the `fewest` that say something.
 
     sampled        means of the points of a sample
     screening      Morris, rank correlations
     sobol_indices  shares of variance
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -43,6 +45,14 @@ from sweep.tables.sensitivity.sobol_indices import index_analysis
 from sweep.tables.stored_study import StoredStudy
 
 RESAMPLES = 1000
+FEWEST: Mapping[Analyses, int] = MappingProxyType(
+    {"sobol": 100, "morris": 10, "ranks": 30}
+)
+"""Fewer blocks, or points, say little. Of Sobol indices some hundreds are usual
+(Saltelli and others 2008, Global Sensitivity Analysis: The Primer), of Morris's effects
+10 to 50 (Campolongo, Cariboni and Saltelli 2007); a rank correlation of 30 points has a
+standard error of 0.19.
+"""
 MOST_NUMBERS = 2_000_000
 """So many numbers of one resampled column are held at once."""
 
@@ -109,7 +119,8 @@ def sobol(
             study.name,
         )
     chosen = sampled_axis(study, axis, made_for("sobol"))
-    return _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
+    table = _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
+    return _of(table, "sobol")
 
 
 def morris(
@@ -136,7 +147,8 @@ def morris(
     need of SALib.
     """
     chosen = sampled_axis(study, axis, made_for("morris"))
-    return _table(study, metric, chosen, effect_analysis, confidence, resamples, seed)
+    table = _table(study, metric, chosen, effect_analysis, confidence, resamples, seed)
+    return _of(table, "morris")
 
 
 def rank_correlations(
@@ -159,7 +171,8 @@ def rank_correlations(
     does; SALib is not needed.
     """
     chosen = sampled_axis(study, axis, every_sampler(study))
-    return _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
+    table = _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
+    return _of(table, "ranks")
 
 
 ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
@@ -197,6 +210,11 @@ def _table(
         "unit": study.units.get(metric, ""),
         "confidence": confidence,
     }
+    return table
+
+
+def _of(table: pd.DataFrame, analysis: Analyses) -> pd.DataFrame:
+    table.attrs["fewest"] = FEWEST[analysis]
     return table
 
 
