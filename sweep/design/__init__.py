@@ -1,5 +1,6 @@
 """From a Study to its points and jobs, and what they cost, without running any.
 
+order        from coarse to fine
 points       columns of settings while they grow
 design       the points of a study
 consistency  what settings fulfil together

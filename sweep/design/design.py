@@ -1,11 +1,12 @@
 """The design of experiments: from the axes of a study to its points."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sweep.design.consistency import check_consistency
+from sweep.design.order import Fineness, fineness_of
 from sweep.design.points import Points, check_maps, fitted_to_map
 from sweep.spec.axes import Axis
 from sweep.spec.limits import (
@@ -34,6 +35,7 @@ class Design:
     """The points of a study: `columns` has the settings that vary, shape (n_points,)
     each, `base` the others.
 
+    `fineness` (n_points,) is that of `sweep.design.order`.
     `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
     repeated an earlier one and were merged with it.
     """
@@ -41,6 +43,7 @@ class Design:
     base: dict[str, Value]
     columns: dict[str, Values]
     n_points: int
+    fineness: Fineness
     rejected: tuple[Rejection, ...] = ()
     duplicates: int = 0
 
@@ -53,7 +56,7 @@ class Design:
     def only(self, points: list[int]) -> "Design":
         """The design of these points alone."""
         columns = {name: column[points] for name, column in self.columns.items()}
-        return Design(self.base, columns, len(points))
+        return Design(self.base, columns, len(points), self.fineness[points])
 
 
 def evenly(count: int, most: int) -> list[int]:
@@ -71,7 +74,8 @@ def expand(study: Study) -> Design:
     computed from others is not allowed.
     """
     _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
-    points = fitted_to_map(study, Points(study.preset_settings | study.fixed, {}, 1))
+    base = study.preset_settings | study.fixed
+    points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
     for axis in study.axes:
         points = _multiplied(study, points, axis)
         if "map" in axis.columns:
@@ -81,7 +85,14 @@ def expand(study: Study) -> Design:
     check_consistency(study, points)
     _check_trials(study, points)
     duplicates = sum(axis.merged for axis in study.axes)
-    return Design(points.base, points.columns, points.count, rejected, duplicates)
+    return Design(
+        points.base,
+        points.columns,
+        points.count,
+        points.fineness,
+        rejected,
+        duplicates,
+    )
 
 
 def _check_size(study: Study, n_points: int) -> None:
@@ -145,7 +156,11 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
         # large sample.
         columns[name] = values if whole else values[row]
         columns[name][outside] = points.base[name]
-    return Points(points.base, columns, count)
+    fineness = np.maximum(
+        np.repeat(points.fineness, repeats),
+        np.where(outside, 0, fineness_of(axis)[row]),
+    )
+    return Points(points.base, columns, count, fineness)
 
 
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
@@ -190,4 +205,4 @@ def _with_derived(study: Study, points: Points, name: str) -> Points:
         raise study.document.error(
             ("derive", name), f'"{expression.text}": {error}{where}'
         ) from None
-    return Points(points.base, points.columns | {name: column}, points.count)
+    return replace(points, columns=points.columns | {name: column})

@@ -24,6 +24,7 @@ from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
 from sweep.design.code import study_code
 from sweep.design.design import Design
+from sweep.design.order import coarse_first
 from sweep.spec.maps import Obstacles, OwnMap
 from sweep.spec.seeds import address, point_numbers
 from sweep.spec.settings import Value
@@ -188,6 +189,15 @@ class Jobs(Sequence[Job]):
     def points_at(self, indices: int | Counts) -> Any:
         """The place in the design of the point of a job, or of each of several."""
         return np.searchsorted(self._ends, indices, side="right")
+
+    def to_run(self, places: Counts) -> "SomeJobs":
+        """The jobs at some places, in the order in which the study has them run."""
+        if self.study.order == "coarse":
+            point = self.points_at(places)
+            replicate = places - (self._ends - self.trials)[point]
+            first = coarse_first(self.design.fineness[point], replicate)
+            places = places[first]
+        return SomeJobs(self, places)
 
     @property
     def points(self) -> list[str]:

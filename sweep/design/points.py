@@ -3,11 +3,12 @@ world, and a unit of length.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.design.order import Fineness
 from sweep.spec.document import Place
 from sweep.spec.evaluation import ExpressionError
 from sweep.spec.expressions import Expression
@@ -20,12 +21,14 @@ SIDES = ("width", "height")
 @dataclass(frozen=True)
 class Points:
     """Points while a design is being built. `columns` has the settings that vary, shape
-    (count,) each, `base` the values of the others.
+    (count,) each, `base` the values of the others. `fineness` (count,) is that of
+    `sweep.design.order`.
     """
 
     base: dict[str, Value]
     columns: dict[str, Values]
     count: int
+    fineness: Fineness
 
     def evaluate(self, study: Study, expression: Expression, place: Place) -> Values:
         """The expression at every point.
@@ -61,7 +64,7 @@ class Points:
         if keep.all():
             return self
         columns = {name: column[keep] for name, column in self.columns.items()}
-        return Points(self.base, columns, int(keep.sum()))
+        return Points(self.base, columns, int(keep.sum()), self.fineness[keep])
 
 
 def fitted_to_map(study: Study, points: Points) -> Points:
@@ -81,7 +84,7 @@ def fitted_to_map(study: Study, points: Points) -> Points:
             columns[name] = np.full(points.count, base[name])
             for map_name, size in sizes.items():
                 columns[name][columns["map"] == map_name] = size
-    return Points(base, columns, points.count)
+    return replace(points, base=base, columns=columns)
 
 
 def check_maps(study: Study, points: Points) -> None:

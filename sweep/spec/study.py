@@ -63,6 +63,7 @@ from sweep.spec.strict_yaml import dump, parse_document
 from sweep.spec.study_folder import STUDY_NAME, taken_name
 
 Stream = Literal["common", "independent"]
+Order = Literal["longest", "coarse"]
 
 
 class MetricName(Text):
@@ -74,6 +75,7 @@ class MetricName(Text):
 
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
+ORDER = OneOf("order", get_args(Order))
 METRIC_NAMES = ListOf(MetricName(), "metrics (`sweep metrics`)")
 SECONDS = Number(above=0, unit="seconds")
 
@@ -327,6 +329,15 @@ class Study:
             example=f"{{series: [{ANY_METRIC}], every: 10}}",
         ),
     ]
+    order: Annotated[
+        Order,
+        Key(
+            ORDER,
+            "which trials run first: the longest, or a coarse picture of the whole,"
+            " which becomes finer",
+            example="coarse",
+        ),
+    ] = "longest"
     time_limit: Annotated[
         float | None,
         Key(SECONDS, "seconds a trial may take", otherwise="no limit", example="60"),
@@ -548,13 +559,18 @@ def _search(
             'a spec has "search" or "sweep", not both: axes of the scenarios that a'
             ' candidate must be good at together stand in "search" under "over"'
         )
+    if entry and (order := root.get("order")):
+        raise order.error(
+            'a search asks for one candidate after the other: leave "order" out'
+        )
     places = {name: (key, name) for key, names in given.items() for name in names}
     return read_search(entry, reader, metrics, places) if entry else None
 
 
 def study_rules() -> Schema:
     """What `_search` checks of several keys, as JSON Schema."""
-    return {"not": {"required": ["sweep", "search"]}}
+    barred = [{"required": ["search", other]} for other in ("sweep", "order")]
+    return {"not": {"anyOf": barred}}
 
 
 def _derived(
