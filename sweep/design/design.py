@@ -1,14 +1,15 @@
 """The design of experiments: from the axes of a study to its points."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sweep.design.consistency import check_consistency
 from sweep.design.order import Fineness, fineness_of
-from sweep.design.points import Points, check_maps, fitted_to_map
-from sweep.spec.axes import Axis
+from sweep.design.points import Points, check_maps, fitted_to_map, united
+from sweep.spec.axes import Axis, by_design
 from sweep.spec.limits import (
     MOST_CELLS,
     MOST_OPERATIONS,
@@ -37,7 +38,8 @@ class Design:
 
     `fineness` (n_points,) is that of `sweep.design.order`.
     `rejected` tells what `require` left out; `duplicates` counts the rows of axes that
-    repeated an earlier one and were merged with it.
+    repeated an earlier one, and the points of a design that an earlier one has: they
+    were merged with it.
     """
 
     base: dict[str, Value]
@@ -67,24 +69,22 @@ def evenly(count: int, most: int) -> list[int]:
 
 
 def expand(study: Study) -> Design:
-    """The points of `study`: the product of its axes, the last one fastest, without
-    those that are rejected.
+    """The points of `study`: the product of the axes of each design, the last one
+    fastest, without those that an earlier design has, or that are rejected.
 
     Raises SpecError where there are none or too many of them, and where a value
     computed from others is not allowed.
     """
-    _check_size(study, math.prod(len(axis) for axis in study.axes if axis.when is None))
-    base = study.preset_settings | study.fixed
-    points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
-    for axis in study.axes:
-        points = _multiplied(study, points, axis)
-        if "map" in axis.columns:
-            points = fitted_to_map(study, points)
+    designs = by_design(study.axes)
+    _check_size(study, sum(map(_least_points, designs)))
+    products = [_product(replace(study, axes=axes)) for axes in designs]
+    _check_size(study, sum(points.count for points in products))
+    points, repeated = united(products)
     points, rejected = _derived(study, points)
     check_maps(study, points)
     check_consistency(study, points)
     _check_trials(study, points)
-    duplicates = sum(axis.merged for axis in study.axes)
+    duplicates = repeated + sum(axis.merged for axis in study.axes)
     return Design(
         points.base,
         points.columns,
@@ -93,6 +93,20 @@ def expand(study: Study) -> Design:
         rejected,
         duplicates,
     )
+
+
+def _least_points(axes: Iterable[Axis]) -> int:
+    return math.prod(len(axis) for axis in axes if axis.when is None)
+
+
+def _product(study: Study) -> Points:
+    base = study.preset_settings | study.fixed
+    points = fitted_to_map(study, Points(base, {}, 1, np.zeros(1, np.int32)))
+    for axis in study.axes:
+        points = _multiplied(study, points, axis)
+        if "map" in axis.columns:
+            points = fitted_to_map(study, points)
+    return points
 
 
 def _check_size(study: Study, n_points: int) -> None:
@@ -141,7 +155,7 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
     """
     applies = np.ones(points.count, dtype=np.bool_)
     if axis.when:
-        applies = points.evaluate(study, axis.when, ("sweep", axis.name, "when"))
+        applies = points.evaluate(study, axis.when, (*axis.place, "when"))
     repeats = np.where(applies, len(axis), 1)
     count = int(repeats.sum())
     _check_size(study, count)

@@ -46,8 +46,8 @@ from sweep.spec.setting_values import (
     check_complete,
     check_conditions,
     check_once,
-    read_axes,
     read_derive,
+    read_designs,
     read_fixed,
     read_require,
 )
@@ -71,6 +71,11 @@ class MetricName(Text):
 
     def schema(self) -> Schema:
         return reference("metric")
+
+
+def _swept_schema() -> Schema:
+    """One design, or several in a list."""
+    return {"type": ["object", "array"], "minItems": 1}
 
 
 CHECKPOINT_SECONDS = 60.0
@@ -257,8 +262,9 @@ class Study:
     axes: Annotated[
         tuple[Axis, ...],
         Key(
-            ReadLater("axes by name"),
-            "axes; the points are their product, the last one fastest",
+            ReadLater("axes by name, or a list of such designs", _swept_schema),
+            "axes; the points are their product, the last one fastest. Of several"
+            " designs in a list the points are united",
             name="sweep",
             otherwise="one point",
             example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
@@ -410,10 +416,7 @@ class Study:
             return ("derive", setting)
         if self.search and (place := self.search.place_of(setting)):
             return place
-        return next(
-            (("sweep", axis.name) for axis in self.axes if setting in axis.columns),
-            None,
-        )
+        return next((axis.place for axis in self.axes if setting in axis.columns), None)
 
 
 def parse_spec(
@@ -486,7 +489,7 @@ def _flown(
     fixed = mistakes.read(read_fixed, given.get("fixed"), settings) or {}
     derive = mistakes.read(read_derive, given.get("derive"), settings) or {}
     taken = [*fixed, *derive]
-    axes = mistakes.read(read_axes, given.get("axes"), reader, taken) or ()
+    axes = mistakes.read(read_designs, given.get("axes"), reader, taken) or ()
     require = mistakes.read(read_require, given.get("require"), settings)
     derived = mistakes.read(_derived, recorded, name, known, settings) or ()
     metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))

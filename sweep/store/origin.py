@@ -46,6 +46,7 @@ COMPUTED = {
 """By which code: its stamps, which of the user's own, and entries of packages."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
+    "designs": int,
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"

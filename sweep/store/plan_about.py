@@ -7,7 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.spec.axes import Axis
+from sweep.spec.axes import Axis, by_design
 from sweep.spec.study import Study
 from sweep.store.origin import PROVENANCE
 
@@ -62,7 +62,8 @@ class PlanAbout:
     `record` the metrics; `maps` those that the spec brings, as `OwnMap.as_json` writes
     them; `ablated` the groups of settings of each preset that an axis ablates; `axes`
     what each axis samples, None in plans of before 0.2; `until` the rule by which
-    trials are added, None where their number is fixed.
+    trials are added, None where their number is fixed. The points are those of
+    `designs` united.
     """
 
     varied: list[str]
@@ -71,6 +72,7 @@ class PlanAbout:
     ablated: dict[str, Sequence[Sequence[str]]]
     axes: dict[str, AxisAbout] | None
     until: dict[str, Any] | None = None
+    designs: int = 1
 
     @classmethod
     def of(
@@ -93,6 +95,7 @@ class PlanAbout:
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=rule.as_json() | looks if rule else None,
+            designs=len(by_design(axes)),
         )
 
     @classmethod
@@ -108,6 +111,7 @@ class PlanAbout:
             if axes is None
             else {name: AxisAbout.read(axis) for name, axis in axes.items()},
             until=provenance.get("until"),
+            designs=provenance.get("designs", 1),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -119,6 +123,8 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
+        if self.designs > 1:
+            about["designs"] = self.designs
         if self.until is not None:
             about["until"] = self.until
         text = json.dumps(about, sort_keys=True)

@@ -1,5 +1,7 @@
 """From coarse to fine: the whole picture is seen early, and nothing else changes."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +20,7 @@ sweep: {n: [3, 4, 5, 6, 7], steps: [1, 2, 3, 4, 5]}
 """
 
 
-def run_order(text: str) -> list[tuple[int, ...]]:
+def run_order(text: str) -> list[tuple[Any, ...]]:
     """The columns and the replicate of all trials in the order in which they run."""
     study = short_study(text)
     jobs = Jobs(study, expand(study))
