@@ -78,6 +78,8 @@ def _swept_schema() -> Schema:
     return {"type": ["object", "array"], "minItems": 1}
 
 
+TABLES = ("series", "heatmaps", "trajectories")
+"""Tables that a spec asks for, under keys of these names."""
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
 ORDER = OneOf("order", get_args(Order))
@@ -142,6 +144,12 @@ class RecordSpec:
     def names(self) -> tuple[str, ...]:
         """All metrics of a trial, those that are derived last."""
         return (*self.metrics, *(one.name for one in self.derive))
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The tables that are stored of a trial."""
+        kept = {name: getattr(self, name) for name in TABLES}
+        return ("trials", *(name for name, keeps in kept.items() if keeps))
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,8 @@ COMPUTED = {
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "designs": int,
+    "series": [str],
+    "tables": [str],
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),
 }
 LAUNCH_AGAIN = "delete it and launch the study again"

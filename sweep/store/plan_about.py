@@ -59,11 +59,12 @@ class PlanAbout:
     """What a plan records of its study.
 
     `varied` are the settings that differ between points, in the order of the columns;
-    `record` the metrics; `maps` those that the spec brings, as `OwnMap.as_json` writes
-    them; `ablated` the groups of settings of each preset that an axis ablates; `axes`
-    what each axis samples, None in plans of before 0.2; `until` the rule by which
-    trials are added, None where their number is fixed. The points are those of
-    `designs` united.
+    `record` the metrics; `series` those that are kept of each frame, and `tables` the
+    tables that are stored, both None in plans up to 0.9; `maps` those that the spec
+    brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
+    preset that an axis ablates; `axes` what each axis samples, None in plans of before
+    0.2; `until` the rule by which trials are added, None where their number is fixed.
+    The points are those of `designs` united.
     """
 
     varied: list[str]
@@ -73,6 +74,8 @@ class PlanAbout:
     axes: dict[str, AxisAbout] | None
     until: dict[str, Any] | None = None
     designs: int = 1
+    series: list[str] | None = None
+    tables: list[str] | None = None
 
     @classmethod
     def of(
@@ -96,6 +99,8 @@ class PlanAbout:
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=rule.as_json() | looks if rule else None,
             designs=len(by_design(axes)),
+            series=list(study.record.series),
+            tables=list(study.record.tables),
         )
 
     @classmethod
@@ -112,6 +117,8 @@ class PlanAbout:
             else {name: AxisAbout.read(axis) for name, axis in axes.items()},
             until=provenance.get("until"),
             designs=provenance.get("designs", 1),
+            series=provenance.get("series"),
+            tables=provenance.get("tables"),
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
@@ -123,9 +130,10 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
+        for name in ("until", "series", "tables"):
+            if getattr(self, name) is not None:
+                about[name] = getattr(self, name)
         if self.designs > 1:
             about["designs"] = self.designs
-        if self.until is not None:
-            about["until"] = self.until
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
