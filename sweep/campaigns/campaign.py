@@ -106,15 +106,17 @@ class _Campaign(Generic[P]):
         for wanted in self.strategy.rounds(self.stored.look):
             asked = self._serve(wanted)
             unpublished = asked.plan
-            if jobs := self._missing(asked, retry=retry):
+            jobs = self._missing(asked, retry=retry)
+            if jobs:
                 if not self.spec_is_written:
                     # The plan of code that cannot run would hide what is stored.
                     check_runs(self.study, asked.some(MOST_TRIALS))
                 self._publish(asked.plan)
-                # The ids and the plan of a million trials are a hundred megabytes.
                 unpublished = None
-                del asked, wanted
-                pa.default_memory_pool().release_unused()
+            # The ids and the plan of a million trials are a hundred megabytes.
+            del asked, wanted
+            pa.default_memory_pool().release_unused()
+            if jobs:
                 self._run(jobs)
         if unpublished:
             self._publish(unpublished)
@@ -126,24 +128,27 @@ class _Campaign(Generic[P]):
         """The round with the ids of stored trials that record more, where there are
         such, in the place of those that are missing.
         """
+        serving = self.served
         _, final = self.stored.ask(asked.ids)
         if not final.all() and self.recordings:
             jobs = asked.jobs_at(np.flatnonzero(~final))
-            done = self.stored.done_ids()
-            new = served(self.study, jobs, self.recordings, done)
-            self.served = self.served.also(new)
-            self.twins += twins(self.store, self.study, jobs, self.recordings, new)
-        if not len(self.served):
+            known, done = self.stored.table["trial_id"], self.stored.done
+            new = served(self.study, jobs, self.recordings, known, done)
+            serving = serving.also(new)
+            shorter = (self.recordings, known, new)
+            self.twins += twins(self.store, self.study, jobs, *shorter)
+        if not len(serving):
             return asked
-        known = self.served
+        if self.strategy.grows:  # its next plan lists them too
+            self.served = serving
 
         def plan(origin: Origin) -> PlanTables:
             listed, asked_for = asked.plan(origin)
             if asked_for is not None:
-                asked_for = known.into_table(asked_for)
-            return known.into_table(listed), asked_for
+                asked_for = serving.into_table(asked_for)
+            return serving.into_table(listed), asked_for
 
-        return replace(asked, ids=known.into(asked.ids), plan=plan)
+        return replace(asked, ids=serving.into(asked.ids), plan=plan)
 
     @cached_property
     def recordings(self) -> list[Recording]:

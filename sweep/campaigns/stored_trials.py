@@ -38,7 +38,7 @@ class StoredTrials:
         pa.default_memory_pool().release_unused()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
-            self.final = pc.equal(self.table["status"], "done").to_numpy()
+            self.final = self.done
         self._asked = pa.chunked_array([], pa.string())
         self._noted = self.schema.empty_table()
 
@@ -59,9 +59,11 @@ class StoredTrials:
         """The ids of the trials of `table` that do not run again."""
         return self.table["trial_id"].filter(pa.array(self.final))
 
-    def done_ids(self) -> pa.ChunkedArray:
-        """The ids of the trials of `table` that are done."""
-        return self.table["trial_id"].filter(pc.equal(self.table["status"], "done"))
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """Which of the trials of `table` are done."""
+        done: NDArray[np.bool_] = pc.equal(self.table["status"], "done").to_numpy()
+        return done
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""

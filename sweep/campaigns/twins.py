@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job, ids_recording
+from sweep.design.jobs import Job, blocks_of, ids_recording
 from sweep.design.recording import Recording
 from sweep.errors import StoreError
 from sweep.spec.recorded import columns_of
@@ -23,13 +23,13 @@ from sweep.tables.stored_tables import checked_numbers
 from sweep.trial.result import Result
 
 READ_AT_ONCE = 100_000
-"""Of so many trials values are read together. What stays of each is 16 bytes."""
+"""So many trials are read together. What stays of each is 16 bytes."""
 NO_VALUE = np.float64(np.nan).view(np.uint64)
 
 
 class Twins(NamedTuple):
-    """The stored trials of a recording that are the same flights as some jobs, though
-    they record less.
+    """Up to READ_AT_ONCE stored trials of a recording, which are the same flights as
+    some jobs, though they record less.
 
     `columns` are those that both have. `keys` (n,) are the beginnings of the ids of the
     jobs in ascending order, and `digests` (n,) stand for what is stored in the columns.
@@ -84,44 +84,44 @@ def twins(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
+    known: pa.ChunkedArray,
     served: Served,
 ) -> list[Twins]:
     """The stored trials of each of the `recordings` that must come out again when those
-    of the `jobs` run that are not `served`. Raises StoreError for a damaged part.
+    of the `jobs` run that are not `served`, some after the other; `known` are the ids
+    of all that is stored. Raises StoreError for a damaged part.
     """
     asked, found = Recording.of(study), list[Twins]()
-    own = ids_recording(study, jobs, asked)
-    running = pa.array(places_of(own, served.asked) < 0)
     for recording in recordings:
-        if names := recording.shared(asked):
-            other = ids_recording(study, jobs, recording)
-            pairs = Served(own.filter(running), other.filter(running))
-            found.append(_read(store, study, recording, columns_of(names), pairs))
+        names = columns_of(recording.shared(asked))
+        for some in blocks_of(jobs, READ_AT_ONCE) if names else ():
+            own = ids_recording(study, some, asked)
+            other = ids_recording(study, some, recording)
+            run = (places_of(own, served.asked) < 0) & (places_of(other, known) >= 0)
+            if run.any():
+                mask = pa.array(run)
+                pairs = Served(own.filter(mask), other.filter(mask))
+                keys, digests = _read(store, names, pairs)
+                found.append(Twins(store, study, recording, names, keys, digests))
     return [one for one in found if len(one.keys)]
 
 
 def _read(
-    store: Store, study: Study, recording: Recording, columns: list[str], pairs: Served
-) -> Twins:
-    keys, digests = [np.empty(0, np.uint64)], [np.empty(0, np.uint64)]
-    for first in range(0, len(pairs), READ_AT_ONCE):
-        some = pairs.stored.slice(first, READ_AT_ONCE)
-        rows = store.read(
-            "trials",
-            trial_ids=some.combine_chunks(),
-            columns=["trial_id", "status", *columns],
-        )
-        checked_numbers(store.folder, rows, columns)
-        rows = rows.filter(pc.equal(rows["status"], "done"))
-        if not rows.num_rows:
-            continue
-        places = first + places_of(rows["trial_id"], some)
-        keys.append(_keys(pairs.asked.take(pa.array(places)).to_pylist()))
-        values = [rows[name].to_numpy() for name in columns]
-        digests.append(_digests(np.column_stack(values)))
-    every, digest = np.concatenate(keys), np.concatenate(digests)
-    order = np.argsort(every)
-    return Twins(store, study, recording, columns, every[order], digest[order])
+    store: Store, columns: list[str], pairs: Served
+) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+    """The keys and digests of the stored ones that are done, as Twins has them."""
+    rows = store.read(
+        "trials",
+        trial_ids=pairs.stored.combine_chunks(),
+        columns=["trial_id", "status", *columns],
+    )
+    checked_numbers(store.folder, rows, columns)
+    rows = rows.filter(pc.equal(rows["status"], "done"))
+    places = places_of(rows["trial_id"], pairs.stored)
+    keys = _keys(pairs.asked.take(pa.array(places)).to_pylist())
+    values = np.column_stack([rows[name].to_numpy() for name in columns])
+    order = np.argsort(keys)
+    return keys[order], _digests(values)[order]
 
 
 def _keys(ids: Iterable[str]) -> NDArray[np.uint64]:

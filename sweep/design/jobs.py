@@ -9,7 +9,7 @@ trials that could differ in a single number are different trials.
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import repeat
@@ -336,6 +336,16 @@ class SomeJobs(Sequence[Job]):
         """The place of each job's point in the design."""
         points: Counts = self.jobs.points_at(self.indices)
         return points
+
+
+def blocks_of(jobs: Sequence[Job], size: int) -> Iterator[Sequence[Job]]:
+    """Some jobs after the other, at most `size` at once; none is made for it."""
+    for first in range(0, len(jobs), size):
+        some = slice(first, first + size)
+        if isinstance(jobs, SomeJobs):
+            yield SomeJobs(jobs.jobs, jobs.indices[some])
+        else:
+            yield jobs[some]
 
 
 def ids_recording(

@@ -46,7 +46,7 @@ COMPUTED = {
 """By which code: its stamps, which of the user's own, and entries of packages."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
-    "designs": int,
+    "designs": [[str]],
     "series": [str],
     "tables": [str],
     "until": {"metric": str, "min": int, "max": int} | dict.fromkeys(NUMBERS, NUMBER),

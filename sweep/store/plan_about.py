@@ -64,7 +64,7 @@ class PlanAbout:
     brings, as `OwnMap.as_json` writes them; `ablated` the groups of settings of each
     preset that an axis ablates; `axes` what each axis samples, None in plans of before
     0.2; `until` the rule by which trials are added, None where their number is fixed.
-    The points are those of `designs` united.
+    Where several `designs` are united, it has the names of the axes of each.
     """
 
     varied: list[str]
@@ -73,7 +73,7 @@ class PlanAbout:
     ablated: dict[str, Sequence[Sequence[str]]]
     axes: dict[str, AxisAbout] | None
     until: dict[str, Any] | None = None
-    designs: int = 1
+    designs: list[list[str]] | None = None
     series: list[str] | None = None
     tables: list[str] | None = None
 
@@ -88,6 +88,7 @@ class PlanAbout:
         axes    its axes
         """
         axes, rule = list(axes), study.until
+        united = [[axis.name for axis in design] for design in by_design(axes)]
         looks = (
             {"looks": rule.looks, "nominal_confidence": rule.nominal} if rule else {}
         )
@@ -98,7 +99,7 @@ class PlanAbout:
             ablated={axis.ablated: axis.details for axis in axes if axis.ablated},
             axes={axis.name: AxisAbout.of(axis) for axis in axes},
             until=rule.as_json() | looks if rule else None,
-            designs=len(by_design(axes)),
+            designs=united if len(united) > 1 else None,
             series=list(study.record.series),
             tables=list(study.record.tables),
         )
@@ -116,7 +117,7 @@ class PlanAbout:
             if axes is None
             else {name: AxisAbout.read(axis) for name, axis in axes.items()},
             until=provenance.get("until"),
-            designs=provenance.get("designs", 1),
+            designs=provenance.get("designs"),
             series=provenance.get("series"),
             tables=provenance.get("tables"),
         )
@@ -130,10 +131,8 @@ class PlanAbout:
             "ablated": self.ablated,
             "axes": {name: axis.as_json() for name, axis in (self.axes or {}).items()},
         }
-        for name in ("until", "series", "tables"):
+        for name in ("until", "series", "tables", "designs"):
             if getattr(self, name) is not None:
                 about[name] = getattr(self, name)
-        if self.designs > 1:
-            about["designs"] = self.designs
         text = json.dumps(about, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+from numpy.typing import NDArray
 
-from sweep.design.jobs import Counts, Job, ids_recording
+from sweep.design.jobs import Counts, Job, blocks_of, ids_recording
 from sweep.design.recording import Recording
 from sweep.spec.recorded import Column
 from sweep.spec.study import Study
@@ -101,9 +102,16 @@ class Served:
         """The ids with those of stored trials in the place of those that they serve."""
         if not len(self):
             return ids
+        parts = [
+            self._into(ids.slice(first, LOOKED_UP))
+            for first in range(0, len(ids), LOOKED_UP)
+        ]
+        return pa.chunked_array(parts, pa.string())
+
+    def _into(self, ids: pa.ChunkedArray) -> pa.Array:
         places = places_of(ids, self.asked)
         stored = self.stored.take(pa.array(places, mask=places < 0))
-        return pc.coalesce(stored, ids)
+        return pc.coalesce(stored, ids).combine_chunks()
 
     def into_table(self, table: pa.Table) -> pa.Table:
         """The same of the column `trial_id`."""
@@ -126,21 +134,30 @@ def served(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
-    done: pa.ChunkedArray,
+    known: pa.ChunkedArray,
+    done: NDArray[np.bool_],
 ) -> Served:
-    """Which of some jobs of `study` are served by trials that are stored and `done`."""
-    asked, pairs = Recording.of(study), NONE_SERVED
-    own: pa.ChunkedArray | None = None
-    for recording in recordings:
-        if not recording.covers(asked):
-            continue
-        own = ids_recording(study, jobs, asked) if own is None else own
-        other = ids_recording(study, jobs, recording)
-        there = places_of(other, done) >= 0
-        there &= places_of(own, pairs.asked) < 0
-        mask = pa.array(there)
-        pairs = pairs.also(Served(own.filter(mask), other.filter(mask)))
-    return pairs
+    """Which of some jobs of `study` are served by trials that are stored.
+
+    study       the study
+    jobs        trials of it that are not stored
+    recordings  what stored trials record that are of another spec
+    known       (n,) the ids of the stored trials
+    done        (n,) which of them are done
+    """
+    asked, found = Recording.of(study), NONE_SERVED
+    covering = [one for one in recordings if one.covers(asked)]
+    for some in blocks_of(jobs, LOOKED_UP) if covering else ():
+        own, block = ids_recording(study, some, asked), NONE_SERVED
+        for recording in covering:
+            other = ids_recording(study, some, recording)
+            places = places_of(other, known)
+            there = (places >= 0) & (places_of(own, block.asked) < 0)
+            there[there] = done[places[there]]
+            mask = pa.array(there)
+            block = block.also(Served(own.filter(mask), other.filter(mask)))
+        found = found.also(block)
+    return found
 
 
 def places_of(ids: pa.ChunkedArray, known: pa.ChunkedArray) -> Counts:

@@ -174,12 +174,13 @@ def _served(
 ) -> Served:
     """Which trials a launch would take from those that record more."""
     lacking = pc.invert(pc.is_in(ids, value_set=pa.array(statuses, pa.string())))
-    done = [trial for trial, status in statuses.items() if status == "done"]
+    done = [status == "done" for status in statuses.values()]
     return served(
         study,
         SomeJobs(jobs, np.flatnonzero(lacking)),
         others_stored(store, study),
-        pa.chunked_array([done], pa.string()),
+        pa.chunked_array([[*statuses]], pa.string()),
+        np.array(done, np.bool_),
     )
 
 

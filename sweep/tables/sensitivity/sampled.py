@@ -104,9 +104,9 @@ def sampled_axis(
     there is. Raises ChoiceError.
     """
     axes, designs = study.axes, study.about.designs
-    if designs > 1:
+    if designs:
         raise ChoiceError(
-            f"its points are those of {designs} designs: a sample is analysed in a"
+            f"its points are those of {len(designs)} designs: a sample is analysed in a"
             " study of its own",
             study.name,
             "sensitivity",
